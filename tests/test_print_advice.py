@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import printed_parts
 import pytest
 
 from mukca.tools.cli import main
@@ -30,16 +31,46 @@ def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
     assert named <= known | {"--flange", "--ball", "--sockets-at"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOUNTS)
 def test_its_mounts_are_those_that_are_made(name: str) -> None:
     part = BallPart(MOUNTS[name])
-    (row,) = [row for row in ROWS if row and row[0] == f"`{name}`"]
+    row, payload = [row for row in ROWS if row and row[0] == f"`{name}`"]
     assert f"{part.position[part.mount.axis]:g} mm beyond" in row[2]
     assert row[3] == f"{part.bend:.3f} mm"
+    assert payload[1:] == _payload(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("page", "mounts"),
+    [
+        ("universal-robots", ["iso-50-4-m6"]),
+        ("franka", ["franka-flange", "franka-hand"]),
+        ("xarm", ["xarm", "strap"]),
+        ("kinova", ["gen3-lite", "strap"]),
+        ("kuka", ["iiwa14"]),
+        ("piper", ["iso-50-4-m6"]),
+    ],
+)
+def test_pages_of_arms_say_what_to_tell_the_arm(page: str, mounts: list[str]) -> None:
+    text = " ".join((FOLDER / f"{page}.md").read_text().split())
+    told = re.findall(r"weighs (\d+ g),(?: with its centre)? (\d+ mm) be", text)
+    told += re.findall(r"plate (\d+ g), with its centre (\d+ mm) be", text)
+    assert [list(pair) for pair in told] == [_payload(name) for name in mounts]
+
+
+def _payload(name: str) -> list[str]:
+    part = printed_parts.ball(name)
+    along = part.facts["centre_of_mass"][MOUNTS[name].axis]
+    return [
+        f"{1000 * part.facts['mass']['PLA']:.0f} g",
+        f"{1000 * along:.0f} mm".replace("-0 ", "0 "),
+    ]
 
 
 def test_its_limits_of_distance_hold() -> None:
-    low, high = map(float, re.findall(r"20 mm allows ([\d.]+) to (\d\.\d+)", TEXT)[0])
+    low, high = map(float, re.findall(r"20 mm\s+allows ([\d.]+) to (\d\.\d+)", TEXT)[0])
     for distance in (low, high):
         SocketBase(distance=1000 * distance)
         with pytest.raises(PrintableError, match=r"overlap|larger"):

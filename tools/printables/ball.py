@@ -106,8 +106,14 @@ class BallPart:
     @property
     def position(self) -> tuple[float, float, float]:
         """The ball's centre in the flange's frame."""
-        x, y, z = np.insert(self.mount.aside, self.mount.axis, self.height - self.mount.origin)
-        return float(x), float(y), float(z)
+        return self.in_frame(self.height)
+
+    def in_frame(self, height: float) -> tuple[float, float, float]:
+        """Return a point of the part's axis in the flange's frame."""
+        place = list(self.mount.aside)
+        place.insert(self.mount.axis, height - self.mount.origin)
+        x, y, z = map(float, place)
+        return x, y, z
 
     @property
     def throat(self) -> float:

@@ -30,7 +30,11 @@ def templates() -> "Environment":
 
 
 def drawing_bytes(
-    title: str, solid: Solid, levels: Sequence[tuple[float, float]], notes: Sequence[str]
+    title: str,
+    solid: Solid,
+    levels: Sequence[tuple[float, float]],
+    circles: Sequence[tuple[float, str]],
+    notes: Sequence[str],
 ) -> bytes:
     """Return a drawing.
 
@@ -38,6 +42,7 @@ def drawing_bytes(
         title: Of the part.
         solid: The part.
         levels: Lower and upper height of each dimension along z, beside the part's own height.
+        circles: Diameters of circles of holes about the origin, with what is said of each.
         notes: Lines below the views.
     """
     body: Any = to_manifold(solid, COARSE)
@@ -65,7 +70,18 @@ def drawing_bytes(
         "foot": round(foot, 1),
     }
     page = templates().get_template("drawing.svg.j2")
-    return page.render(paths=paths, dimensions=dimensions, notes=notes, **words).encode()
+    marks = [
+        {
+            "x": round(middle, 2),
+            "y": round(above, 2),
+            "r": d / 2,
+            "far": MARGIN + wide + 2,
+            "text": t,
+        }
+        for d, t in circles
+    ]
+    lines = {"paths": paths, "dimensions": dimensions, "circles": marks, "notes": notes}
+    return page.render(**lines, **words).encode()
 
 
 def _path(body: Any, x: float, y: float) -> str:

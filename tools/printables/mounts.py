@@ -64,6 +64,8 @@ class Mount:
     """The axis of the frame that points along the part: 0, 1, 2 for x, y, z."""
     aside: tuple[float, float] = (0.0, 0.0)
     """Position of the part's axis in the frame, along its other two axes."""
+    holes: tuple[float, str] | None = None
+    """Diameter of their circle, and a drawing's words for them."""
     links: Mapping[str, str] = field(default_factory=dict[str, str])
     """The frame's link in the models of robots."""
     note: str = ""
@@ -99,6 +101,7 @@ def bolt_circle(
         )
     inner, outer = diameter / 2, diameter / 2 + slot
     edge = outer + size.head / 2 + RIM
+    reach = f" to {2 * outer:g}" if slot else ""
 
     def holes(radius: float, height: float, z: float) -> Solid:
         """Return the space of all holes or heads; the first is half a step off the x axis."""
@@ -113,6 +116,7 @@ def bolt_circle(
         corners=((edge, PLATE), (outer + size.head / 2, PLATE + size.height)),
         hardware=holes(size.head / 2, size.height, PLATE),
         lettering=inner - size.head / 2 - 0.5,
+        holes=(diameter, f"{count} x {size.hole:g} for {screw} on {diameter:g}{reach}"),
         **frame,
     )
 
@@ -228,6 +232,8 @@ MOUNTS: Mapping[str, Mount] = {
         links={"xarm6": "link_eef", "xarm7": "link_eef"},
         note="for xArm 5, 6 and 7; measure the flange of a Lite 6 or an 850",
     ),
+    "robotiq-2f-85": grip(22, 22, 35),
+    "ufactory-gripper": grip(30, 30, 35),
     "so101": grip(
         *(45, 45, 30),
         origin=23.7,

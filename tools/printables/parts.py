@@ -2,7 +2,7 @@
 
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from typing import Any
 
@@ -15,7 +15,7 @@ from .brep import step_bytes
 from .checks import check_body, check_tilt
 from .drawing import drawing_bytes, templates
 from .mesh import Mesh, to_manifold, to_mesh
-from .socket_base import SocketBase
+from .socket_base import SCREW_HOLE, SocketBase
 from .solid import TILT, PrintableError, Solid
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -35,6 +35,8 @@ class Part:
     mesh: Mesh
     levels: Sequence[tuple[float, float]] = ()
     """Heights between which a drawing tells the distance."""
+    circles: Sequence[tuple[float, str]] = ()
+    """Diameters of circles of holes about its axis, and a drawing's words for each."""
     facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Properties of it, in SI units, as JSON has them."""
 
@@ -101,7 +103,17 @@ def ball_part(name: str, ball: BallPart) -> Part:
         "tilt": TILT,
         "overhangs": [overhang.where for overhang in ball.overhangs],
     }
-    return _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)])
+    circles = [ball.mount.holes] if ball.mount.holes else []
+    part = _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)], circles)
+    middle = ball.in_frame(_centre_of_mass(part.mesh))
+    return replace(part, facts={**part.facts, "centre_of_mass": [x / 1000 for x in middle]})
+
+
+def _centre_of_mass(mesh: Mesh) -> float:
+    """Return the height of the middle of a body's mass, full of plastic [mm]."""
+    corners = mesh.vertices[mesh.triangles].astype(np.float64)
+    volumes = np.linalg.det(corners)  # of the tetrahedra from the origin, times six
+    return float(volumes @ corners[:, :, 2].sum(axis=1) / (4 * volumes.sum()))
 
 
 def _checked(
@@ -109,6 +121,7 @@ def _checked(
     solid: Solid,
     facts: Mapping[str, Any],
     levels: Sequence[tuple[float, float]] = (),
+    circles: Sequence[tuple[float, str]] = (),
 ) -> Part:
     body = to_manifold(solid)
     mesh = to_mesh(body)
@@ -121,7 +134,7 @@ def _checked(
         "mass": {material: density * volume for material, density in DENSITIES.items()},
         "print_time": volume / FLOW,
     }
-    return Part(name, solid, mesh, levels, {**common, **facts})
+    return Part(name, solid, mesh, levels, circles, {**common, **facts})
 
 
 def stl_bytes(mesh: Mesh) -> bytes:
@@ -136,12 +149,13 @@ def stl_bytes(mesh: Mesh) -> bytes:
     return header + len(facets).to_bytes(4, "little") + facets.tobytes()
 
 
-def threemf_bytes(part: Part) -> bytes:
-    """Return a 3MF file (3MF Core Specification 1.3) of one object."""
+def threemf_bytes(part: Part, author: str) -> bytes:
+    """Return a 3MF file (3MF Core Specification 1.3) of one object, by its author."""
     # trimesh gives its 3MF files new identifiers each time: the same part must make the same file.
     metadata = {
         "Title": part.name,
-        "Designer": f"mukca {__version__}",
+        "Designer": author,
+        "Application": f"mukca {__version__}",
         "LicenseTerms": "Apache-2.0",
         "Description": part.making,
     }
@@ -167,22 +181,29 @@ def svg_bytes(part: Part) -> bytes:
         notes.append(f"ball of {diameter:g}, its centre at ({x}, {y}, {z}) from the flange's frame")
         thin, thick = (1000 * value for value in part.facts["neck"])
         notes.append(f"neck of {thin:g} at the ball, {thick:g} at its foot, straight between")
-    return drawing_bytes(part.name, part.solid, part.levels, notes)
+        middle = ", ".join(f"{1000 * value:.0f}" for value in part.facts["centre_of_mass"])
+        notes.append(f"its mass has its centre at ({middle}) from there, without screws")
+    if part.circles:
+        notes.append("flat below: it needs neither centring nor pin, for the fit finds the ball")
+    if holes := part.facts.get("holes"):
+        places = ", ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in holes)
+        notes.append(f"holes of {SCREW_HOLE:g} for M6 at {places} from the sockets' middle")
+    return drawing_bytes(part.name, part.solid, part.levels, part.circles, notes)
 
 
-_ENCODERS: Mapping[str, Callable[[Part], bytes]] = {
-    "stl": lambda part: stl_bytes(part.mesh),
+_ENCODERS: Mapping[str, Callable[[Part, str], bytes]] = {
+    "stl": lambda part, _: stl_bytes(part.mesh),
     "3mf": threemf_bytes,
-    "svg": svg_bytes,
-    "step": lambda part: step_bytes(part.name, part.solid),
+    "svg": lambda part, _: svg_bytes(part),
+    "step": lambda part, _: step_bytes(part.name, part.solid),
 }
 FORMATS = tuple(_ENCODERS)
 
 
-def encode(suffix: str, part: Part) -> bytes:
-    """Return a part's file in one of FORMATS.
+def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
+    """Return a part's file in one of FORMATS; a 3MF file names its author.
 
     Raises:
         PrintableError: STEP without the package that writes it.
     """
-    return _ENCODERS[suffix](part)
+    return _ENCODERS[suffix](part, author)

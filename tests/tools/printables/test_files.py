@@ -43,12 +43,12 @@ def test_a_3mf_file_has_no_date_that_changes() -> None:
 @pytest.mark.parametrize("part", ["base", "ball"])
 def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
     made = printed_parts.base("three") if part == "base" else printed_parts.ball("franka-hand")
-    content = encode("3mf", made)
+    content = encode("3mf", made, "Ada")
     with zipfile.ZipFile(BytesIO(content)) as archive:
         assert archive.testzip() is None
         model = archive.read("3D/3dmodel.model").decode()
     assert 'unit="millimeter"' in model
-    for name, text in (("Title", made.name), ("Designer", "mukca "), ("LicenseTerms", "Apache")):
+    for name, text in (("Title", made.name), ("Designer", "Ada"), ("LicenseTerms", "Apache")):
         assert f'<metadata name="{name}">{text}' in model
     mesh = trimesh.load_mesh(BytesIO(content), file_type="3mf")
     same = mesh_checks.load_stl(encode("stl", made))
@@ -66,6 +66,12 @@ def test_a_drawing_has_the_dimensions_of_its_part(name: str) -> None:
     sizes = [*made.facts["size"]]
     lengths = [1000 * sizes[2], ball.height - ball.mount.origin, *(1000 * v for v in sizes[:2])]
     assert [float(text or "") for text in told[:4]] == pytest.approx(lengths, abs=0.06)
+    if ball.mount.holes:
+        diameter, words = ball.mount.holes
+        (circle,) = page.iter("{http://www.w3.org/2000/svg}circle")
+        assert 2 * float(circle.get("r") or "") == diameter
+        assert told[4] == words
+        told.pop(4)
     assert f"{made.facts['mass']['PLA'] * 1000:.0f} g of PLA" in (told[5] or "")
     assert made.facts["mass"]["PLA"] == pytest.approx(1240 * made.facts["volume"])
 

@@ -56,6 +56,10 @@ def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:
     kind, name = part
     facts = (printed_parts.base(name) if kind == "base" else printed_parts.ball(name)).facts
     assert facts["volume"] * 1e9 == pytest.approx(mesh_of(part).volume, rel=1e-5)
+    if kind == "ball":
+        mount = printed_parts.BALLS[name].mount
+        middle = 1000 * facts["centre_of_mass"][mount.axis] + mount.origin
+        assert middle == pytest.approx(mesh_of(part).center_mass[2], abs=1e-3)
     assert np.array(facts["size"]) * 1e3 == pytest.approx(mesh_of(part).extents, abs=1e-3)
 
 

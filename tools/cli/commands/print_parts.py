@@ -32,6 +32,7 @@ class Options(OutputOptions):
         default=("stl", "3mf", "svg"),
         choices=printables.FORMATS,
     )
+    author: str = option("the author's name in 3MF files", "NAME", "mukca")
     sockets: int = _base("2, or 3 in a triangle", "N", 2)
     distance: float = _base("between the sockets' centres, in metres", "D", 0.1)
     height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
@@ -76,7 +77,9 @@ def run(options: Options, terminal: Terminal) -> int:
     refuse_existing(options.out, names, force=options.force)
     with terminal.console.status("building and checking the parts"):
         parts = list(printables.build_parts(base, balls))
-        contents = [printables.encode(suffix, part) for part in parts for suffix in kinds]
+        contents = [
+            printables.encode(suffix, part, options.author) for part in parts for suffix in kinds
+        ]
     write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
     suffixes = ", ".join(f".{suffix}" for suffix in options.format)
     for part in parts:
@@ -170,6 +173,7 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
     if ball := facts.get("ball"):
         # Options of `mukca solve` for this ball: the shipped models hold another one already.
         where = "--ball " + " ".join(f"{x:g}" for x in ball)
+        centre = ", ".join(f"{1000 * x:.0f}" for x in facts["centre_of_mass"])
         robots: dict[str, list[str]] = {}
         for robot, link in facts["flanges"].items():
             robots.setdefault(link, []).append(robot)
@@ -179,6 +183,8 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
         ]
         lines += [
             *(places or [f"place: --flange LINK {where}"]),
+            f"its mass has its centre at ({centre}) mm in that link's frame, without screws: for "
+            "the payload that the arm is told",
             f"bends {1000 * facts['bend']:.3f} mm under {printables.FORCE:g} N sideways at the "
             f"ball (limit {printables.BEND_LIMIT:g} mm)",
             f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this "

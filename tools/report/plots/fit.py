@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -84,14 +85,15 @@ def cross_placement(report: ReportDocument) -> Plot | None:
         (float(np.mean([error for j, error in enumerate(row) if j != i])), names[i])
         for i, row in errors.items()
     ]
-    panel = _matrix_panel(names, errors)
-    failed = len(names) - len(means)
-    return plot(
-        "cross-placement", panel, layout="half", method=matrix.method, means=means, failed=failed
-    )
+    limit = 1e3 * (report.limits.mean_absolute_error.value or math.inf)
+    panel = _matrix_panel(names, errors, limit)
+    values: dict[str, Any] = {"means": means, "failed": len(names) - len(means), "limit": limit}
+    return plot("cross-placement", panel, layout="half", method=matrix.method, **values)
 
 
-def _matrix_panel(names: Sequence[str], errors: Mapping[int, Sequence[float]]) -> Panel:
+def _matrix_panel(
+    names: Sequence[str], errors: Mapping[int, Sequence[float]], limit: float
+) -> Panel:
     """Return a cell for each pair of placements, the darker the larger the error [mm]."""
     size = min(float(_LARGEST_CELL), 290.0 / len(names))
     title = "rows: trained on; columns: error there, mm"
@@ -106,6 +108,9 @@ def _matrix_panel(names: Sequence[str], errors: Mapping[int, Sequence[float]]) -
         panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * shade)
         if i == j:
             panel.add("rect", **box, fill="url(#hatch)")
+        if value > limit:
+            inner = {"x": x + 2, "y": y - size / 2 + 2, "width": size - 4, "height": size - 4}
+            panel.add("rect", **inner, class_="threshold")
         if size > 24:
             inverse = "light" if shade > 0.6 else ""
             panel.text(x + size / 2, y + 4, f"{value:.2f}", f"number middle {inverse}")

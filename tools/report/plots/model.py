@@ -51,16 +51,18 @@ def parameters(report: ReportDocument) -> Plot:
         if row.value or row.standard_deviation:  # the others are switched off
             add(kind, row.name, row.unit, row.value, row.standard_deviation)
     known = [bar for bars in kinds.values() for bar in bars if bar.deviation]
+    repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "parameters",
-        *(_bars_panel(kind, bars) for kind, bars in kinds.items()),
+        *(_bars_panel(kind, bars, repeatability) for kind, bars in kinds.items()),
+        repeatability=repeatability,
         largest=[max(bars, key=lambda bar: abs(bar.change)) for bars in kinds.values()],
         known=len(known),
         clear=sum(abs(bar.change) > 2 * bar.deviation for bar in known),
     )
 
 
-def _bars_panel(kind: str, bars: Sequence[_Bar]) -> Panel:
+def _bars_panel(kind: str, bars: Sequence[_Bar], repeatability: float) -> Panel:
     unit = bars[0].unit
     # Deviations of what no ball can show are far larger than any change; they are cut off.
     largest = max(abs(bar.change) for bar in bars)
@@ -68,6 +70,11 @@ def _bars_panel(kind: str, bars: Sequence[_Bar]) -> Panel:
     names = [bar.name.removesuffix(".compliance") for bar in bars]
     panel = named_rows(f"{kind}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
+    # An angle of 1 mrad is 1 mm at 1 m; 10 N m are an arm's usual torque.
+    least = repeatability * (1 if unit.startswith("m") else 100)
+    if repeatability and least < panel.x_axis.high:
+        panel.threshold("", x=-least)
+        panel.threshold(f"{least:g} {unit}", x=least)
     for i, bar in enumerate(bars):
         panel.bar(i, 0, bar.change, "change", thick=8)
         if bar.deviation:
@@ -187,10 +194,15 @@ def error_curves(report: ReportDocument) -> Plot | None:
     curves = report.curves.joints
     most = max(abs(v) + d for c in curves for v, d in zip(c.values, c.deviations, strict=True))
     y = Axis.around_zero([_MRAD * most], "mrad")
-    panels = [_panel(curve, y, _angles(report.coverage, curve.joint)) for curve in curves]
+    repeatability = 1e3 * (report.limits.repeatability or 0)
+    panels = [
+        _panel(curve, y, _angles(report.coverage, curve.joint), repeatability) for curve in curves
+    ]
     largest = max((_MRAD * max(map(abs, c.values)), c.joint) for c in curves)
     blank = [f"{degrees:.0f} degrees of {c.joint}" for c in curves if (degrees := _blank(c))]
-    return plot("curves", *panels, layout="half", largest=largest, blank=blank)
+    return plot(
+        "curves", *panels, layout="half", largest=largest, blank=blank, repeatability=repeatability
+    )
 
 
 def _angles(coverage: Coverage, joint: str) -> list[float]:
@@ -200,7 +212,7 @@ def _angles(coverage: Coverage, joint: str) -> list[float]:
     return [(_DEGREES * angle + 180) % 360 - 180 for angle in angles]
 
 
-def _panel(curve: JointCurve, y: Axis, angles: list[float]) -> Panel:
+def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float) -> Panel:
     panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
     count = len(curve.values)
     order = np.roll(np.arange(count), count // 2)
@@ -211,6 +223,8 @@ def _panel(curve: JointCurve, y: Axis, angles: list[float]) -> Panel:
     path = " ".join(f"{panel.x(a):.1f},{panel.y(b):.1f}" for a, b in edges)
     panel.add("polygon", points=path, class_="deviation-area")
     panel.rule("zero", y=0)
+    for edge in (-repeatability, repeatability) if repeatability else ():
+        panel.threshold("", y=edge)
     panel.line(zip(at.tolist(), values.tolist(), strict=True), "change")
     marks = "".join(f"M{panel.x(a):.1f} {panel.bottom - 5:.1f}v5" for a in angles)
     panel.add("path", d=marks, class_="tick-train")

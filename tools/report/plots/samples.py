@@ -35,6 +35,9 @@ def errors_in_2d(report: ReportDocument) -> Plot:
     large, small = (
         nice_above(1e3 * float(lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
     )
+    limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
+    if 0 < limit < 1.4 * small:  # it is drawn, all of it
+        small = max(small, nice_above(limit, FINE))
     large = max(large, small)
     times = float(f"{large / small:.2g}")
     views: tuple[tuple[ModelName, float, str], ...] = (
@@ -65,7 +68,7 @@ def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, tit
         a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
         panel.dot(a, b, f"{model} {report.placements[row.placement].role}", size=2)
     limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
-    if 0 < limit < 1.4 * half:
+    if 0 < limit <= half:
         radius = limit * (panel.right - panel.left) / (2 * half)
         panel.dot(0, 0, "threshold", size=radius)
     return panel

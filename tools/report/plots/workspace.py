@@ -1,5 +1,6 @@
 """Plots of the workspace: how well places are known, several arms together, and the arm's poses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,13 +39,28 @@ def error_map(report: ReportDocument) -> Plot | None:
         level = min(int(LEVELS * (deviation - least) / max(most - least, 1e-12)), LEVELS - 1)
         corner = {"x": panel.x(-y) - side / 2, "y": panel.y(x) - side / 2}
         panel.add("rect", **corner, width=side, height=side, class_=f"known-{level}")
+    limit = next(
+        (row.limit for row in report.verdict.limits if row.name == "predicted_distance"), None
+    )
+    if limit is not None:
+        _outline(panel, [(x, y) for x, y, far in outlook.cells if far > limit], outlook.width)
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
         if row.role == "train":
             panel.dot(-row.position[1], row.position[0], "socket", row.name, size=4)
     ends = np.linspace(least, most, LEVELS + 1).tolist()
-    return plot("error-map", panel, layout="half", ends=ends, far=far)
+    return plot("error-map", panel, layout="half", ends=ends, far=far, limit=limit)
+
+
+def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
+    """Draw a dashed line round cells of a grid, each by its centre."""
+    inside, half = {(round(x / width), round(y / width)) for x, y in cells}, width / 2
+    for x, y in cells:
+        for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            if (round(x / width) + a, round(y / width) + b) not in inside:
+                ends = [(-y - half * (b - s * a), x + half * (a + s * b)) for s in (-1, 1)]
+                panel.line(ends, "threshold")
 
 
 @dataclass(frozen=True)

@@ -82,6 +82,7 @@ function armScene() {
     bodies(view, k);
     links(view, apart(k), "nominal", [7, 5]);
     links(view, arm.calibrated[k], "calibrated", []);
+    names(view);
     canvas.dataset.configuration = k;
   });
   for (const input of [slider, factor, overlay]) {
@@ -125,11 +126,17 @@ function ground(view, reach) {
 }
 
 function sockets(view) {
-  const taken = [];
   for (const placement of figures.placements) {
     const centres = placement.sockets.map((socket) => socket.centre);
     view.line(centres, "ink", 5);
     for (const centre of centres) view.dot(centre, 4, "ink", true);
+  }
+}
+
+function names(view) {
+  const taken = [];
+  for (const placement of figures.placements) {
+    const centres = placement.sockets.map((socket) => socket.centre);
     const name = placement.name.split("/").pop();
     let [x, y] = view.project(centres[0]);
     // A label that would stand on another one goes below it.

@@ -169,8 +169,11 @@ class View {
 
   text(point, words, colour = "muted", dx = 4, dy = -4) {
     const [x, y] = this.project(point);
-    this.context.fillStyle = this.colour(colour);
     this.context.font = "12px system-ui, sans-serif";
+    this.context.strokeStyle = this.colour("page"); // so that it can be read upon a line
+    this.context.lineWidth = 3;
+    this.context.strokeText(words, x + dx, y + dy);
+    this.context.fillStyle = this.colour(colour);
     this.context.fillText(words, x + dx, y + dy);
   }
 
