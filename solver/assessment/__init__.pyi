@@ -5,9 +5,6 @@ from .assessment import assess as assess
 from .coverage import Coverage as Coverage
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import samples_row as samples_row
-from .drift import FEWEST_SAMPLES as FEWEST_SAMPLES
-from .drift import judge_drift as judge_drift
-from .drift import too_few as too_few
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
 from .errors import RoleSummaries as RoleSummaries
@@ -24,9 +21,11 @@ from .formatting import percent as percent
 from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
+from .held_out import error_rows as error_rows
 from .known_distances import KnownDistanceErrors as KnownDistanceErrors
 from .limits import ARMS as ARMS
 from .limits import RESOLUTION as RESOLUTION
+from .limits import LimitResult as LimitResult
 from .limits import Limits as Limits
 from .limits import Options as Options
 from .limits import known_arm as known_arm
@@ -52,5 +51,3 @@ from .verdict import Scope as Scope
 from .verdict import Verdict as Verdict
 from .verdict import judge as judge
 from .verdict import worst as worst
-from .verification import ValidityPosterior as ValidityPosterior
-from .verification import odds_of as odds_of

@@ -9,8 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .fit import System
+from .fit import System, Task
 
+NOTHING, EVERYTHING = "nothing", "everything"
+PRIOR = {NOTHING: 0.5, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
+"""Probabilities before the samples; that of the joints is shared among them."""
+TYPICAL = (1e-3, 2e-2)
+"""Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
+CRASHED = {"m": 1e-3, "rad": 3e-3}
+"""Typical change of each number of the geometry after a crash."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -62,3 +69,23 @@ def _gain(
     N = np.eye(len(own)) + w[:, None] * M[np.ix_(own, own)] * w
     b = w * g[own]
     return float(0.5 * (b @ np.linalg.solve(N, b) - np.linalg.slogdet(N)[1]))
+
+
+def explanations(task: Task) -> list[Explanation]:
+    """Return what may have changed of an arm: nothing, a joint, the tool, the base, everything."""
+    prior = task.prior
+    joints, begin = prior.robot.joint_names, prior.zeros.start
+    base = [i for k in task.known for i in task.place(k).tolist()]
+    parameters = enumerate(prior.model.parameters)
+    geometry = {i: CRASHED[p.unit] for i, p in parameters if not p.of_ball}
+    each = PRIOR["joint"] / len(joints)
+    found = [Explanation(NOTHING, PRIOR[NOTHING], [task.free])]
+    some = [(name, each, [begin + j]) for j, name in enumerate(joints)]
+    if prior.ball[0] not in task.free:
+        some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
+    if base:
+        some.append(("base", PRIOR["base"], base))
+    for name, before, own in some:
+        widths = [{**task.free, **dict.fromkeys(own, width)} for width in TYPICAL]
+        found.append(Explanation(name, before, widths))
+    return [*found, Explanation(EVERYTHING, PRIOR[EVERYTHING], [{**task.free, **geometry}])]

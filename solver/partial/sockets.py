@@ -1,17 +1,48 @@
 """Samples of a ball in sockets, as rows of a fit."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..calibration import UsageError
-from ..data import Measurement
-from .fit import NoiseBelief, Task
-from .prior import SOCKET, ArmPrior
+from ..bayes.model import Noise
+from ..calibration import Calibration, UsageError
+from ..data import Measurement, measure
+from .fit import NoiseBelief, Task, fit
+from .prior import SOCKET, ArmPrior, prior_of
 from .rows import Rows
 
 BALL_ELSEWHERE = 0.1
 """Standard deviation of the ball's place where it was put on again [m]."""
+
+ANY_ARM = 20.0
+"""Times that an arm of which samples alone tell may be less exact than printed parts."""
+
+
+def known_of(calibration: Calibration) -> ArmPrior:
+    """Return what is known of an arm by all that its calibration was made of, held out or not.
+
+    One without a posterior is fitted to its samples again.
+    """
+    document, robot = calibration.document, calibration.calibrated.robot
+    if document.method == "auto" and document.arms is None:
+        known, roles = prior_of(calibration), ("test",)
+    else:
+        known, roles = prior_of(robot), ("train", "test")
+        wide, load = ANY_ARM**2 * known.covariance, calibration.calibrated.load
+        noise = Noise(known.noise.space, 0.0)
+        known = replace(known, covariance=wide, load=load, noise=noise)
+    data = [
+        measure(one.placement(robot.joint_names), robot, sockets=1)
+        for one in document.data
+        if one.role in roles and one.samples[0].point is None
+    ]
+    if not data:
+        return known
+    system = fit(socket_task(known, data))
+    own, noise = np.arange(len(known.mean)), system.state.noise
+    covariance, mean = system.posterior_covariance(own), system.state.x[own]
+    return replace(known, mean=mean, covariance=covariance, noise=Noise(noise.place, noise.joint))
 
 
 def socket_task(

@@ -1,67 +1,135 @@
-"""What changed since a calibration: nothing, a joint, the tool, the base, or everything."""
+"""What changed since a calibration, and how large its errors are now: one answer, one verdict.
 
+``mukca validate``, ``check --calibration``, ``record --quick --calibration`` and ``mukca fleet``
+say it, each in its own detail, and end alike.
+"""
+
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from msgspec import structs
 
 from ...recorder import Placement
-from ..assessment import FEWEST_SAMPLES, Verdict, judge, limit_row, too_few
-from ..calibration import Calibration, as_list
-from ..data import measure
-from .evidence import Explanation, probabilities
-from .fit import Task, fit
-from .prior import prior_of
-from .sockets import socket_task
+from ..assessment import (
+    LimitResult,
+    Limits,
+    Options,
+    Verdict,
+    checks_row,
+    error_rows,
+    judge,
+    limit_row,
+    limits_of,
+    mm,
+)
+from ..calibration import Calibration, Errors, as_list
+from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
+from ..diagnostics import Survey, inspect_all
+from ..results import Summary
+from ..robot import Origin
+from .evidence import EVERYTHING, NOTHING, explanations, probabilities
+from .fit import fit
+from .sockets import known_of, socket_task
 
-NOTHING = "nothing"
-PRIOR = {NOTHING: 0.5, "joint": 0.3, "tool": 0.1, "base": 0.1, "everything": 0.1}
-"""Probabilities before the samples; that of the joints is shared among them."""
-ZEROS, PLACES = (1e-3, 2e-2), (1e-3, 2e-2)
-"""Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
-EVERYTHING = {"m": 1e-3, "rad": 3e-3}
-"""Typical change of each number of the geometry after a crash."""
-VALID = 0.1
-"""Probability that nothing changed down to which the calibration counts as valid: nine to one."""
+CHANGED = 0.85
+"""Probability from which something is said to have changed: so is less than 1 in 100 where nothing
+did, and 96 of 100 joints that moved by 1 mrad."""
+FEWEST_SAMPLES = 10
+"""New samples below which nothing is said of a calibration."""
+MOST_SAMPLES = 150
+"""Samples that are weighed; more of them tell of the model's own misfit."""
+WORSE = 1.5
+"""Errors beyond this many times those at the calibration itself are new."""
+FAR_MOVED = 4.0
+"""A ball farther from where it was than so many standard deviations was moved."""
+PUT_ON_AGAIN = 2e-3
+"""Standard deviation of where a ball sits that was taken off and put on again [m]."""
+ZERO = 0.2
+"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
+LEAST_SAID = 0.01
+"""Probability below which an explanation is not shown."""
+TRAINED = "all of these were trained on, so their errors prove nothing"
 _NEXT = {
-    "tool": "the ball or tool was moved: find the tool by mukca tool, or mukca rezero --ball-moved",
-    "base": "the base was moved: leave out --stood",
-    "everything": "no single change explains it: record placements, and mukca solve again",
+    "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
+    "base": "The base was moved: leave out --stood.",
+    "everything": "No single joint explains it: record placements, and calibrate again.",
 }
 
 
 @dataclass(frozen=True)
-class Validity:
-    """What changed since a calibration, by samples recorded since."""
+class NearestCause:
+    """An offset of one joint, and the error that is left with it."""
+
+    joint: str
+    offset: float
+    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
+    error: float
+    """Mean absolute error [m]."""
+    unit: str
+
+    def text(self, share: str) -> str:
+        """Return it in words, with its probability."""
+        size = f"{1e3 * self.offset:+.2f} mm"
+        if self.unit == "rad":
+            size = f"{math.degrees(self.offset):+.2f} deg"
+        left = mm(self.error)
+        return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """What may have changed, by the evidence of samples in sockets."""
 
     probabilities: dict[str, float]
-    """Of each explanation: ``nothing``, each joint, ``tool``, ``base``, ``everything``."""
-    samples: int
+    """Of each explanation; empty where samples are none of a ball in sockets."""
+    cause: NearestCause | None = None
+    """The joint that changed, where it is one."""
+    ball: float | None = None
+    """How far the ball sits from where it was, where it was allowed to and did [m]."""
 
     @property
     def likeliest(self) -> str:
         """The most probable explanation."""
-        return max(self.probabilities, key=self.probabilities.__getitem__)
+        return max(self.probabilities, key=self.probabilities.__getitem__, default="")
 
     @property
-    def verdict(self) -> Verdict:
-        """The verdict, by the one judge."""
-        nothing = self.probabilities[NOTHING]
-        status = "pass" if nothing >= VALID else "fail"
-        status = "not enough" if self.samples < FEWEST_SAMPLES else status
-        return judge([limit_row("validity", "validity", status, self.text, text=self.text)])
+    def changed(self) -> bool:
+        """True where something did."""
+        return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validity(Weighed):
+    """Validity of a calibration, by samples recorded since."""
+
+    errors: Errors
+    """Of each placement; of those that were trained on they prove little."""
+    verdict: Verdict
+    """By the one judge."""
+    reason: str
+    """What holds, or changed."""
+    advice: str
+    """The next step; empty where all is well."""
 
     @property
     def text(self) -> str:
-        """What changed, with its probability, and the next step."""
-        nothing, likely = self.probabilities[NOTHING], self.likeliest
-        if self.samples < FEWEST_SAMPLES:
-            return too_few(self.samples)
-        share = f"{100 * self.probabilities[likely]:.1f} %"
-        if likely == NOTHING:
-            return f"still valid: nothing changed, with a probability of {share}"
-        if nothing >= VALID:
-            return f"not sure to have changed: {likely} may have ({share}); record more samples"
-        step = _NEXT.get(likely, f"mukca rezero --joint {likely} finds its zero")
-        return f"changed: {likely}, with a probability of {share}; {step}"
+        """The verdict in a sentence, and the next step."""
+        return f"Verdict: {self.verdict.title}: {self.reason}{self.advice and ' '}{self.advice}"
+
+    @property
+    def odds(self) -> tuple[str, ...]:
+        """Each explanation that is not ruled out, the most probable first, in words."""
+        by_size = sorted(self.probabilities.items(), key=lambda one: -one[1])
+        words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SAID)
+        return (f"Changed since, by the evidence: {words}.",) if words else ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the verdict by name."""
+        cause = None if self.cause is None else asdict(self.cause)
+        return {**self.verdict.as_said(), "text": self.text, "nearest_cause": cause}
 
 
 def what_changed(
@@ -69,47 +137,163 @@ def what_changed(
     data: Placement | Sequence[Placement],
     stood: str = "",
     distance: float | None = None,
+    *,
+    repeatability: float | None = None,
+    ball_moved: bool = False,
 ) -> Validity:
-    """Tell what changed since a calibration, by samples with the ball in sockets.
+    """Tell what changed since a calibration, and how large its errors are.
 
-    ``calibration.validate`` says how large the errors are; this says what they come from.
+    It is valid if the evidence names no change, and its errors keep the arm's limits. A change that
+    leaves them within limits that are given is allowed.
 
     Args:
         calibration: The calibration.
-        data: Samples recorded since, 6 in each of two sockets, say.
+        data: Samples recorded since with the ball in sockets, 6 in each of two, say; of measured
+            points the errors alone are told.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
+        repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
+        ball_moved: The ball may have been taken off since, which is no change then.
 
     Raises:
-        UsageError: No such placement, or a calibration that leaves no posterior.
+        UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    prior = prior_of(calibration)
-    measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
-    task = socket_task(prior, measured, stood)
-    explanations = _explanations(task)
-    single = [one for one in explanations if one.name != "everything"]
+    placements = as_list(data)
+    measured = [measure(p, calibration.robot, distance, sockets=1) for p in placements]
+    weighed, now = Weighed({}), None
+    if all(m.kind == "sockets" for m in measured):
+        step = -(-sum(len(m.positions) for m in measured) // MOST_SAMPLES)
+        few = [replace(p, samples=p.samples[::step]) for p in placements]
+        some = [measure(p, calibration.robot, distance, sockets=1) for p in few]
+        weighed, now = _weigh(calibration, some, stood, ball_moved=ball_moved)
+    errors = calibration.errors_of(measured)
+    limits = limits_of(calibration.document, calibration.source, Options(repeatability))
+    new = errors.summary.test
+    if new is not None and now is not None:
+        new = structs.replace(new, calibrated=now, geometric=None)
+    rows = _error_rows(new, limits, told=bool(weighed.probabilities))
+    held_out = [m for m in measured if not calibration.was_trained_on(m)]
+    survey = _survey(calibration, held_out, limits.repeatability)
+    rows.append(checks_row(survey.diagnostics))
+    count, advice = sum(len(m.positions) for m in measured), ""
+    if new is None:
+        reason = f"not known; {TRAINED}."
+    elif count < FEWEST_SAMPLES:
+        reason = f"{count} samples say too little; record 6 in each of two sockets."
+        rows.append(limit_row("samples", "samples", "not enough", reason, text=reason[:-1]))
+    else:
+        then = calibration.document.summary.test or calibration.document.summary.train
+        before = None if then is None else then.loaded.mean_absolute_error
+        reason, advice = _said(weighed, rows, new.loaded, limits, before)
+        if weighed.probabilities:
+            held = calibration.document.summary.test is not None and new.loaded
+            small = held and before and held.mean_absolute_error <= before
+            allowed = repeatability is not None or small
+            allowed = allowed and all(row.status != "fail" for row in rows)
+            status = "pass" if not weighed.changed else "warning" if allowed else "fail"
+            text = reason.rstrip(".")
+            rows.append(limit_row("validity", "what changed", status, text, text=text))
+    verdict = judge(rows, (), survey.hypotheses)
+    return Validity(**vars(weighed), errors=errors, verdict=verdict, reason=reason, advice=advice)
+
+
+def _weigh(
+    calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
+) -> tuple[Weighed, Metrics | None]:
+    """Return what changed, and the errors with the ball where it sits now, if it may have moved."""
+    prior = known_of(calibration)
+    again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
+    task = replace(socket_task(prior, data, stood), free=again)
+    each = explanations(task)
+    single = [one for one in each if one.name != EVERYTHING]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
-    found = probabilities(fit(replace(task, free=wide)), explanations).tolist()
-    names = [one.name for one in explanations]
-    return Validity(dict(zip(names, found, strict=True)), len(task.rows.q))
+    odds = probabilities(fit(replace(task, free={**wide, **task.free})), each).tolist()
+    weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
+    joints = prior.robot.joint_names
+    if weighed.changed and weighed.likeliest in joints:
+        j = joints.index(weighed.likeliest)
+        own = prior.zeros.start + j
+        offset = float(fit(replace(task, free={**task.free, own: ZERO})).state.x[own])
+        offset -= float(prior.mean[own])
+        rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
+        pairs = zip(rows, data, strict=True)
+        left = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
+        unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
+        cause = NearestCause(weighed.likeliest, offset, left.mean_absolute_error, unit)
+        weighed = replace(weighed, cause=cause)
+    if not ball_moved:
+        return weighed, None
+    arm = replace(prior, covariance=0 * prior.covariance)
+    system = fit(replace(task, prior=arm))
+    shift = (system.state.x - prior.mean)[prior.ball]
+    if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
+        weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
+    left = np.linalg.norm(system.residuals, axis=1)
+    return weighed, Metrics(float(left.mean()), float(left.max()), None)
 
 
-def _explanations(task: Task) -> list[Explanation]:
-    prior = task.prior
-    joints, begin = prior.robot.joint_names, prior.zeros.start
-    base = [i for k in task.known for i in task.place(k).tolist()]
-    geometry = {
-        i: EVERYTHING[p.unit] for i, p in enumerate(prior.model.parameters) if not p.of_ball
-    }
-    ball = prior.ball.tolist()
-    each = PRIOR["joint"] / len(joints)
-    found = [Explanation(NOTHING, PRIOR[NOTHING], [{}])]
-    found += [
-        Explanation(name, each, [{begin + j: width} for width in ZEROS])
-        for j, name in enumerate(joints)
-    ]
-    found.append(Explanation("tool", PRIOR["tool"], [dict.fromkeys(ball, w) for w in PLACES]))
-    if base:
-        found.append(Explanation("base", PRIOR["base"], [dict.fromkeys(base, w) for w in PLACES]))
-    return [*found, Explanation("everything", PRIOR["everything"], [geometry])]
+def _error_rows(new: Summary | None, limits: Limits, *, told: bool) -> list[LimitResult]:
+    """Return whether errors keep their limits; where none is known, the evidence alone says."""
+    full = None if new is None or new.geometric is None else new.calibrated
+    rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)
+    if new is None:
+        return rows
+    rows = rows if new.loaded.distance_error is not None else rows[:1]
+    return [row for row in rows if not told or row.limit is not None]
+
+
+def _said(
+    weighed: Weighed,
+    rows: Sequence[LimitResult],
+    now: Metrics,
+    limits: Limits,
+    before: float | None,
+) -> tuple[str, str]:
+    """Return what holds or changed, and the next step."""
+    mean, length, likely = now.mean_absolute_error, now.distance_error, weighed.likeliest
+    allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
+    figures = mm(mean) if allowed is None else f"{mm(mean)}, limit {mm(allowed)}"
+    drifted = f"drifted: {figures}" + (f", {mm(before)} when it was made" if before else "")
+    share = f"{100 * weighed.probabilities.get(likely, 0.0):.1f} %"
+    status = {row.name: row.status for row in rows}
+    if weighed.cause is not None:
+        return (
+            f"{drifted}; {weighed.cause.text(share)}.",
+            f"mukca rezero --joint {likely} finds its zero.",
+        )
+    if status.get("distance_error") == "fail" != status["mean_absolute_error"] and length and most:
+        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
+        return f"{reason}; check --distance, and calibrate again.", ""
+    if weighed.changed:
+        return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", _NEXT[likely]
+    if status.get("mean_absolute_error") == "fail":
+        if before is not None and mean <= WORSE * before:
+            text = f"not valid ({figures}), and it was no better when it was made."
+            return text, "Calibrate again with more placements."
+        return f"{drifted}. No single joint explains it: calibrate again.", ""
+    if not likely and allowed is None:
+        return f"not known; {rows[0].reason}.", ""
+    checks = next(row for row in rows if row.name == "data_checks")
+    if checks.status != "pass":
+        return f"within its limits ({figures}), but look: {checks.text}.", ""
+    odds = f"{likely} may have changed ({share}); record more samples"
+    if likely in (NOTHING, ""):
+        odds = f"nothing changed, with a probability of {share}" if likely else ""
+    if weighed.ball is not None:
+        last = list(weighed.probabilities)[-2]
+        odds += f"; the ball sits {mm(weighed.ball)} from where it was, or {last} is off"
+    return f"still valid ({figures}){odds and ': '}{odds}.", ""
+
+
+def _survey(arm: Calibration, data: Sequence[Measurement], repeatability: float | None) -> Survey:
+    """Return what is seen in new recordings, by the arm as it was calibrated."""
+    calibrated = arm.calibrated
+    pairs = zip(calibrated.robot.joints, calibrated.origins.tolist(), strict=True)
+    joints = tuple(replace(joint, origin=Origin.of(numbers)) for joint, numbers in pairs)
+    return inspect_all(
+        replace(calibrated.robot, joints=joints),
+        data,
+        zeros=bool(arm.document.settings.get("zeros")),
+        repeatability=repeatability,
+    )

@@ -50,7 +50,8 @@ def test_a_fleet_is_calibrated_and_compared(
     assert three["sessions"] == [] and "hole_1.csv" in three["error"]
     assert "Mend the recordings" in three["again"]
     check_parameters(result["parameters"], [one["sessions"][1], two["sessions"][1]])
-    assert drift["text"] == f"Verdict: FAIL: {drift['reason']} Calibrate again."
+    advice = "mukca rezero --joint panda_joint4 finds its zero."
+    assert drift["text"] == f"Verdict: FAIL: {drift['reason']} {advice}"
     for session in one["sessions"]:
         assert Path(session["outputs"]["urdf"]).is_file()
     page = (out / "fleet.html").read_text()

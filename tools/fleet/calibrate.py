@@ -10,9 +10,8 @@ import msgspec
 
 from ...errors import MukcaError
 from ...recorder import Placement, read_placement
-from ...solver.assessment import judge_drift
 from ...solver.calibration import Calibration, calibrate
-from ...solver.data import measure
+from ...solver.partial import what_changed
 from ...solver.results import agreement
 from ...solver.robot import Robot, load_robot
 from ..report import build_report
@@ -101,22 +100,19 @@ def _drift(
     arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
-    from ...solver.assessment import Options, limits_of
-
-    data = [measure(p, earlier.robot, arm.settings.distance, sockets=1) for p in placements]
-    errors = earlier.errors_of(data).summary
-    summary = errors.test or errors.train
+    settings = arm.settings.validated()
+    repeatability = None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
+    found = what_changed(
+        earlier, placements, distance=settings.distance, repeatability=repeatability
+    )
+    summary = found.errors.summary.test or found.errors.summary.train
     assert summary is not None  # there is data
-    repeatability_mm = arm.settings.repeatability_mm
-    repeatability = None if repeatability_mm is None else repeatability_mm / 1e3
-    limits = limits_of(earlier.document, since, Options(repeatability=repeatability))
-    drift = judge_drift(earlier.document, earlier.calibrated, errors.test, data, limits)
     return FleetDrift(
         since=since,
         mean_absolute_error=summary.loaded.mean_absolute_error,
-        status=drift.verdict.status,
-        text=drift.text,
-        reason=drift.reason,
+        status=found.verdict.status,
+        text=found.text,
+        reason=found.reason,
     )
 
 

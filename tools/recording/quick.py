@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder import read_placement
-from ...solver.assessment import ValidityPosterior, checks_row, judge, odds_of, repeatability_of
+from ...solver.assessment import checks_row, judge, repeatability_of
 from ...solver.calibration import Calibration
 from ...solver.data import measure
 from ...solver.diagnostics import inspect_all
+from ...solver.partial import Validity, what_changed
 from ...solver.robot import BallModel, Robot
 from .guidance_process import limit_for
 from .outlier_checks import wrong_model_check
@@ -51,8 +52,8 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     )
 
 
-def verify_calibration(calibration: Calibration, folder: Path) -> ValidityPosterior:
-    """Return the posterior that a calibration still holds, by poses recorded since.
+def verify_calibration(calibration: Calibration, folder: Path) -> Validity:
+    """Return whether a calibration still holds, by poses recorded since; the ball may have moved.
 
     Args:
         calibration: The calibration.
@@ -61,8 +62,4 @@ def verify_calibration(calibration: Calibration, folder: Path) -> ValidityPoster
     Raises:
         MeasurementError: They are not of its robot.
     """
-    measured = measure(read_placement(folder), calibration.robot, sockets=1)
-    summary = calibration.document.summary
-    then = summary.test or summary.train
-    before = then.loaded.mean_absolute_error if then else limit_for(calibration.robot)
-    return odds_of(calibration.calibrated, [measured], before, limit_for(calibration.robot))
+    return what_changed(calibration, read_placement(folder), ball_moved=True)

@@ -9,6 +9,7 @@ from ....recorder import read_placements
 from ....solver import assessment, calibration, data, design, diagnostics, partial
 from ....solver.calibration import SolveOptions, UsageError
 from .. import JsonOption, RobotOptions, Terminal, argument, option, part, survey_of
+from .report import metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 
@@ -25,7 +26,7 @@ class Options(RobotOptions, JsonOption):
     robot: str = option("a shipped robot's name, or a URDF file", "R", "", group="robot")
     calibration: Path | None = option(
         "in place of --robot: tell what changed since this calibration, a joint, the tool, the "
-        "base or everything (mukca validate: how large the errors are)",
+        "base or everything (mukca validate: the same verdict, with the errors)",
         "CALIBRATION",
     )
     stood: str = option(
@@ -49,13 +50,15 @@ class Options(RobotOptions, JsonOption):
 def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
     since = calibration.load_calibration(file)
-    data, distance = read_placements(*options.data), options.settings.distance
-    found = partial.what_changed(since, data, options.stood, distance)
-    verdict = found.verdict
-    terminal.say(f"Verdict: {verdict.title}: {found.text}.")
+    settings = options.settings.validated()
+    allowed = metres(settings.repeatability_mm)
+    data, stood = read_placements(*options.data), options.stood
+    found = partial.what_changed(since, data, stood, settings.distance, repeatability=allowed)
+    terminal.say(*found.odds, found.text)
     said = {"probabilities": found.probabilities, "likeliest": found.likeliest}
-    terminal.emit({"robot": since.document.robot, **said, "verdict": verdict.as_said()})
-    return verdict.exit_status
+    verdict = found.as_dict()
+    terminal.emit({"robot": since.document.robot, **said, "verdict": verdict})
+    return found.verdict.exit_status
 
 
 def run(options: Options, terminal: Terminal) -> int:

@@ -72,9 +72,9 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         words, status = recording.worth_calibrating(robot, settled.out)
         terminal.say(words)
         return status
-    odds = recording.verify_calibration(known, settled.out)
-    terminal.say(f"Verdict: {odds.verdict.stamp}. {odds.text}")
-    return odds.verdict.exit_status
+    found = recording.verify_calibration(known, settled.out)
+    terminal.say(found.text)
+    return found.verdict.exit_status
 
 
 def next_folder(folder: Path) -> Path:

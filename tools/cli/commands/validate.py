@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ....solver import assessment, calibration, results
+from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
 from .. import JsonOption, Terminal, argument, for_each_arm, measure_all, part, table
 from .report import metres
@@ -25,7 +25,6 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def _run(options: Options, terminal: Terminal) -> int:
-    kept = assessment.Options(metres(options.settings.validated().repeatability_mm))
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
     data = measure_all(options.data, robot, options.settings.distance, sockets=1)
@@ -34,23 +33,25 @@ def _run(options: Options, terminal: Terminal) -> int:
             *m.warnings,
             *results.beyond_words(document.curves, robot.joint_names, m.positions, m.name),
         )
-    errors = calibrated.errors_of(data)
+    found = partial.what_changed(
+        calibrated,
+        [m.placement for m in data],
+        distance=options.settings.distance,
+        repeatability=metres(options.settings.validated().repeatability_mm),
+    )
+    errors = found.errors
     show_errors(errors, terminal)
     if errors.summary.train is not None:
         terminal.say("Placements with role `train` were fitted: their errors prove little.")
-    limits = assessment.limits_of(document, str(options.calibration), kept)
-    held_out = [m for m in data if not calibrated.was_trained_on(m)]
-    new = errors.summary.test
-    drift = assessment.judge_drift(document, calibrated.calibrated, new, held_out, limits)
-    terminal.say(drift.text)
-    if drift.verdict.exit_status == 1:
-        terminal.say("mukca check --calibration tells what changed, and what to do about it.")
+    terminal.say(found.text)
+    if found.verdict.exit_status == 1:
+        terminal.say("mukca check --calibration tells what changed, and how sure that is.")
     if options.json:
-        whole, verdict = calibrated.result.as_dict(), drift.as_dict()
+        whole, verdict = calibrated.result.as_dict(), found.as_dict()
         keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
         said = {key: whole[key] for key in keys}
         terminal.emit({**said, **errors.as_dict(), "outputs": {}, "verdict": verdict})
-    return drift.verdict.exit_status
+    return found.verdict.exit_status
 
 
 def show_errors(errors: "calibration.Errors", terminal: Terminal) -> None:
