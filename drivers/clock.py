@@ -90,12 +90,8 @@ def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
 def repeat(step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
     """Call a function again and again in a thread of its own, until it returns False.
 
-    Args:
-        step: The function; it should take no longer than a fraction of a second.
-        end: Called once in the same thread, at the end.
-
-    Returns:
-        A function that ends the thread, and waits for it for a moment; safe to call twice.
+    Then ``end`` is called there. What is returned ends the thread, and waits for it for a moment;
+    it is safe to call twice. A step should take no longer than a fraction of a second.
     """
     return _clock.repeat(step, end)
 

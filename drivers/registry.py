@@ -12,12 +12,8 @@ import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
 from .driver import Driver, DriverError, Reason
-
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
 
 ENTRY_POINT_GROUP = "mukca.drivers"
 
@@ -46,48 +42,42 @@ class DriverInfo:
         return tuple(module for module in self.needs if not is_installed(module))
 
 
-def _own(
-    name: str,
-    target: str,
-    arms: str,
-    needs: tuple[str, ...] = (),
-    optional: tuple[tuple[str, str], ...] = (),
-) -> DriverInfo:
-    return DriverInfo(name, f"mukca.drivers.arms.{target}", arms, needs, optional)
-
-
 _ISOTP, _KORTEX = ("isotp", "can://"), ("kortex_api", "kortex://")
+_ARMS, _SERIAL = "mukca.drivers.arms.", ("serial",)
 _OWN = (
-    _own("damiao", "damiao:Damiao", "OpenArm: Damiao motors, CAN", ("can",)),
-    _own(
+    DriverInfo("damiao", _ARMS + "damiao:Damiao", "OpenArm: Damiao motors, CAN", ("can",)),
+    DriverInfo(
         "dynamixel",
-        "servos.dynamixel:Dynamixel",
+        _ARMS + "servos.dynamixel:Dynamixel",
         "ViperX, WidowX, Koch: Dynamixel X servos, serial",
-        ("serial",),
+        _SERIAL,
     ),
-    _own(
+    DriverInfo(
         "feetech",
-        "servos.feetech:Feetech",
+        _ARMS + "servos.feetech:Feetech",
         "SO-100, SO-101: Feetech STS servos, serial",
-        ("serial",),
+        _SERIAL,
     ),
-    _own("franka", "franka:Franka", "Panda, FR3: FCI"),
-    _own(
+    DriverInfo("franka", _ARMS + "franka:Franka", "Panda, FR3: FCI"),
+    DriverInfo(
         "kinova",
-        "kinova.kinova:Kinova",
+        _ARMS + "kinova.kinova:Kinova",
         "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
-        ("serial",),
+        _SERIAL,
         (_ISOTP, _KORTEX),
     ),
-    _own("kuka", "kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
-    _own("mock", "simulated:Mock", "a simulated arm: replays a recording"),
-    _own("piper", "piper:Piper", "AgileX Piper: CAN", ("can",)),
-    _own("ros", "ros:Ros", "any arm in ROS: rosbridge", ("roslibpy",)),
-    _own("ur", "ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
-    _own(
-        "ur-rtde", "ur_rtde:UrRtde", "UR3 to UR20: RTDE, by the package ur-rtde", ("rtde_receive",)
+    DriverInfo("kuka", _ARMS + "kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
+    DriverInfo("mock", _ARMS + "simulated:Mock", "a simulated arm: replays a recording"),
+    DriverInfo("piper", _ARMS + "piper:Piper", "AgileX Piper: CAN", ("can",)),
+    DriverInfo("ros", _ARMS + "ros:Ros", "any arm in ROS: rosbridge", ("roslibpy",)),
+    DriverInfo("ur", _ARMS + "ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
+    DriverInfo(
+        "ur-rtde",
+        _ARMS + "ur_rtde:UrRtde",
+        "UR3 to UR20: RTDE, by the package ur-rtde",
+        ("rtde_receive",),
     ),
-    _own("xarm", "xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
+    DriverInfo("xarm", _ARMS + "xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
 )
 DRIVERS = {info.name: info for info in _OWN}
 
@@ -101,8 +91,12 @@ def list_drivers() -> list[DriverInfo]:
     """Return all drivers: first mukca's own, then those of installed plug-ins by name."""
     from importlib.metadata import entry_points
 
-    plugins = entry_points(group=ENTRY_POINT_GROUP)
-    return [*DRIVERS.values(), *(_plugin(point) for point in sorted(plugins, key=_name))]
+    found = list(DRIVERS.values())
+    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
+        package = point.dist
+        source = f"{package.name} {package.version}" if package else "a plug-in"
+        found.append(DriverInfo(point.name, point.value, "plug-in", source=source))
+    return found
 
 
 def try_plugin(info: DriverInfo) -> DriverInfo:
@@ -179,13 +173,3 @@ def _load(info: DriverInfo) -> type[Driver]:
             f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver",
         )
     return loaded
-
-
-def _plugin(point: "EntryPoint") -> DriverInfo:
-    package = point.dist
-    source = f"{package.name} {package.version}" if package else "a plug-in"
-    return DriverInfo(point.name, point.value, "plug-in", source=source)
-
-
-def _name(point: "EntryPoint") -> str:
-    return point.name

@@ -34,24 +34,10 @@ FIRST_ANSWER_SECONDS = 1.0
 Decoded = TypeVar("Decoded")
 
 
-def encode_refresh(motor: int) -> bytes:
-    """Return the request for a motor's feedback."""
-    return bytes([motor, 0, REFRESH, 0, 0, 0, 0, 0])
-
-
-def encode_query(motor: int) -> bytes:
-    """Return the request for a motor's PMAX."""
-    return bytes([motor, 0, QUERY, PMAX_REGISTER, 0, 0, 0, 0])
-
-
 def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
     """Return a motor's angle [rad] and its status.
 
-    ::
-
-        status * 16 + motor | position, 2 bytes, high first | velocity, torque | temperatures
-
-        angle = position / 65535 * 2 PMAX - PMAX
+    status * 16 + motor | position, 2 bytes, high first | velocity, torque | temperatures
 
     A register comes under the same identifier; as a position it would be two turns away.
     """
@@ -97,9 +83,7 @@ class Damiao(PolledDriver):
         self._await_turn(deadline)
         start = clock.now()
         self._next_poll = start + self._interval
-        replies = [
-            self._ask(motor, encode_refresh(motor), decode_feedback) for motor in self._motors
-        ]
+        replies = [self._ask(motor, REFRESH, 0, decode_feedback) for motor in self._motors]
         angles, statuses = zip(*replies, strict=True)
         self.status = ", ".join(
             f"motor {motor}: {TROUBLES[status]}"
@@ -123,7 +107,7 @@ class Damiao(PolledDriver):
         for motor in self._motors:
             try:
                 until = clock.now() + FIRST_ANSWER_SECONDS
-                largest = self._ask(motor, encode_query(motor), decode_query, until)
+                largest = self._ask(motor, QUERY, PMAX_REGISTER, decode_query, until)
             except ValueError as error:
                 raise DriverError(
                     Reason.UNREACHABLE,
@@ -139,14 +123,15 @@ class Damiao(PolledDriver):
     def _ask(
         self,
         motor: int,
-        request: bytes,
+        request: int,
+        register: int,
         decode: Callable[[bytes, int], Decoded],
         until: float = 0.0,
     ) -> Decoded:
         """Return a motor's answer to a request; frames that are none are left out."""
 
         def ask() -> Decoded:
-            self._bus.send(EVERYBODY, request)
+            self._bus.send(EVERYBODY, bytes([motor, 0, request, register, 0, 0, 0, 0]))
             deadline, bad = clock.now() + ANSWER_SECONDS, f"no answer of motor {motor}"
             while (frame := self._bus.receive(deadline)) is not None:
                 if frame.arbitration_id == ANSWERS + motor:

@@ -92,11 +92,7 @@ LAYOUTS: dict[int, struct.Struct] = {
 
 
 def decode_state(datagram: bytes) -> tuple[JointState, str]:
-    """Return the state in a RobotState datagram, and mode and errors in words.
-
-    Its length alone tells its layout; message_id counts milliseconds, and q and tau_J are measured
-    on the link side.
-    """
+    """Return the state in a RobotState datagram, and mode and errors in words."""
     layout = LAYOUTS.get(len(datagram))
     if layout is None:
         raise ValueError(

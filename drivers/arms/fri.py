@@ -10,9 +10,9 @@ Read as a length, the first bytes of a bare message are larger than any datagram
 import math
 import struct
 import zlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 MONITORING_ID = 0x245142
 COMMAND_ID = 0x34001
@@ -22,9 +22,10 @@ FRAME_BYTES = 8  # length before, CRC-32 behind
 LARGEST_DATAGRAM = 1500
 HEADER_KEY = b"\x0a"  # every message begins with its header, field 1
 
-VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
-Fields = dict[int, list[tuple[int, int | bytes]]]
-"""Field number -> (wire type, value) of each occurrence."""
+VARINT, BYTES = 0, 2
+FIXED = {1: 8, 5: 4}  # bytes of a number by its wire type
+Fields = dict[int, list[tuple[int, Any]]]
+"""Field number -> (wire type, value) of each occurrence: an int for a varint, else bytes."""
 
 
 class Session(IntEnum):
@@ -76,7 +77,9 @@ def decode_message(datagram: bytes) -> StateMessage:
     position = _joint_values(monitor, 1)
     if not all(abs(angle) <= LARGEST_ANGLE for angle in position):
         raise ValueError("an FRI message with impossible joint angles")
-    _check_count(_fields(_bytes(message, 2, b"")), position)
+    count = _varint(_fields(_bytes(message, 2, b"")), 1, len(position))
+    if position and count != len(position):
+        raise ValueError(f"an FRI message with {len(position)} angles for {count} joints")
     torque = _joint_values(monitor, 2)
     if len(torque) not in (0, len(position)):
         raise ValueError(f"an FRI message with {len(position)} angles and {len(torque)} torques")
@@ -100,7 +103,7 @@ def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
     """Return the counter-th reply, a header without a command, to the message of a sequence."""
     header = b"".join(
         bytes([number << 3 | VARINT]) + _encode_varint(value)
-        for number, value in ((1, COMMAND_ID), (2, counter), (3, reflected))
+        for number, value in enumerate((COMMAND_ID, counter, reflected), 1)
     )
     body = bytes([1 << 3 | BYTES]) + _encode_varint(len(header)) + header
     if not framed:
@@ -120,17 +123,11 @@ def _unframe(datagram: bytes) -> tuple[bytes, bool]:
     return body, True
 
 
-def _check_count(robot: Fields, position: Sequence[float]) -> None:
-    count = _varint(robot, 1, len(position))
-    if position and count != len(position):
-        raise ValueError(f"an FRI message with {len(position)} angles for {count} joints")
-
-
 def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
     """Return a JointValues message: repeated doubles, packed or not; empty if it is absent."""
     values: list[float] = []
     for wire, value in _fields(_bytes(fields, number, b"")).get(1, []):
-        if isinstance(value, int) or wire not in (FIXED64, BYTES) or len(value) % 8:
+        if wire == VARINT or len(value) % 8:
             raise ValueError("an FRI message whose joint values are no doubles")
         values.extend(struct.unpack(f"<{len(value) // 8}d", value))
     if not all(map(math.isfinite, values)):
@@ -157,42 +154,28 @@ def _fields(body: bytes) -> Fields:
         number, wire = key >> 3, key & 7
         if number == 0:
             raise ValueError("a message with a field 0")
-        if wire == VARINT:
-            value, at = _decode_varint(body, at)
-        else:
-            size, at = _size(body, at, wire)
-            value = body[at : at + size]
-            at += size
+        if wire not in (VARINT, BYTES, *FIXED):
+            raise ValueError(f"a message with a field of unknown wire type {wire}")
+        value, start = (FIXED[wire], at) if wire in FIXED else _decode_varint(body, at)
+        at = start
+        if wire != VARINT:
+            at = start + value
+            value = body[start:at]
             if at > len(body):
                 raise ValueError("a message that ends within a field")
         fields.setdefault(number, []).append((wire, value))
     return fields
 
 
-def _size(body: bytes, at: int, wire: int) -> tuple[int, int]:
-    """Return the number of bytes of a field's value, and the offset at which it begins."""
-    if wire == FIXED64:
-        return 8, at
-    if wire == FIXED32:
-        return 4, at
-    if wire == BYTES:
-        return _decode_varint(body, at)
-    raise ValueError(f"a message with a field of unknown wire type {wire}")
-
-
 def _bytes(fields: Fields, number: int, default: bytes | None = None) -> bytes:
-    value = _single(fields, number, BYTES, default)
-    assert isinstance(value, bytes)
-    return value
+    return _single(fields, number, BYTES, default)
 
 
 def _varint(fields: Fields, number: int, default: int | None = None) -> int:
-    value = _single(fields, number, VARINT, default)
-    assert isinstance(value, int)
-    return value
+    return _single(fields, number, VARINT, default)
 
 
-def _single(fields: Fields, number: int, wire: int, default: int | bytes | None) -> int | bytes:
+def _single(fields: Fields, number: int, wire: int, default: Any) -> Any:
     occurrences = fields.get(number, [])
     if not occurrences and default is not None:
         return default

@@ -70,7 +70,8 @@ class Piper(ValidatingDriver):
         """Add a frame to the state of this turn; return the state once it is whole."""
         part = IDENTIFIERS.index(frame.arbitration_id)
         arrival = frame.timestamp or clock.now()
-        if part != len(self._angles) // 2 or (part and self._is_late(arrival)):
+        late = abs(arrival - self._turn_began) > self._stamp.period / 2
+        if part != len(self._angles) // 2 or (part and late):
             self._lose_turn()
         if part == 0:
             self._lost, self._turn_began = False, arrival
@@ -93,10 +94,6 @@ class Piper(ValidatingDriver):
         if not abs(arrival + self._offset - now) < CLOCK_STEP:  # true for the first
             self._offset = now - arrival
         return arrival + self._offset
-
-    def _is_late(self, arrival: float) -> bool:
-        """Return whether a frame came too late to belong to the first frame of this turn."""
-        return abs(arrival - self._turn_began) > self._stamp.period / 2
 
     def _lose_turn(self) -> None:
         """Give up the state of this turn, and wait for the first frame of the next."""

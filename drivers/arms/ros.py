@@ -59,7 +59,7 @@ class Ros(ValidatingDriver):
         self._messages: queue.Queue[tuple[float, Any]] = queue.Queue(LONGEST_QUEUE)
         self._client, self._topic = _subscribe(endpoint, topic, self._put)
         self._ended = threading.Event()
-        self._client.on("close", self._lose)
+        self._client.on("close", lambda *_: self._ended.set())
         with self._closed_on_error():
             self._joint_names = self._match(joint_names)
 
@@ -105,9 +105,6 @@ class Ros(ValidatingDriver):
             self._messages.put_nowait((clock.now(), message))
         except queue.Full:
             self.missed += 1
-
-    def _lose(self, *_: object) -> None:
-        self._ended.set()
 
     def _get(self, deadline: float) -> tuple[float, Any] | None:
         """Return the next message, and when it came [s]."""

@@ -68,10 +68,7 @@ WITH_EFFORT = struct.Struct(">Bd6dii6d")
 
 
 def check_angles(position: Sequence[float]) -> tuple[float, ...]:
-    """Return six joint angles [rad], if they can be.
-
-    Wrist 3 of a UR3 turns without end and counts its turns: for it any number will do.
-    """
+    """Return six joint angles [rad], if they can be."""
     *arm, wrist_3 = position
     if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(wrist_3):
         raise ValueError("a data package with impossible joint angles")

@@ -6,7 +6,6 @@ Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -140,44 +139,22 @@ def arm_at(address: str) -> SimulatedArm:
 
 
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
-    replay = _read_replay(path)
+    """Return the arm that replays a CSV file, or all recordings in a placement's folder."""
+    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
+    parts = [_read(file) for file in files or [path]]
+    configurations = [row for _, part, _ in parts for row in part]
+    efforts = [row for *_, part in parts for row in part]
+    if not configurations:
+        raise DriverError(Reason.BAD_ADDRESS, f"mock: {path}: no configuration to replay")
     hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)
     return SimulatedArm(
-        Motion(replay.configurations, hold=hold, move=move),
-        joint_names=replay.joint_names,
-        efforts=replay.efforts,
+        Motion(configurations, hold=hold, move=move),
+        joint_names=parts[0][0],
+        efforts=efforts if len(efforts) == len(configurations) else None,
         seed=int(options.pop("seed", 0)),
         faults=faults,
         **options,
     )
-
-
-@dataclass(frozen=True)
-class _Replay:
-    """Configurations that an arm is led through, from the columns ``position.J`` and ``effort.J``.
-
-    Where the header names none of those, all columns are positions. The recorder, which knows the
-    recordings' formats, is none of a driver's imports.
-    """
-
-    joint_names: tuple[str, ...]
-    """Empty where the file has no header."""
-    configurations: _Rows
-    """Joint positions [rad]."""
-    efforts: _Rows | None
-    """Joint torques at each configuration [N m]; None where the file has none."""
-
-
-def _read_replay(path: Path) -> _Replay:
-    """Read a CSV file, or all recordings in a placement's folder one after the other."""
-    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
-    parts = [_read(file) for file in files or [path]]
-    configurations = [row for part in parts for row in part.configurations]
-    efforts = [row for part in parts for row in part.efforts or ()]
-    if not configurations:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock: {path}: no configuration to replay")
-    complete = len(efforts) == len(configurations)
-    return _Replay(parts[0].joint_names, configurations, efforts if complete else None)
 
 
 def _number(text: str) -> float | None:
@@ -188,7 +165,8 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _read(file: Path) -> _Replay:
+def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
+    """Return a file's joint names, positions [rad] and efforts [N m]."""
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:
             lines = [line for line in csv.reader(stream) if line]
@@ -199,7 +177,7 @@ def _read(file: Path) -> _Replay:
     efforts = [i for i, name in enumerate(header) if name.startswith("effort.")]
     columns = positions or list(range(len(header or (lines[0] if lines else []))))
     names = tuple(header[i].removeprefix("position.") for i in columns if header)
-    return _Replay(names, _pick(lines, columns), _pick(lines, efforts))
+    return names, _pick(lines, columns), _pick(lines, efforts)
 
 
 def _pick(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> _Rows:

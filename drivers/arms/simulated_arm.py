@@ -33,13 +33,7 @@ class Fault:
     ) -> "Fault":
         """Return the fault that ``KIND[:SHARE][@START[+DURATION]]`` names, as in ``nan@3.5+0.2``.
 
-        Args:
-            text: The fault as it is written.
-            kinds: Kinds that there are.
-            duration: Duration where none is given [s].
-
-        Raises:
-            ValueError: The text names none.
+        Raises ValueError where it names none; ``duration`` is for one without [s].
         """
         what, _, when = text.partition("@")
         kind, _, share = what.partition(":")

@@ -2,7 +2,8 @@
 
 import math
 import socket
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from urllib.parse import parse_qsl, urlsplit
 
@@ -156,3 +157,12 @@ def bad_address(address: str, why: str) -> DriverError:
         Reason.BAD_ADDRESS,
         f"address {address!r}: {why}; expected HOST[:PORT][?option=value]",
     )
+
+
+@contextmanager
+def lost(what: str, *errors: type[Exception]) -> Generator[None, None, None]:
+    """Turn the errors of a line or bus that is lost into a driver's own."""
+    try:
+        yield
+    except (OSError, *errors) as error:
+        raise DriverError(Reason.UNREACHABLE, f"{what} is lost: {error}") from None

@@ -4,15 +4,13 @@ INTERFACE is one of python-can's (socketcan where none is given), CHANNEL what i
 ``can0``, ``slcan//dev/ttyACM0?bitrate=1000000``, ``udp_multicast/239.74.163.2?port=43113``.
 """
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import can
 
 from .. import DriverError, Reason, clock
-from .address import Options, parse_options
+from .address import Options, lost, parse_options
 
 BUS_OPTIONS = ("bitrate", "port", "hop_limit")
 ALL = range(1 << 11)
@@ -77,16 +75,12 @@ class CanBus:
 
     def send(self, identifier: int, data: bytes) -> None:
         """Send a frame."""
-        with self._translated():
+        with lost(f"CAN bus {self._address}", can.CanError, ValueError):
             self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
     def receive(self, deadline: float) -> can.Message | None:
-        """Return the next frame with a wanted identifier of 11 bits and data; None if time is up.
-
-        Args:
-            deadline: Time at which to give up, by :func:`.clock.now` [s].
-        """
-        with self._translated():
+        """Return the next frame with a wanted 11-bit identifier and data; None if time is up."""
+        with lost(f"CAN bus {self._address}", can.CanError, ValueError):
             while True:
                 frame = self._bus.recv(0)  # python-can would wait by the wall's time, which is set
                 if frame is not None:
@@ -105,16 +99,6 @@ class CanBus:
     def close(self) -> None:
         """Leave the bus; safe to call twice."""
         self._bus.shutdown()
-
-    @contextmanager
-    def _translated(self) -> Generator[None, None, None]:
-        """Turn the errors of a lost bus into the driver's own."""
-        try:
-            yield
-        except (can.CanError, OSError, ValueError) as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"CAN bus {self._address} is lost: {error}"
-            ) from None
 
 
 def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusABC:

@@ -32,10 +32,7 @@ class FreshAnswers:
         self._owed = True
 
     def ask(self, request: Callable[[], Answer], until: float = 0.0) -> Answer:
-        """Return the answer to a request, which raises ValueError where none comes in time.
-
-        It is sent again until a moment by :func:`.clock.now` [s], and at least once.
-        """
+        """Return the answer to a request, which raises ValueError where none comes in time."""
         while True:
             self._drain(0.0)
             owed, self._owed = self._owed, True

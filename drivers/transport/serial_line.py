@@ -1,13 +1,12 @@
 """A serial port, opened not to block, whose errors are the driver's own."""
 
 import sys
-from collections.abc import Generator
-from contextlib import contextmanager
 from typing import Any
 
 import serial
 
 from .. import DriverError, Reason, clock
+from .address import lost
 
 TerminalError: type[Exception] = getattr(sys.modules.get("termios"), "error", OSError)
 """Error of terminals that pyserial lets pass."""
@@ -47,12 +46,12 @@ class SerialLine:
 
     def write(self, message: bytes) -> None:
         """Send bytes."""
-        with self._translated():
+        with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
             self._port.write(message)
 
     def read(self, most: int, wait: float) -> bytes:
         """Return at most so many bytes, as soon as one has come; none after the wait [s]."""
-        with self._translated():
+        with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
             if sys.platform == "win32":  # where a port is nothing to wait on
                 self._port.timeout = max(0.0, wait)
                 first = bytes(self._port.read(1))
@@ -68,13 +67,3 @@ class SerialLine:
     def close(self) -> None:
         """Free the port; safe to call twice."""
         self._port.close()
-
-    @contextmanager
-    def _translated(self) -> Generator[None, None, None]:
-        """Turn the errors of a lost line into the driver's own."""
-        try:
-            yield
-        except (OSError, TypeError, ValueError, TerminalError) as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"serial port {self._port.port} is lost: {error}"
-            ) from None

@@ -62,11 +62,7 @@ class TcpStream:
         return message
 
     def take_line(self, deadline: float) -> bytes:
-        """Wait for a line of at most 4096 bytes and return it, without its line break.
-
-        Raises:
-            DriverError: As for :meth:`take`.
-        """
+        """Wait for a line of at most 4096 bytes and return it, without its line break."""
         return self.take(_cut_line, deadline)
 
     def close(self) -> None:

@@ -48,12 +48,6 @@ class DatagramSocket:
 
         A datagram that is waiting is yielded even if the time was up before. Only one is then, so
         that a flood of useless datagrams cannot keep the caller for ever.
-
-        Args:
-            deadline: Time at which to give up, by :func:`.clock.now` [s].
-
-        Raises:
-            DriverError: UNREACHABLE when the socket is closed or the network is down.
         """
         while (received := self._receive(deadline)) is not None:
             if received[1][0] == self._robot:

@@ -24,8 +24,7 @@ from ..results import (
     refuse_existing,
     write_files,
 )
-from .error_table import Errors
-from .errors import placement_errors
+from .errors import Errors, placement_errors
 from .full_model import FullModel
 from .option import UsageError
 from .problem import as_list

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, GivenPrior, Noise, extend
-from ..data import Load, Pose, RobotRecordings, as_point, measure, observe_all, spaced
+from ..data import Measurement, Pose, RobotRecordings, as_point, measure, observe_all, spaced
 from ..results import (
     CalibrationDocument,
     StoredPosterior,
@@ -40,37 +40,20 @@ def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Prior
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
-    """Return what an earlier calibration leaves known of an arm's unknowns.
-
-    Args:
-        file: Its ``calibration.json``.
-        robot: The nominal robot of the new calibration.
-        remounted: What was taken off since, ``tool`` or ``base``: nothing is known of where it is.
-
-    Raises:
-        UsageError: It is of another arm, or by a method that leaves no posterior.
-        DocumentError: The file is missing, of another format, or damaged.
-    """
+    """Return what an earlier calibration leaves known of an arm's unknowns."""
     document = read_calibration(file)
-    if document.model.joint_names != robot.joint_names:
-        theirs, ours = (
-            ", ".join(names) for names in (document.model.joint_names, robot.joint_names)
-        )
+    joints = document.model.joint_names, robot.joint_names
+    if joints[0] != joints[1]:
+        theirs, ours = map(", ".join, joints)
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
     found = posterior_of(document, str(file))
-    model, names = found.model, found.model.names
+    model = found.model
     origins = robot.origins.ravel()
     nominal = np.array([origins[p.index] for p in model.parameters])
     mean = found.x.copy()
     mean[: model.geometry] = found.values - nominal
-    curves = document.curves
-    size = model.size
-    prior = GivenPrior(
-        tuple(names),
-        mean,
-        found.covariance[:size, :size],
-        (0.0, 0.0) if curves is None else (curves.amplitude, curves.length),
-    )
+    covariance = found.covariance[: model.size, : model.size]
+    prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
     first = model.parameters[0].joint if model.parameters else ""
     moved = {
         p.name
@@ -80,11 +63,11 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     return prior.without(moved)
 
 
-def stored_posterior(found: JointPosterior) -> StoredPosterior | None:
-    """Return what a calibration's file keeps of a posterior; None of several robots."""
-    arm, *others = found.arms
-    if others:
+def stored_posterior(found: JointPosterior | None) -> StoredPosterior | None:
+    """Return what a calibration's file keeps of a posterior; None of none, or several robots."""
+    if found is None or found.arms[1:]:
         return None
+    arm = found.arms[0]
     kept = np.r_[: arm.model.scalars, arm.model.size : len(found.covariance)]
     triangle = found.covariance[np.ix_(kept, kept)][np.tril_indices(len(kept))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
@@ -159,17 +142,18 @@ def _stored(
         document.log_evidence or 0.0,
         (x,),
     )
-    poses, curves = tuple(frames[name] for name in data.frames), document.curves
-    scales = (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
-    return replace(found, covariance=restored_covariance(found, scene, poses, scales))
+    poses = tuple(frames[name] for name in data.frames)
+    return replace(found, covariance=restored_covariance(found, scene, poses, _scales(document)))
+
+
+def _scales(document: CalibrationDocument) -> tuple[float, float]:
+    """Return amplitude and length of the error curves; zeros for none."""
+    curves = document.curves
+    return (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
 
 
 def _recordings(document: CalibrationDocument, source: str) -> tuple[RobotRecordings, SolveOptions]:
-    """Return what a calibration was fitted to.
-
-    Raises:
-        UsageError: It is of several arms, or by a method that leaves no posterior.
-    """
+    """Return what a calibration was fitted to."""
     if document.method != "auto" or document.arms is not None:
         raise UsageError(f"{source}: give a calibration of one arm by --method auto")
 
@@ -178,14 +162,9 @@ def _recordings(document: CalibrationDocument, source: str) -> tuple[RobotRecord
     zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
     known = {name: value for name, value in document.settings.items() if name in option_table()}
     options = replace(SolveOptions(**known), accept_distorted=True).validated()
-    placements = [
-        replace(data.shifted(zeros).placement(robot.joint_names), files=())
-        for data in document.data
-        if data.role == "train"
-    ]
-    train = [
-        spaced(measure(p, robot, options.distance, sockets=1), p.name, options.located)
-        for p in placements
-    ]
-    load = Load(document.load.gravity, document.load.payload)
-    return RobotRecordings(robot, train, load), options
+    train: list[Measurement] = []
+    for data in (data for data in document.data if data.role == "train"):
+        placement = replace(data.shifted(zeros).placement(robot.joint_names), files=())
+        measured = measure(placement, robot, options.distance, sockets=1)
+        train.append(spaced(measured, data.name, options.located))
+    return RobotRecordings(robot, train, document.load), options

@@ -48,12 +48,7 @@ class Fit:
     @property
     def stored_posterior(self) -> StoredPosterior | None:
         """The posterior for a later calibration to begin with; None where there is none."""
-        return None if self.joint_posterior is None else stored_posterior(self.joint_posterior)
-
-    @property
-    def iterations(self) -> int:
-        """Number of steps taken."""
-        return len(self.iterates) - 1
+        return stored_posterior(self.joint_posterior)
 
 
 def fit_robots(

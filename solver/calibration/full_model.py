@@ -11,9 +11,17 @@ from numpy.typing import ArrayLike
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Robot, Solutions, pose_on_flange, ur_controller
-from .joint_path import CommandError, JointPath, find_jumps, not_reached
 from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
-from .poses import PoseError, as_poses, half_way, one_pose
+from .poses import (
+    CommandError,
+    JointPath,
+    PoseError,
+    as_poses,
+    find_jumps,
+    half_way,
+    not_reached,
+    one_pose,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -1,9 +1,9 @@
 """Kinematics of a calibrated arm with what is on it: its payload, its tool, and its base."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import TypedDict
 
@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from ..data import Load
 from ..results import CalibratedRobot, JointsError
 from ..robot import ColumnFunction, Goal, PoseModel, PoseSolver, Robot, Solutions
-from .joint_path import CommandError
-from .poses import as_poses
+from .poses import CommandError, as_poses
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -48,12 +47,7 @@ class Setup(TypedDict, total=False):
 
 
 class LoadedArm:
-    """The full model of an arm that carries a payload, as functions of rows of joint positions.
-
-    Args:
-        calibrated: The calibrated robot.
-        payload: What it carries in place of what it was calibrated with; None for that.
-    """
+    """The full model of an arm that carries a payload, as functions of rows of joint positions."""
 
     def __init__(self, calibrated: CalibratedRobot, payload: Payload | None = None) -> None:
         if payload is not None:
@@ -62,12 +56,10 @@ class LoadedArm:
         self.calibrated, self.robot = calibrated, calibrated.robot
         self.flange = len(self.robot.joints) - 2
         """Index of the chain's joint whose child link carries the ball."""
-        self.solver = lru_cache(maxsize=2)(self._solver)
-        """Inverse kinematics for a goal."""
-
-    def _solver(self, goal: Goal) -> PoseSolver:
         limits = self.robot.lower, self.robot.upper
-        return PoseSolver(self.calibrated.pose_model, self.flange, limits, goal)
+        solver = partial(PoseSolver, self.calibrated.pose_model, self.flange, limits)
+        self.solver: Callable[[Goal], PoseSolver] = lru_cache(maxsize=2)(solver)
+        """Inverse kinematics for a goal."""
 
     @cached_property
     def of_urdf(self) -> PoseSolver:
@@ -103,14 +95,14 @@ class Kinematics:
 
     def pose(self, q: ArrayLike) -> np.ndarray:
         """Return the tool's pose, shape (..., 4, 4), at joint positions of shape (..., m) [rad]."""
-        rows, leading = self._positions(q)
+        rows, leading = self.rows(q, warn=True)
         return (self.base @ self.arm.poses(rows)[0].reshape(-1, 4, 4) @ self.tool).reshape(
             *leading, 4, 4
         )
 
     def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Return the tool's geometric Jacobian, shape (..., 6, m): speed, then angular velocity."""
-        rows, leading = self._positions(q)
+        rows, leading = self.rows(q, warn=True)
         J = self.arm.jacobians(rows, self.tool[:3, 3])[0].reshape(len(rows), 2, 3, -1)
         return (self.base[:3, :3] @ J).reshape(*leading, 6, rows.shape[1])
 
@@ -159,17 +151,14 @@ class Kinematics:
             )
         return np.broadcast_to(rows, (count, rows.shape[1])).copy()
 
-    def rows(self, q: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
+    def rows(self, q: ArrayLike, *, warn: bool = False) -> tuple[np.ndarray, tuple[int, ...]]:
         """Return joint positions as checked rows, and the shape before the joints'."""
         array = np.asarray(q)
         rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else q
-        return self.arm.calibrated.positions(rows), array.shape[:-1]
-
-    def _positions(self, q: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
-        """Return the same, and say where a joint is outside of its limits."""
-        checked, leading = self.rows(q)
-        warn_outside(self.arm.robot, checked)
-        return checked, leading
+        checked = self.arm.calibrated.positions(rows)
+        if warn:
+            warn_outside(self.arm.robot, checked)
+        return checked, array.shape[:-1]
 
     def stopped(self, q: np.ndarray) -> str:
         """Return the joint that stands at its limit, empty for none."""

@@ -1,4 +1,4 @@
-"""Several robots that were calibrated together, and the relative poses of their bases."""
+"""Several robots that were calibrated together, and calibrations read from files."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -11,10 +11,18 @@ from numpy.typing import ArrayLike
 
 from ..bayes.inference import JointPosterior
 from ..data import IDENTITY, WORLD, Pose
-from ..results import ARMS_FORMAT, ArmsDocument, encode, refuse_existing, write_files
+from ..results import (
+    ARMS_FORMAT,
+    ArmsDocument,
+    encode,
+    format_of,
+    read,
+    refuse_existing,
+    write_files,
+)
 from ..robot import Origin
 from .calibration import Calibration, DistortedError
-from .error_table import Errors
+from .errors import Errors
 from .frames import common_document
 from .multi_robot_urdf import Placed, joined_urdf
 from .option import UsageError
@@ -158,3 +166,53 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def __repr__(self) -> str:
         parts = [f"{name}: {one!r}" for name, one in self.items()]
         return "\n\n".join([*parts, *(one.text for one in self.document.between.values())])
+
+
+def calibration_files(file: str | Path) -> dict[str, Path]:
+    """Return the ``calibration.json`` of each robot that a file or its folder holds.
+
+    Args:
+        file: ``calibration.json``, ``arms.json``, or a folder with one of them. A single robot's
+            name is empty.
+
+    Raises:
+        DocumentError: An ``arms.json`` that is damaged.
+    """
+    path = Path(file)
+    if path.is_dir():
+        one, arms = path / "calibration.json", path / "arms.json"
+        path = arms if arms.is_file() and not one.is_file() else one
+    if path.name != "arms.json" and format_of(path) != ARMS_FORMAT:
+        return {"": path}
+    names = _arms(path).robots
+    return {name: path.parent / name / "calibration.json" for name in names}
+
+
+def load_calibration(file: str | Path) -> Calibration | Any:
+    """Read what a calibration's ``save`` wrote.
+
+    Args:
+        file: ``calibration.json``, or ``arms.json`` of several robots, or a folder with one.
+
+    Returns:
+        A :class:`Calibration`, or of several robots a :class:`MultiRobotCalibration`: no type
+        checker can know which.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    files = calibration_files(file)
+    loaded = {name: Calibration.of_file(path) for name, path in files.items()}
+    if "" in loaded:
+        return loaded[""]
+    arms = _arms(next(iter(files.values())).parents[1] / "arms.json")
+    poses = {arms.robots[0]: IDENTITY}
+    for name in arms.robots[1:]:
+        known = arms.between[f"{arms.robots[0]}_to_{name}"]
+        if known.xyz and known.rpy:
+            poses[name] = Pose.of(Origin(known.xyz, known.rpy))
+    return MultiRobotCalibration(loaded, arms, poses)
+
+
+def _arms(file: Path) -> ArmsDocument:
+    return read(file, ArmsDocument, ARMS_FORMAT, "between")

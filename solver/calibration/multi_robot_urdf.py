@@ -39,15 +39,7 @@ class Placed:
 
 
 def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
-    """Return one URDF with all robots, in which meshes are found from a folder.
-
-    Robots of files of their own get their name before each of their links and joints, and stand on
-    a link ``world``, which is the first one's base. Robots that are chains of one file stay there:
-    what the later ones' bases turned out to be off is put into the first joint that is their own.
-
-    Raises:
-        ModelError: Chains of one file share a joint that moves, or have different bases.
-    """
+    """Return one URDF with all robots, in which meshes are found from a folder."""
     first = robots[0].robot
     tips = {one.robot.tip for one in robots}  # different chains, and not one model several times
     if all(one.robot.source == first.source for one in robots) and len(tips) == len(robots):
@@ -56,15 +48,11 @@ def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
     ET.SubElement(root, "link", name=WORLD)
     for one in robots:
         urdf = one.calibrated.urdf(folder)
-        root.extend(list(_renamed(_tree(urdf), one.name)))
+        tree = ET.fromstring(urdf)  # noqa: S314 - it was refused if it defined any entity
+        root.extend(list(_renamed(tree, one.name)))
         root.append(_stand(one, urdf))
     ET.indent(root)
     return b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"
-
-
-def _tree(urdf: bytes) -> ET.Element:
-    """Return a URDF as a tree; it was read before, and refused if it defined any entity."""
-    return ET.fromstring(urdf)  # noqa: S314
 
 
 def _renamed(tree: ET.Element, prefix: str) -> ET.Element:

@@ -38,11 +38,7 @@ class Option:
         return f"{self.text} (default: {self.default})" if named else self.text
 
     def check(self, name: str, value: Any) -> None:
-        """Refuse a value that cannot be.
-
-        Raises:
-            UsageError: In the words of the command line.
-        """
+        """Refuse a value that cannot be."""
         words = f"--{name.replace('_', '-')}"
         try:
             allowed = self.allowed is None or self.allowed(value)

@@ -3,27 +3,24 @@
 import hashlib
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from msgspec import structs
 
 from ..._version import __version__
 from ..bayes.inference import Posterior
 from ..data import Measurement, evaluate, is_distorted
 from ..results import (
     FORMAT,
+    KEPT,
     CalibrationDocument,
-    CarriedLoad,
-    FramePose,
     Model,
     PlacementSamples,
     Provenance,
     RecordedSample,
-    Role,
     beyond_words,
 )
 from ..robot import Robot
@@ -55,7 +52,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         robot=problem.robot.source,
         method=options.method,
         optimizer=fit.optimizer,
-        iterations=fit.iterations,
+        iterations=len(fit.iterates) - 1,
         converged=True,
         solve_seconds=fit.seconds,
         placements=errors.placements,
@@ -73,7 +70,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
         outputs={},
         model=_model(problem.robot, calibrated.urdf().decode()),
         deflection={name: tuple(values.tolist()) for name, values in coefficients},
-        load=CarriedLoad(**asdict(calibrated.load)),
+        load=calibrated.load,
         data=_samples(problem, fit.posterior),
         posterior=fit.stored_posterior,
         scale=estimates.scale_of(fit),
@@ -89,27 +86,21 @@ def _is_known(posterior: Posterior) -> bool:
 
 def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
     """Return how well everything is known; nothing where the method does not say."""
-    if fit.posterior is None:
+    joint = fit.joint_posterior
+    if fit.posterior is None or joint is None:
         return {}
+    first = fit.posterior is joint.arms[0]  # the frames are results of the first robot, in its base
     return {
         "coefficients": estimates.coefficient_values(fit.posterior),
         "curves": estimates.error_curves(fit.posterior),
         "groups": estimates.prior_widths(fit.posterior),
         "noise": estimates.noise_scale(fit.posterior),
         "log_evidence": fit.posterior.log_evidence,
-        "frames": _frames(fit),
+        "frames": (frame_poses(joint) if first else ()) or None,
         "uncertainty": estimates.uncertainty_of(
             fit.posterior, fit.calibrated, (*problem.train, *problem.test)
         ),
     }
-
-
-def _frames(fit: Fit) -> tuple[FramePose, ...] | None:
-    """Return the poses of the frames, which are results of the first robot, in its base."""
-    joint = fit.joint_posterior
-    if joint is None or fit.posterior is not joint.arms[0]:
-        return None
-    return frame_poses(joint) or None
 
 
 def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
@@ -122,52 +113,39 @@ def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
 ) -> tuple[PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
-    weights, of_turns = list[float](), list[float]()
+    weights, of_turns = np.zeros(0), np.zeros(0)
     if posterior is not None:
         turned = posterior.data.turned
-        weights = posterior.weights[~turned].tolist()
-        of_turns = posterior.weights[turned].tolist()
+        weights, of_turns = posterior.weights[~turned], posterior.weights[turned]
     rows: list[PlacementSamples] = []
     for role, measured in problem.placements:
-        count = len(measured.positions)
-        own, weights = weights[:count], weights[count:]
-        place: list[int] = np.argsort(
-            np.argsort(measured.placement.sockets, kind="stable")
-        ).tolist()
-        row = _recorded(measured, role, [own[i] for i in place] if own else [None] * count)
-        if own and measured.has_orientations:
-            turns, of_turns = of_turns[:count], of_turns[count:]
-            pairs = zip(row.samples, turns, strict=True)
-            samples = tuple(structs.replace(s, orientation_weight=w) for s, w in pairs)
-            row = structs.replace(row, samples=samples)
-        rows.append(row)
-    return tuple(rows)
-
-
-def _recorded(
-    measured: Measurement, role: Role, weights: Sequence[float | None]
-) -> PlacementSamples:
-    """Return a placement's samples, columns in chain order."""
-    return PlacementSamples(
-        name=measured.name,
-        role=role,
-        distance=measured.distance,
-        frame=measured.placement.frame,
-        files=tuple(map(str, measured.placement.files)),
-        samples=tuple(
-            RecordedSample(
-                socket=sample.socket,
-                position=sample.position,
-                effort=sample.effort,
-                point=sample.point,
-                orientation=sample.orientation,
-                where=sample.where,
-                number=sample.number,
-                weight=weight,
+        placement = measured.placement
+        count = len(placement.samples)
+        told: list[float | None] = [None] * count
+        of_turn = told
+        if weights.size:
+            place = np.argsort(np.argsort(placement.sockets, kind="stable"))
+            told, weights = weights[:count][place].tolist(), weights[count:]
+            if measured.has_orientations:
+                of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
+        rows.append(
+            PlacementSamples(
+                name=measured.name,
+                role=role,
+                distance=measured.distance,
+                frame=placement.frame,
+                files=tuple(map(str, placement.files)),
+                samples=tuple(
+                    RecordedSample(
+                        **{key: getattr(sample, key) for key in KEPT},
+                        weight=weight,
+                        orientation_weight=turn,
+                    )
+                    for sample, weight, turn in zip(placement.samples, told, of_turn, strict=True)
+                ),
             )
-            for sample, weight in zip(measured.placement.samples, weights, strict=True)
-        ),
-    )
+        )
+    return tuple(rows)
 
 
 def _model(robot: Robot, calibrated_urdf: str) -> Model:

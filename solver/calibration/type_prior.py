@@ -36,11 +36,7 @@ LEAST = 1e-9
 
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
-    """Return what is known of the elasticity of each robot's type, by extension.
-
-    Each file is a ``calibration.json`` or ``elasticity.json``, ``shipped`` or ``none``; it tells of
-    robots that have the same joints. Where several do, a coefficient is their mean by precision.
-    """
+    """Return what is known of the elasticity of each robot's type, by extension."""
     own = [robot.joint_names for robot in robots]
     told: list[TypeElasticity] = []
     for file in [files] if isinstance(files, str) else files:

@@ -1,3 +1,7 @@
+from .checks import DEFAULT_DISTANCE as DEFAULT_DISTANCE
+from .checks import check_distance as check_distance
+from .checks import check_distinct as check_distinct
+from .checks import measure as measure
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
 from .frames import FrameObservations as FrameObservations
@@ -20,17 +24,13 @@ from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import parse_known as parse_known
 from .known import read_known as read_known
-from .load import Load as Load
 from .measured_poses import HandEye as HandEye
 from .measured_poses import check_orientations as check_orientations
 from .measured_poses import hand_eye as hand_eye
 from .measured_poses import rotation_matrices as rotation_matrices
 from .measured_poses import rotation_vectors as rotation_vectors
-from .measurements import DEFAULT_DISTANCE as DEFAULT_DISTANCE
+from .measurements import Load as Load
 from .measurements import Measurement as Measurement
-from .measurements import check_distance as check_distance
-from .measurements import check_distinct as check_distinct
-from .measurements import measure as measure
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms

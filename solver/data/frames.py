@@ -77,13 +77,9 @@ class Pose:
         return Pose(turn(change[:3]) @ self.rotation, self.translation + change[3:])
 
     def slopes(self, points: np.ndarray) -> np.ndarray:
-        """Return the derivatives of :meth:`apply` by the numbers of :meth:`moved`.
+        """Return the derivatives of :meth:`apply` by the numbers of :meth:`moved`, (N, 3, 6).
 
-        Args:
-            points: In the inner frame, shape (N, 3) [m].
-
-        Returns:
-            Shape (N, 3, 6): d(turn x p) = -[p]x d(turn), with p = rotation @ point.
+        d(turn x p) = -[p]x d(turn), with p = rotation @ point.
         """
         x, y, z = (points @ self.rotation.T).T
         slopes = np.zeros((len(points), 3, 6))

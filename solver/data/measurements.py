@@ -1,28 +1,22 @@
-"""A placement that was checked against the robot, with its samples sorted by socket."""
+"""Placements with samples sorted by socket, the load meanwhile, and what an instrument measured.
 
-import math
-from collections import Counter
-from collections.abc import Sequence
+A measured pose is two samples of a fit, the ball's place [m] and its link's orientation [rad], each
+an error vector with its own noise. Orientations are the last samples.
+"""
+
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from ...recorder import DEFAULT_DISTANCE, Placement
-from ..robot import BallModel, Robot
-from .joint_limits import MeasurementError, check_limits
-from .measured_poses import check_orientations, rotation_matrices
+from ...recorder import Placement
+from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
+from .measured_poses import rotation_matrices
 
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
-LEAST_POINTS = 4
-"""Three points fix the instrument's frame, and say nothing else."""
-ENOUGH_POSES = 10
-"""Poses from which on wrong columns of their orientations are told."""
-SAME_ROW, COPIED = 1e-6, 0.5
-"""Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
-_LONGEST_BASE = 1.0
 
 
 @dataclass(frozen=True)
@@ -116,168 +110,94 @@ class Measurement:
         return tuple(len(rows) for rows in self.by_socket)
 
 
-def measure(
-    placement: Placement,
-    robot: Robot,
-    distance: float | None = None,
-    *,
-    sockets: int = 2,
-    poses_of: str = "flange",
-) -> Measurement:
-    """Check a placement against the robot, and put its joints into chain order.
+@dataclass(frozen=True)
+class Load:
+    """Gravity, and a payload at the ball."""
 
-    Args:
-        placement: The recording, see :func:`mukca.read_placements`.
-        robot: The robot.
-        distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
-            :data:`DEFAULT_DISTANCE` where that says nothing.
-        sockets: Number of sockets that must have samples.
-        poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    """In the base frame [m/s^2]; another direction for an arm on a wall or ceiling."""
+    payload: float = 0.0
+    """Mass at the ball, beyond that of the model [kg]."""
 
-    Raises:
-        RecordingError: The columns are not the chain's joints.
-        MeasurementError: Too few sockets or samples, angles far outside the limits, or a
-            distance that cannot be.
-    """
-    warnings = list(placement.remarks)
-    names = placement.joint_names
-    if names is not None and not set(names) & set(robot.joint_names):
-        warnings.append(
-            f"{placement.files[0]}: no column is called like a joint of the robot "
-            f"({', '.join(robot.joint_names)}); the columns are taken in order"
+    def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
+        """Return the moments that hold the joints in a placement's samples; see :meth:`moments`."""
+        return self.moments(robot, measured.positions, measured.efforts)
+
+    def by_socket(self, robot: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return joint positions and :meth:`torques` of the samples in each socket."""
+        moments = self.torques(robot, measured)
+        return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
+
+    def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
+        """Return the moments that hold an arm's joints at positions q, shape (N, 3 m) [N m].
+
+        Torques about the joints' own axes, as measured unless ``efforts`` is None, then the moments
+        across them, which always follow from the masses.
+        """
+        moments = gravity_moments(robot, q, self.gravity, self.payload)
+        if efforts is not None:
+            moments[:, : q.shape[1]] = efforts
+        return moments
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """The balls that an instrument measured, row by row as the samples they belong to."""
+
+    frames: np.ndarray
+    """Index of the frame of each, shape (N,); -1 for a sample in a socket."""
+    points: np.ndarray
+    """Coordinates in that frame, shape (N, 3) [m]; zero for a sample in a socket."""
+    placements: tuple[str, ...]
+    """For each sample, the name of its placement; empty for one in a socket."""
+    sources: tuple[str, ...]
+    """File and line of each, for messages."""
+    turned_in: np.ndarray
+    """Index of the frame of each orientation, shape (N,); -1 for a sample that is none."""
+    rotations: np.ndarray
+    """Orientations in that frame, shape (N, 3, 3)."""
+
+    def rows_besides(self, placements: Collection[str]) -> np.ndarray:
+        """Return a mask of the measured samples but for some placements', shape (N,)."""
+        left = ("", *placements)
+        return np.array([name not in left for name in self.placements], dtype=bool)
+
+    def of(self, rows: np.ndarray) -> "Instrument | None":
+        """Return the balls measured at some samples; None where none was."""
+        if not (self.frames[rows] >= 0).any():
+            return None
+        picked = np.flatnonzero(rows).tolist()
+        return Instrument(
+            self.frames[rows],
+            self.points[rows],
+            tuple(self.placements[i] for i in picked),
+            tuple(self.sources[i] for i in picked),
+            self.turned_in[rows],
+            self.rotations[rows],
         )
-    ordered = placement.for_joints(robot.joint_names)
-    check_limits(ordered, robot, warnings)
-    said = None if placement.distance_assumed else placement.distance
-    if distance is not None and said not in (None, distance):
-        warnings.append(
-            f"{placement.name}: distance {distance} m as given, not the recording's "
-            f"{placement.distance} m"
-        )
-    chosen, source = DEFAULT_DISTANCE, "default"
-    if distance is not None:
-        chosen, source = distance, "given"
-    elif placement.distance is not None:
-        chosen = placement.distance
-        source = "default" if placement.distance_assumed else "recording"
-    try:
-        check_distance(chosen)
-    except MeasurementError as error:
-        if source != "recording":
-            raise
-        raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
-    measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
-    _check_sockets(measured, sockets)
-    _check_poses(measured, robot, poses_of)
-    return measured
 
 
-def check_distance(distance: float) -> float:
-    """Return a distance between sockets if it is possible [m].
-
-    Raises:
-        MeasurementError: Not positive and finite, or so large that it cannot be metres.
-    """
-    try:
-        distance = float(distance)
-    except (TypeError, ValueError):
-        raise MeasurementError(f"distance {distance!r}: metres are expected, as in 0.05") from None
-    if not 0 < distance < math.inf:
-        raise MeasurementError(
-            f"distance {distance}: the distance between the sockets' centres is a positive "
-            "number of metres, for example 0.05"
-        )
-    if distance > _LONGEST_BASE:
-        raise MeasurementError(f"distance {distance}: metres are expected, for example 0.05")
-    return distance
-
-
-def check_distinct(measurements: Sequence[Measurement]) -> None:
-    """See that no placement is there twice, and no socket's samples.
-
-    Raises:
-        MeasurementError: Two placements come from one folder, or two sockets hold the same
-            samples.
-    """
-    earlier: dict[bytes, Measurement] = {}
-    sockets: dict[bytes, str] = {}  # where each row stood first
-    for one in measurements:
-        samples = one.positions.tobytes()
-        if samples in earlier:
-            a, b = one.placement, earlier[samples].placement
-            raise MeasurementError(
-                f"{a.path or a.name} and {b.path or b.name} are the same placement; "
-                "name each only once"
-            )
-        earlier[samples] = one
-        for socket, rows in zip(one.sockets, one.by_socket, strict=True):
-            where = _samples_of(one, socket)
-            alike = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
-            first, count = Counter(map(sockets.get, alike)).most_common(1)[0]
-            if first is not None and count > COPIED * len(alike):
-                raise MeasurementError(
-                    f"{first} and {where} are identical, so one is a copy: record that socket anew"
-                )
-            sockets.update(dict.fromkeys(alike, where))
-
-
-def _samples_of(measured: Measurement, socket: int) -> str:
-    """Return the file of a socket's samples, for messages."""
-    path = measured.placement.path
-    file = f"hole_{socket}.csv"
-    if path is not None and path / file in measured.placement.files:
-        return str(path / file)
-    return f"{path or measured.name} socket {socket}"
-
-
-def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
-    """Refuse orientations of something else, or that do not turn as the robot does."""
-    placement = measured.placement
-    if not measured.has_orientations:
-        return
-    where = placement.files[0] if placement.files else measured.name
-    if placement.poses_of != meaning:
-        told = "does not tell what its poses are"
-        if placement.poses_of is not None:
-            told = f"holds poses of another kind: {placement.poses_of}"
-        raise MeasurementError(
-            f"{where}: {told}; where an instrument measured what the flange carries, let the first "
-            'line be "# measured flange poses", or write {"poses_of": "flange"} into '
-            "placement.json; mukca solve takes --flange-poses, too"
-        )
-    if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
-        R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points
-        check_orientations(R, measured.quaternions, str(where))
-
-
-def _check_sockets(measured: Measurement, least: int) -> None:
-    where = measured.placement.path or measured.name
-    if measured.kind == "points":
-        if sum(measured.counts) < LEAST_POINTS:
-            raise MeasurementError(
-                f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
-                "needed, 50 are advised"
-            )
-        if not np.ptp(measured.positions, axis=0).any():
-            raise MeasurementError(
-                f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
-            )
-        return
-    if len(measured.sockets) < least:
-        raise MeasurementError(
-            f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
-            "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
-        )
-    for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
-        samples = [s for s in measured.placement.samples if s.socket == socket]
-        if not np.ptp(rows, axis=0).any() and len(samples) > 1:
-            raise MeasurementError(
-                f"{samples[0].where or where}: all {len(samples)} samples of socket {socket} are "
-                "the same configuration; guide the arm to another one for each"
-            )
-        if len(samples) < 2:
-            raise MeasurementError(
-                f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
-                "needed, 30 are advised"
-            )
-    check_distinct([measured])
+def measured_points(
+    measurements: Sequence[tuple[str, Measurement]], frames: Sequence[str]
+) -> Instrument | None:
+    """Return what was measured at placements, by their names; None where nothing was."""
+    if all(m.kind == "sockets" for _, m in measurements):
+        return None
+    turned = [(name, m) for name, m in measurements if m.has_orientations]
+    pairs = [
+        (name, m, sample) for name, m in (*measurements, *turned) for sample in m.placement.samples
+    ]
+    count, n = sum(len(m.placement.samples) for _, m in measurements), len(pairs)
+    frames_of = [frames.index(m.frame) if m.kind == "points" else -1 for _, m, _ in pairs]
+    points, rotations = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
+    points[:count] = [sample.point or (0, 0, 0) for _, _, sample in pairs[:count]]
+    if turned:
+        rotations[count:] = np.concatenate([m.rotations for _, m in turned])
+    return Instrument(
+        np.array([*frames_of[:count], *[-1] * (n - count)]),
+        points,
+        tuple(name if m.kind == "points" else "" for name, m, _ in pairs),
+        tuple(sample.where for _, _, sample in pairs),
+        np.array([*[-1] * count, *frames_of[count:]]),
+        rotations,
+    )

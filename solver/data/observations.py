@@ -13,7 +13,6 @@ import numpy as np
 
 from ..robot import Robot
 from .frames import FrameError
-from .instrument import Instrument, measured_points
 from .known import (
     WORLD,
     Known,
@@ -24,8 +23,7 @@ from .known import (
     distance_covariance,
     find_socket,
 )
-from .load import Load
-from .measurements import Measurement
+from .measurements import Instrument, Load, Measurement, measured_points
 from .metrics import CALIPER_DEVIATION
 
 
@@ -166,7 +164,7 @@ def observe_all(
     seated = [row for row in every if row[1].kind == "sockets"]
     labels = list(dict.fromkeys((name, socket) for name, m in seated for socket in m.sockets))
     names = [m.frame for _, m in every if m.kind == "points"]
-    own = {_base_of(arm): i for i, arm in enumerate(arms)}
+    own = {f"{arm.name}:base" if arm.name else "base": i for i, arm in enumerate(arms)}
     names += [one.frame for one in sockets_at if one.frame not in own]
     names += list(own)[1:]
     frames = list(dict.fromkeys(names))
@@ -214,10 +212,6 @@ def _check_scale(
                 "known distance ties it; record the other socket too, or give "
                 f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
             )
-
-
-def _base_of(arm: RobotRecordings) -> str:
-    return f"{arm.name}:base" if arm.name else "base"
 
 
 def _pairs(

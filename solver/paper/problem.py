@@ -23,13 +23,16 @@ import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
-from ..data import Measurement, check_distinct
+from ..data import CALIPER_DEVIATION, Known, Measurement, check_distinct, distance_covariance
 from ..robot import BallModel, Parameter, Robot, choose_parameters
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
 
 OPTIMIZERS = ("gauss-newton", "ipopt")
 REGULARIZATION = 1e-4
 """lambda of Eq. (5): what a change of a parameter by 1 m or 1 rad costs [m^2]."""
+CORRELATED = 3.0
+"""Errors of a sample and the next are alike by about a half: so much larger is the variance of what
+many of them say together."""
 
 
 class SettingError(MukcaError):
@@ -195,3 +198,40 @@ def ball_only(problem: Problem) -> Problem:
         parameters=choose_parameters(problem.robot, free=[f"{problem.robot.ball_joint.name}.xyz"]),
         regularization=problem.regularization,
     )
+
+
+def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """Return the covariance of the minimum if the same were recorded once more, shape (n, n).
+
+    The minimum follows errors e of the data by a step of Gauss-Newton, dx = -H^-1 J^T e, with J the
+    Jacobian of the data's residuals and H = J^T J + the regularization's. So errors with covariance
+    C move it with covariance H^-1 J^T C J H^-1.
+
+    The balls' noise is what the fit left of it; the sockets' distances are a caliper's, wrong by
+    the same amount wherever one base stands. What the regularization holds at nominal does not
+    move: its deviation is small, though nothing is known of it.
+
+    Args:
+        problem: What was minimised.
+        x: Its minimum.
+    """
+    residuals, jacobian = problem.residuals(x)
+    unit, J = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True), jacobian[len(x) :]
+    rows = [3 * len(m.positions) + 1 for m in problem.training]
+    distances = np.cumsum(rows) - 1
+    relative = np.concatenate([_relative_variances(m) for m in problem.training])
+    balls = np.delete(residuals[len(x) :] / np.sqrt(relative), distances)
+    fitted = float(np.sum((J @ unit) * J))
+    free = len(balls) - 3 * sum(len(m.sockets) for m in problem.training) - fitted
+    noise = CORRELATED * float(balls @ balls) / max(free, 1.0)
+    of_noise = (J * (noise * relative)[:, None]).T @ J
+    known = [Known(0, 1, m.distance, CALIPER_DEVIATION, on_base=True) for m in problem.training]
+    of_caliper = J[distances].T @ distance_covariance(known) @ J[distances]
+    return unit @ (of_noise + of_caliper) @ unit
+
+
+def _relative_variances(measured: Measurement) -> np.ndarray:
+    """Return the variance of each residual of a placement for noise of variance 1 per axis."""
+    total = len(measured.positions)
+    means = sum(1 / count for count in measured.counts[:2])
+    return np.append(np.full(3 * total, 1 / total), means)

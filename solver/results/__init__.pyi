@@ -48,7 +48,7 @@ from .files import format_of as format_of
 from .files import read as read
 from .files import refuse_existing as refuse_existing
 from .files import write_files as write_files
-from .placements import CarriedLoad as CarriedLoad
+from .placements import KEPT as KEPT
 from .placements import CostTerms as CostTerms
 from .placements import Iteration as Iteration
 from .placements import PlacementErrors as PlacementErrors

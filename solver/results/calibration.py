@@ -32,7 +32,7 @@ from .estimates import (
     Uncertainty,
 )
 from .files import Document, DocumentError, read
-from .placements import CarriedLoad, Iteration, PlacementErrors, PlacementSamples, Summaries
+from .placements import Iteration, PlacementErrors, PlacementSamples, Summaries
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"
@@ -130,7 +130,8 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     model: Model
     deflection: dict[str, tuple[float, ...]]
     """Coefficients of each extension of the geometry."""
-    load: CarriedLoad
+    load: Load
+    """Load of the joints while recording."""
     data: tuple[PlacementSamples, ...]
     posterior: StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
@@ -207,7 +208,7 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         parameters,
         calibrated,
         deflection,
-        Load(document.load.gravity, document.load.payload),
+        document.load,
         exported if document.deflection else None,
     )
 

@@ -86,6 +86,10 @@ class Iteration(Document, kw_only=True, frozen=True):
     test: CostTerms | None
 
 
+KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number")
+"""All that a document keeps of a :class:`.Sample`."""
+
+
 class RecordedSample(Document, kw_only=True, frozen=True):
     """One sample; its joint positions in the chain's order [rad, m for prismatic joints]."""
 
@@ -130,32 +134,13 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
         """Return the placement as it was recorded, columns in the chain's order."""
+        samples = (Sample(**{key: getattr(s, key) for key in KEPT}) for s in self.samples)
         return Placement(
             name=self.name,
-            samples=tuple(
-                Sample(
-                    s.position,
-                    s.socket,
-                    s.effort,
-                    s.where,
-                    s.number,
-                    point=s.point,
-                    orientation=s.orientation,
-                )
-                for s in self.samples
-            ),
+            samples=tuple(samples),
             joint_names=joint_names,
             distance=self.distance,
             files=tuple(map(Path, self.files)),
             frame=self.frame,
             poses_of="flange",
         )
-
-
-class CarriedLoad(Document, kw_only=True, frozen=True):
-    """Load of the joints while recording."""
-
-    gravity: tuple[float, float, float]
-    """In the base frame [m/s^2]."""
-    payload: float
-    """Mass at the ball beyond that of the model [kg]."""

@@ -42,10 +42,7 @@ class KinovaEmulator(Emulator):
             txfn=lambda frame: self._bus.send(bytes(frame.data), ANSWERS),
             address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS),
         )
-        self._send = self._send_frames
-
-    def _send_frames(self, message: bytes, _: object) -> None:
-        self._transfer.send(message)
+        self._send = lambda message, _: self._transfer.send(message)
 
     def _hear(self, received: bytearray) -> None:
         while len(received) >= MESSAGE_BYTES:

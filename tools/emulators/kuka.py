@@ -70,12 +70,8 @@ def encode_message(
 ) -> bytes:
     """Return an FRI monitoring message.
 
-    Args:
-        version: FRI version, as in ``2.7``.
-        header: Identifier, sequence counter, reflected sequence counter.
-        connection: Session state, quality, send period [ms], receive multiplier.
-        state: Joint angles and torques.
-        nanoseconds: The controller's clock since its start.
+    Header: identifier, sequence counter, reflected sequence counter. Connection: session state,
+    quality, send period [ms], receive multiplier. The clock counts since the controller's start.
     """
     q, tau = state.position, state.effort or (0.0,) * len(state.position)
     monitor = nested(1, doubles(q)) + nested(2, doubles(tau))

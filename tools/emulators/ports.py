@@ -126,10 +126,7 @@ class UdpPort:
 
 
 class SerialPort:
-    """One end of a pseudo-terminal, whose other end has the name ``name``.
-
-    ``heard`` takes whole messages off what has come; what a pause follows is no message.
-    """
+    """One end of a pseudo-terminal, whose other end has the name ``name``."""
 
     def __init__(
         self, emulator: Emulator, address: str, heard: Callable[[bytearray], object]

@@ -81,7 +81,8 @@ class Kortex(KinovaArm):
         try:
             self._transport = kortex["TCPTransport"].TCPTransport()
             self._transport.connect(endpoint.host, endpoint.port)
-            router = kortex["RouterClient"].RouterClient(self._transport, _ignore)
+            # bool takes the transport's errors, which every call raises as well
+            router = kortex["RouterClient"].RouterClient(self._transport, bool)
             login = kortex["autogen.messages.Session_pb2"].CreateSessionInfo()
             login.username = endpoint.options.get("user", "admin")
             login.password = endpoint.options.get("password", "admin")
@@ -113,7 +114,3 @@ def _modules() -> dict[str, Any]:
         return {name: importlib.import_module(f"kortex_api.{name}") for name in names}
     except ImportError as error:
         raise DriverError(Reason.MISSING_PACKAGE, f"{HOW_TO_GET_IT} ({error})") from None
-
-
-def _ignore(error: object) -> None:
-    """Receive the transport's errors, which every call raises as well."""

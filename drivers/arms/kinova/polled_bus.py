@@ -46,16 +46,8 @@ FIRST_ANSWER_SECONDS = 1.0
 ANSWER_SECONDS = 0.1  # then the actuator is asked again
 
 
-def encode_poll(actuator: int) -> bytes:
-    """Return the request for an actuator's position."""
-    return MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size))
-
-
 def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:
-    """Return an actuator's angle [degrees] and torque, presumably in N m.
-
-    Its answer is four float32: current, position, speed and torque.
-    """
+    """Return an actuator's angle [degrees] and torque, presumably in N m."""
     if len(message) != MESSAGE.size:
         raise ValueError(f"a message of {len(message)} bytes where {MESSAGE.size} are expected")
     command, source, destination, data = MESSAGE.unpack(message)
@@ -151,7 +143,13 @@ class PolledArm(KinovaArm):
             self.rate, self.sign = options.positive("rate", 100), options.sign("effort")
             if self.joints not in range(1, 8):
                 raise options.wrong("joints", "a number from 1 to 7")
-            self._await_answers()
+            self.measure(clock.now() + FIRST_ANSWER_SECONDS)
+        except DriverError as error:
+            self.close()
+            if error.reason is Reason.BAD_ADDRESS:
+                raise
+            advice = "is the arm on, and are the settings right?"
+            raise DriverError(Reason.UNREACHABLE, f"{error}: {advice}") from None
         except BaseException:
             self.close()
             raise
@@ -166,14 +164,6 @@ class PolledArm(KinovaArm):
         """Free the line."""
         self._link.close()
 
-    def _await_answers(self) -> None:
-        try:
-            self.measure(clock.now() + FIRST_ANSWER_SECONDS)
-        except DriverError as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"{error}: is the arm on, and are the settings right?"
-            ) from None
-
     def _poll(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Ask one actuator until it gives a proper answer, or time is up."""
         try:
@@ -183,7 +173,7 @@ class PolledArm(KinovaArm):
 
     def _ask(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Return an actuator's answer; other messages are counted."""
-        self._link.send(encode_poll(actuator))
+        self._link.send(MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size)))
         until = min(deadline, clock.now() + ANSWER_SECONDS)
         while message := self._link.receive(max(0.0, until - clock.now())):
             try:

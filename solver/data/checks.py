@@ -1,0 +1,240 @@
+"""Placements checked against the robot: joints, units, signs, distances, copies, orientations."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...errors import MukcaError
+from ...recorder import DEFAULT_DISTANCE, Placement
+from ..robot import BallModel, Robot
+from .measured_poses import check_orientations
+from .measurements import Measurement
+
+LEAST_POINTS = 4
+"""Three points fix the instrument's frame, and say nothing else."""
+ENOUGH_POSES = 10
+"""Poses from which on wrong columns of their orientations are told."""
+SAME_ROW, COPIED = 1e-6, 0.5
+"""Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
+_LONGEST_BASE = 1.0
+_FAR_OUTSIDE = 1.0
+"""Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
+_BARELY_OUTSIDE = math.radians(5)
+
+
+class MeasurementError(MukcaError):
+    """A placement does not hold what a calibration needs."""
+
+
+def measure(
+    placement: Placement,
+    robot: Robot,
+    distance: float | None = None,
+    *,
+    sockets: int = 2,
+    poses_of: str = "flange",
+) -> Measurement:
+    """Check a placement against the robot, and put its joints into chain order.
+
+    Args:
+        placement: The recording, see :func:`mukca.read_placements`.
+        robot: The robot.
+        distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
+            :data:`DEFAULT_DISTANCE` where that says nothing.
+        sockets: Number of sockets that must have samples.
+        poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
+
+    Raises:
+        RecordingError: The columns are not the chain's joints.
+        MeasurementError: Too few sockets or samples, angles far outside the limits, or a
+            distance that cannot be.
+    """
+    warnings = list(placement.remarks)
+    names = placement.joint_names
+    if names is not None and not set(names) & set(robot.joint_names):
+        warnings.append(
+            f"{placement.files[0]}: no column is called like a joint of the robot "
+            f"({', '.join(robot.joint_names)}); the columns are taken in order"
+        )
+    ordered = placement.for_joints(robot.joint_names)
+    _check_limits(ordered, robot, warnings)
+    said = None if placement.distance_assumed else placement.distance
+    if distance is not None and said not in (None, distance):
+        warnings.append(
+            f"{placement.name}: distance {distance} m as given, not the recording's "
+            f"{placement.distance} m"
+        )
+    chosen, source = DEFAULT_DISTANCE, "default"
+    if distance is not None:
+        chosen, source = distance, "given"
+    elif placement.distance is not None:
+        chosen = placement.distance
+        source = "default" if placement.distance_assumed else "recording"
+    try:
+        check_distance(chosen)
+    except MeasurementError as error:
+        if source != "recording":
+            raise
+        raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
+    measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
+    _check_sockets(measured, sockets)
+    _check_poses(measured, robot, poses_of)
+    return measured
+
+
+def check_distance(distance: float) -> float:
+    """Return a distance between sockets if it is possible [m].
+
+    Raises:
+        MeasurementError: Not positive and finite, or so large that it cannot be metres.
+    """
+    try:
+        distance = float(distance)
+    except (TypeError, ValueError):
+        raise MeasurementError(f"distance {distance!r}: metres are expected, as in 0.05") from None
+    if not 0 < distance < math.inf:
+        raise MeasurementError(
+            f"distance {distance}: the distance between the sockets' centres is a positive "
+            "number of metres, for example 0.05"
+        )
+    if distance > _LONGEST_BASE:
+        raise MeasurementError(f"distance {distance}: metres are expected, for example 0.05")
+    return distance
+
+
+def check_distinct(measurements: Sequence[Measurement]) -> None:
+    """See that no placement is there twice, and no socket's samples.
+
+    Raises:
+        MeasurementError: Two placements come from one folder, or two sockets hold the same
+            samples.
+    """
+    earlier: dict[bytes, Measurement] = {}
+    sockets: dict[bytes, str] = {}  # where each row stood first
+    for one in measurements:
+        samples = one.positions.tobytes()
+        if samples in earlier:
+            a, b = one.placement, earlier[samples].placement
+            raise MeasurementError(
+                f"{a.path or a.name} and {b.path or b.name} are the same placement; "
+                "name each only once"
+            )
+        earlier[samples] = one
+        for socket, rows in zip(one.sockets, one.by_socket, strict=True):
+            where = _samples_of(one, socket)
+            alike = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
+            first, count = Counter(map(sockets.get, alike)).most_common(1)[0]
+            if first is not None and count > COPIED * len(alike):
+                raise MeasurementError(
+                    f"{first} and {where} are identical, so one is a copy: record that socket anew"
+                )
+            sockets.update(dict.fromkeys(alike, where))
+
+
+def _samples_of(measured: Measurement, socket: int) -> str:
+    """Return the file of a socket's samples, for messages."""
+    path = measured.placement.path
+    file = f"hole_{socket}.csv"
+    if path is not None and path / file in measured.placement.files:
+        return str(path / file)
+    return f"{path or measured.name} socket {socket}"
+
+
+def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
+    """Refuse orientations of something else, or that do not turn as the robot does."""
+    placement = measured.placement
+    if not measured.has_orientations:
+        return
+    where = placement.files[0] if placement.files else measured.name
+    if placement.poses_of != meaning:
+        told = "does not tell what its poses are"
+        if placement.poses_of is not None:
+            told = f"holds poses of another kind: {placement.poses_of}"
+        raise MeasurementError(
+            f"{where}: {told}; where an instrument measured what the flange carries, let the first "
+            'line be "# measured flange poses", or write {"poses_of": "flange"} into '
+            "placement.json; mukca solve takes --flange-poses, too"
+        )
+    if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
+        R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points
+        check_orientations(R, measured.quaternions, str(where))
+
+
+def _check_sockets(measured: Measurement, least: int) -> None:
+    where = measured.placement.path or measured.name
+    if measured.kind == "points":
+        if sum(measured.counts) < LEAST_POINTS:
+            raise MeasurementError(
+                f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
+                "needed, 50 are advised"
+            )
+        if not np.ptp(measured.positions, axis=0).any():
+            raise MeasurementError(
+                f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
+            )
+        return
+    if len(measured.sockets) < least:
+        raise MeasurementError(
+            f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
+            "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
+        )
+    for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
+        samples = [s for s in measured.placement.samples if s.socket == socket]
+        if not np.ptp(rows, axis=0).any() and len(samples) > 1:
+            raise MeasurementError(
+                f"{samples[0].where or where}: all {len(samples)} samples of socket {socket} are "
+                "the same configuration; guide the arm to another one for each"
+            )
+        if len(samples) < 2:
+            raise MeasurementError(
+                f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
+                "needed, 30 are advised"
+            )
+    check_distinct([measured])
+
+
+def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
+    """Refuse joint positions far outside of the limits, and warn of those outside."""
+    positions = placement.positions
+    lower = np.array([joint.lower for joint in robot.actuated])
+    upper = np.array([joint.upper for joint in robot.actuated])
+    endless = np.isinf(lower) & np.isinf(upper)
+    lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
+    positions = positions - _whole_turns(positions, lower, upper, robot)
+    excess = np.maximum(lower - positions, positions - upper)
+    row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    joint = robot.actuated[int(column)]
+    where = placement.samples[int(row)].where or placement.name
+    text = (
+        f"{where}: joint {joint.name!r} at {positions[row, column]:.4g} is outside its limits, "
+        f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
+    )
+    if excess[row, column] > _FAR_OUTSIDE:
+        turned = -positions[:, column]
+        if np.all((lower[column] <= turned) & (turned <= upper[column])):
+            raise MeasurementError(
+                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
+            )
+        degrees = "are these degrees? a header of JOINT [deg] is read as such"
+        guess = degrees if abs(positions).max() > 2 * np.pi else "is it another robot?"
+        raise MeasurementError(
+            f"{text}; angles are radians ({guess}), in the order of the chain's joints"
+        )
+    if excess[row, column] > _BARELY_OUTSIDE:
+        warnings.append(text)
+
+
+def _whole_turns(
+    positions: np.ndarray, lower: np.ndarray, upper: np.ndarray, robot: Robot
+) -> np.ndarray:
+    """Return whole turns of joints without which all of a column is inside its limits [rad]."""
+    turns = np.zeros(len(lower))
+    for j, joint in enumerate(robot.actuated):
+        values, turn = positions[:, j], 2 * math.pi
+        away = turn * round(float(values.mean() - (lower[j] + upper[j]) / 2) / turn)
+        inside = np.all((lower[j] <= values - away) & (values - away <= upper[j]))
+        if joint.type != "prismatic" and abs(away) <= 2 * turn and inside:
+            turns[j] = away
+    return turns
