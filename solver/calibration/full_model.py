@@ -12,6 +12,7 @@ from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Robot, Solutions, pose_on_flange, ur_controller
 from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
+from .options import check_keywords
 from .poses import (
     CommandError,
     JointPath,
@@ -113,6 +114,7 @@ class FullModel:
             PoseError: A pose is none.
             ModelError: No such link, or no such mass.
         """
+        check_keywords("this method", setup, Setup.__annotations__)
         tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
         base = setup.get("base") if frame is None else self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
@@ -123,7 +125,12 @@ class FullModel:
             np.eye(4) if pose is None else one_pose(pose, word)
             for pose, word in ((tool, "tool"), (base, "base"))
         )
-        loaded = payload and (float(payload[0]), tuple(map(float, payload[1])))
+        try:
+            loaded = None if payload is None else (float(payload[0]), tuple(map(float, payload[1])))
+        except (TypeError, ValueError, IndexError):
+            raise PoseError(
+                f"payload {payload!r:.60}: give its mass and its centre, as (1.2, (0, 0, 0.05))"
+            ) from None
         return Kinematics(self._loaded(loaded), where, there)
 
     def flange(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
@@ -184,7 +191,7 @@ class FullModel:
             joint, where = on.stopped(found.positions[row]), f"pose {row}" if leading else "pose"
             words = not_reached(where, found.left[row], joint)
             raise CommandError(words, found.positions[row], found.left[row], joint)
-        return found.positions.reshape(*leading, -1)
+        return found.positions.reshape(*leading, found.positions.shape[1])
 
     def command_path(
         self,
@@ -205,15 +212,16 @@ class FullModel:
         """
         on = self.kinematics(**setup)
         targets, goal, _ = on.targets(poses)
-        near = on.start(start, 1)
+        near = on.start(start, 1, "start")
         if start is None and len(targets):
             near = on.search(targets[:1], goal, near, prefer).positions
-        prefer = near if prefer is None else on.start(prefer, 1)
+        prefer = near if prefer is None else on.start(prefer, 1, "prefer")
         rows: list[Solutions] = []
         for target in targets:
             found = on.search(target[None], goal, near, prefer)
             near = found.positions if found.reached.all() else near
             rows.append(found)
+        rows = rows or [on.search(targets, goal, near, prefer)]
         positions, left = (
             np.concatenate([getattr(one, name) for one in rows]) for name in ("positions", "left")
         )

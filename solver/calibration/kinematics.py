@@ -103,7 +103,7 @@ class Kinematics:
     def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Return the tool's geometric Jacobian, shape (..., 6, m): speed, then angular velocity."""
         rows, leading = self.rows(q, warn=True)
-        J = self.arm.jacobians(rows, self.tool[:3, 3])[0].reshape(len(rows), 2, 3, -1)
+        J = self.arm.jacobians(rows, self.tool[:3, 3])[0].reshape(-1, 2, 3, rows.shape[1])
         return (self.base[:3, :3] @ J).reshape(*leading, 6, rows.shape[1])
 
     def virtual_positions(self, q: ArrayLike) -> np.ndarray:
@@ -127,8 +127,8 @@ class Kinematics:
         self, targets: np.ndarray, goal: Goal, near: ArrayLike | None, prefer: ArrayLike | None
     ) -> Solutions:
         """Return joint positions for what :meth:`targets` returns."""
-        start = self.start(near, len(targets))
-        wanted = None if prefer is None else self.start(prefer, len(targets))
+        start = self.start(near, len(targets), "near")
+        wanted = None if prefer is None else self.start(prefer, len(targets), "prefer")
         return self.arm.solver(goal).search(targets, start, wanted, self.tool[:3].ravel())
 
     def targets(self, pose: ArrayLike) -> tuple[np.ndarray, Goal, tuple[int, ...]]:
@@ -137,25 +137,30 @@ class Kinematics:
         inside = (np.linalg.inv(self.base) @ T)[..., :3, :].reshape(-1, 12)
         return inside, "pose" if np.shape(pose)[-2:] == (4, 4) else "point", T.shape[:-2]
 
-    def start(self, q: ArrayLike | None, count: int) -> np.ndarray:
+    def start(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
         """Return one row of joint positions for each pose; the middle of the ranges for none."""
         robot = self.arm.robot
         endless = ~np.isfinite(robot.upper - robot.lower)
         middle = np.where(endless, 0.0, (robot.lower + robot.upper) / 2)
         start = middle if q is None else q
-        rows, _ = self.rows(start)
+        rows, _ = self.rows(start, what)
         if len(rows) not in (1, count):
             raise JointsError(
-                f"joint positions of shape {np.shape(start)} for {count} poses; give them once, or "
+                f"{what} of shape {np.shape(start)} for {count} poses; give them once, or "
                 "for each pose"
             )
         return np.broadcast_to(rows, (count, rows.shape[1])).copy()
 
-    def rows(self, q: ArrayLike, *, warn: bool = False) -> tuple[np.ndarray, tuple[int, ...]]:
+    def rows(
+        self, q: ArrayLike, what: str = "joint positions", *, warn: bool = False
+    ) -> tuple[np.ndarray, tuple[int, ...]]:
         """Return joint positions as checked rows, and the shape before the joints'."""
-        array = np.asarray(q)
-        rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else q
-        checked = self.arm.calibrated.positions(rows)
+        try:
+            array = np.asarray(q, dtype=float)
+        except (TypeError, ValueError):
+            raise JointsError(f"{what}: {q!r:.60} are no numbers") from None
+        rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else array
+        checked = self.arm.calibrated.positions(rows, what)
         if warn:
             warn_outside(self.arm.robot, checked)
         return checked, array.shape[:-1]

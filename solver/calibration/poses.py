@@ -1,6 +1,6 @@
 """Poses as 4 x 4 matrices, checked, from and to numbers; and joint positions along them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,8 +96,8 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
         )
         return T
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
-    if not (abs(length - 1) < SKEWED).all():
-        raise PoseError("a quaternion qx qy qz qw needs length 1")
+    if (wrong := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
+        raise PoseError(f"row {wrong[0]}: a quaternion qx qy qz qw needs length 1")
     T[..., :3, :3] = rotation_matrices(turns / length)
     return T
 
@@ -114,6 +114,10 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
         longest = K[:, int(np.argmax(np.diag(K)))]
         row[:] = longest / np.linalg.norm(longest) * (1 if longest[3] >= 0 else -1)
     return found
+
+
+FAR = 20.0
+"""No arm is this large [m]."""
 
 
 class CommandError(MukcaError):
@@ -150,11 +154,8 @@ class JointPath:
     """Poses to which the joints cannot go straight from the pose before: the tool would leave the
     way."""
 
-    def checked(self, wheres: Sequence[str] | None = None) -> np.ndarray:
+    def checked(self) -> np.ndarray:
         """Return the positions, shape (N, m) [rad].
-
-        Args:
-            wheres: Name of each pose, for messages; None for its number.
 
         Raises:
             CommandError: A pose is not reached, or the joints jump between two.
@@ -162,7 +163,7 @@ class JointPath:
         wrong = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
         if wrong:
             row = min(wrong)
-            where = f"pose {row}" if wheres is None else wheres[row]
+            where = f"pose {row}"
             left, joint = self.left[row], self.at_limit[row]
             words = not_reached(where, left, joint)
             if self.reached[row]:
@@ -176,10 +177,12 @@ class JointPath:
 
 def not_reached(where: str, left: np.ndarray, joint: str) -> str:
     """Return the line that says how far a pose is from being reached."""
+    cure = "give a pose within reach, or start near another posture"
+    if left[0] > FAR:
+        cure = "poses are in metres: is this one in millimetres?"
     return (
         f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.4g} mm and "
-        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; give a pose "
-        "within reach, or start near another posture"
+        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; {cure}"
     )
 
 

@@ -161,13 +161,13 @@ class CalibratedRobot:
             models["geometric"] = lambda m: self.geometric_ball(m.positions)
         return models
 
-    def positions(self, q: ArrayLike) -> np.ndarray:
+    def positions(self, q: ArrayLike, what: str = "joint positions") -> np.ndarray:
         """Return joint positions as rows, shape (N, m), checked as by :meth:`ball`."""
-        rows = self._rows(q, "joint positions")
+        rows = self._rows(q, what)
         if (abs(rows) > _FARTHEST).any():
             row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()
             raise JointsError(
-                f"joint positions: row {row}, {self.robot.joint_names[column]!r} is "
+                f"{what}: row {row}, {self.robot.joint_names[column]!r} is "
                 f"{rows[row, column]:.4g}; angles are radians (are these degrees?)"
             )
         return rows

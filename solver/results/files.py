@@ -133,9 +133,7 @@ def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: 
     files = [folder] if names is None else [folder / name for name in names]
     taken = [] if force else [file for file in files if file.exists()]
     if taken:
-        raise OutputError(
-            f"{taken[0]}: exists; choose another (--out), or overwrite it (--force, force=True)"
-        )
+        raise OutputError(f"{taken[0]}: exists; choose another, or overwrite it by force=True")
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:

@@ -26,6 +26,8 @@ from .urdf_text import ModelError, UrdfText, add_ball, scan
 
 BALL_LINK = "ball_link"
 OWN_BALL = "printed_ball"
+FARTHEST_CENTRE = 5.0
+"""No payload's centre is this far from the flange [m]."""
 """Link of a ball that the user puts on a model that has one already."""
 
 
@@ -97,7 +99,10 @@ class Robot:
         """
         if not (math.isfinite(mass) and mass >= 0):
             raise ModelError(f"payload: a mass of {mass} kg; give zero or more")
-        body = Body(len(self.joints) - 2, float(mass), _three_numbers(centre, "payload"))
+        place = _three_numbers(centre, "payload")
+        if max(map(abs, place)) > FARTHEST_CENTRE:
+            raise ModelError(f"payload: its centre {list(place)} is in metres; is this in mm?")
+        body = Body(len(self.joints) - 2, float(mass), place)
         return replace(self, bodies=(*self.bodies, body))
 
 
@@ -131,7 +136,7 @@ def load_robot(
             ``flange`` and ``ball`` is there without the other.
     """
     if (flange is None) != (ball is None):
-        raise ModelError("--flange LINK and --ball X Y Z go together: a link, and the ball on it")
+        raise ModelError("flange and ball go together: a link, and the ball on it")
     name = str(robot)
     file = shipped_robots().get(name, Path(name))
     try:

@@ -4,6 +4,7 @@ from .arguments import NOT_NEGATIVE as NOT_NEGATIVE
 from .arguments import POSITIVE as POSITIVE
 from .arguments import JsonOption as JsonOption
 from .arguments import OutputOptions as OutputOptions
+from .arguments import PayloadOptions as PayloadOptions
 from .arguments import add_options as add_options
 from .arguments import argument as argument
 from .arguments import option as option

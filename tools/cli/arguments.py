@@ -58,6 +58,31 @@ class JsonOption:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PayloadOptions:
+    """Options of what the arm carries."""
+
+    payload: float | None = option(
+        "mass on the flange in kilograms, in place of what was on it while recording",
+        "KG",
+        between=NOT_NEGATIVE,
+    )
+    payload_at: tuple[float, float, float] = option(
+        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
+    )
+
+    @property
+    def carried(self) -> tuple[float, tuple[float, float, float]] | None:
+        """Mass [kg] and centre [m] of the payload; None for that of the recordings.
+
+        Raises:
+            UsageError: A centre without a mass.
+        """
+        if self.payload is None and any(self.payload_at):
+            raise UsageError("--payload-at belongs to --payload KG, which is not given")
+        return None if self.payload is None else (self.payload, self.payload_at)
+
+
+@dataclass(frozen=True, kw_only=True)
 class OutputOptions(JsonOption):
     """Options of a verb that writes files."""
 

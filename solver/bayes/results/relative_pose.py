@@ -62,11 +62,8 @@ def _tool_deviation(
     world: JointPosterior, robot: int, frame: str, shared: list[int]
 ) -> float | None:
     """Return the error of the distance vector of two tools that meet, as predicted [m]."""
-    centres = world.arms[0].centres
-    region = centres[shared] if shared else centres
-    if not len(region):
-        return None
     pose = world.frames[frame]
+    region = world.arms[0].centres[shared] if shared else _recorded_by_both(world, robot, pose)
     first, places = _inside(world, 0, IDENTITY, region)
     second, others = _inside(world, robot, pose, region)
     if not len(first) or not len(second):
@@ -84,6 +81,16 @@ def _tool_deviation(
     slopes[:, :, begin : begin + 6] = pose.slopes(points)
     squares: np.ndarray = np.sum((slopes @ world.covariance) * slopes, axis=(1, 2))
     return max(float(squares.mean()), 0.0) ** 0.5
+
+
+def _recorded_by_both(world: JointPosterior, robot: int, pose: Pose) -> np.ndarray:
+    """Return corners of the region in the world where both recorded, or between where each did."""
+    balls = [
+        at.apply(_linear(world, i, world.scene.arms[i].positions)[0])
+        for i, at in ((0, IDENTITY), (robot, pose))
+    ]
+    least, most = (np.array([end(b, axis=0) for b in balls]) for end in (np.min, np.max))
+    return np.array([least.max(axis=0), most.min(axis=0)])
 
 
 def _linear(

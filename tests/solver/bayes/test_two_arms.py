@@ -1,6 +1,7 @@
 """Two arms that visited the same bases."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 import mukca
 from mukca.solver.data import Pose, turn
 from mukca.solver.robot import BallModel, rotation_rpy
-from mukca.tools.simulation import Base, perturb, recorded_by_both
+from mukca.tools.simulation import Base, measured_points, perturb, recorded_by_both
 
 HOME = Pose(np.eye(3), np.zeros(3))
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
@@ -85,6 +86,29 @@ def test_noise_makes_errors_as_large_as_stated(noisy: Pair, found) -> None:
         balls = [found["A"].ball(a.positions), found["B"].ball(b.positions)]
         errors += [pose.apply(balls[1]).mean(axis=0) - balls[0].mean(axis=0)]
     assert np.linalg.norm(errors, axis=1).max() < 3 * told.tool_deviation
+
+
+@pytest.mark.slow
+def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy: Pair) -> None:
+    generator, at = np.random.default_rng(2), np.array([[0.6, 0.1, 0.3], [0.5, -0.2, 0.4]])
+    seen = {
+        name: [replace(measured_points(arm, pose.inverse(), generator, noise=1e-4), frame="world")]
+        for name, arm, pose in zip("AB", noisy.truth, (HOME, FACING), strict=True)
+    }
+    found = mukca.calibrate(noisy.robots, seen, without=WITHOUT)
+    told = found.document.between["A_to_B"]
+    assert told.tool_deviation is not None and 3e-5 < told.tool_deviation < 1e-3
+    tip = noisy.robots["B"].tip
+    for point in at:
+        q = [found[name].command(point, tool=found[name].robot.tip, frame="A") for name in "AB"]
+        met = found["A"].command(
+            np.zeros(3), q[0], tool=found["A"].robot.tip, frame=f"B/{tip}", at=q[1]
+        )
+        a, b = (
+            BallModel(arm, []).points(np.empty(0), row[None])
+            for arm, row in zip(noisy.truth, (met, q[1]), strict=True)
+        )
+        assert np.linalg.norm(FACING.apply(b) - a) < 3 * told.tool_deviation
 
 
 @pytest.mark.slow

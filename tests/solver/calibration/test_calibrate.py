@@ -110,7 +110,7 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session) -> None:
 
 
 def test_nothing_is_overwritten_unless_forced(calibration, saved) -> None:
-    with pytest.raises(mukca.MukcaError, match="--force"):
+    with pytest.raises(mukca.MukcaError, match="by force=True"):
         calibration.save(saved)
     calibration.save(saved, force=True)
 

@@ -48,6 +48,32 @@ def test_what_does_not_fit_is_said(saved) -> None:
         found.flange(q)
 
 
+@pytest.mark.parametrize(
+    ("setup", "said"),
+    [
+        ({"paylod": (1.0, (0, 0, 0))}, "the nearest is 'payload'"),
+        ({"payload": 1.0}, "give its mass and its centre"),
+        ({"payload": (1.0, (0, 0, 50))}, "is this in mm"),
+        ({"near": [[1, 2], [3]]}, "near: .* are no numbers"),
+        ({"prefer": [0.0, 0.0]}, "prefer of shape"),
+        ({"base": np.eye(3)}, "base of shape"),
+    ],
+)
+def test_words_that_mean_nothing_are_said(saved, setup: dict, said: str) -> None:
+    with pytest.raises(mukca.MukcaError, match=said):
+        saved[0].command([0.4, 0.0, 0.4], **setup)
+
+
+def test_no_poses_give_no_joints(saved) -> None:
+    none = np.zeros((0, 4, 4))
+    assert saved[0].command(none).shape == saved[0].command_path(none).checked().shape == (0, 7)
+
+
+def test_a_point_in_millimetres_is_asked_about(saved) -> None:
+    with pytest.raises(mukca.MukcaError, match="in millimetres"):
+        saved[0].command([400.0, 0.0, 40000.0])
+
+
 def test_a_placement_is_made_of_arrays(panda, placements) -> None:
     one = placements[0]
     made = mukca.Placement.of_arrays(

@@ -50,7 +50,7 @@ def test_it_is_what_python_says(folder, command) -> None:
     [
         (["x,y,z", "0.4,0,0.4", "4,0,0.4"], "poses.csv:3: not reached"),
         (["a,b,c", "0.4,0,0.4"], "needed: x,y,z"),
-        (["x,y,z,qx,qy,qz,qw", "0.4,0,0.4,0,0,0,0"], "length 1"),
+        (["x,y,z,qx,qy,qz,qw", "0.4,0,0.4,0,0,0,1", "0.4,0,0.4,0,0,0,0"], "poses.csv:3: a quat"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines, said) -> None:
@@ -59,6 +59,18 @@ def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines
     status, _, err = command("command", *words)
     assert status == 2 and said in err and len(err.splitlines()) == 1
     assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("first", "status", "said"),
+    [(3.5, 0, "3: 'panda_joint1' is 3.5, outside"), (90, 2, "3: 'panda_joint1' is 90; angles are")],
+)
+def test_joints_are_told_with_their_line(folder, command, tmp_path, first, status, said) -> None:
+    header, *lines = (folder / "joints.csv").read_text().splitlines()
+    bad = ",".join([str(first), *lines[0].split(",")[1:]])
+    (tmp_path / "q.csv").write_text("\n".join([header, lines[0], bad]))
+    found, _, err = command("poses", folder / "it", tmp_path / "q.csv")
+    assert found == status and f"q.csv:{said}" in err and len(err.splitlines()) == 1
 
 
 def test_quaternions_are_those_of_the_rotations(panda, folder) -> None:

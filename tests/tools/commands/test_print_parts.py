@@ -92,7 +92,7 @@ def test_nothing_is_overwritten_without_force(
     file = tmp_path / "socket-base-2x100mm.stl"
     file.write_bytes(b"mine")
     assert run(*words) == 2
-    says = "exists; choose another (--out), or overwrite it (--force, force=True)"
+    says = "exists; choose another, or overwrite it by --force"
     assert capsys.readouterr().err == f"mukca print-parts: {file}: {says}\n"
     assert file.read_bytes() == b"mine"
     assert run(*words, "--force") == 0

@@ -1,12 +1,16 @@
 """``mukca command``: joint positions at which the true tool stands at poses."""
 
-from collections.abc import Sequence
+import re
+import warnings
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....errors import MukcaError
 from ....solver.calibration import UsageError
-from .. import NOT_NEGATIVE, Terminal, argument, one_arm, option
+from .. import PayloadOptions, Terminal, argument, one_arm, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,24 +22,17 @@ FORMS = (
     ("x", "y", "z", "qx", "qy", "qz", "qw"),
     ("x", "y", "z", "roll", "pitch", "yaw"),
 )
+ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathOptions:
+class PathOptions(PayloadOptions):
     """Options of what is on the arm, and of the file to write."""
 
     tool: str | None = option(
         "a link that stands still on the flange; or its place there in metres and turn in radians, "
         "as in 0,0,0.12,0,0,1.57 (default: the flange)",
         "TOOL",
-    )
-    payload: float | None = option(
-        "mass on the flange in kilograms, in place of what was on it while recording",
-        "KG",
-        between=NOT_NEGATIVE,
-    )
-    payload_at: tuple[float, float, float] = option(
-        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
     )
     out: Path | None = option("the CSV file to write (default: standard output)", "FILE")
     force: bool = option("overwrite it", default=False)
@@ -50,10 +47,7 @@ class PathOptions:
                 tool = pose_of_numbers([float(word) for word in tool.split(",")])
             except ValueError:
                 raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
-        if self.payload is None and any(self.payload_at):
-            raise UsageError("--payload-at belongs to --payload KG, which is not given")
-        payload = None if self.payload is None else (self.payload, self.payload_at)
-        return {"tool": tool, "payload": payload}
+        return {"tool": tool, "payload": self.carried}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +70,11 @@ def run(options: Options, terminal: Terminal) -> int:
 
     calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
     rows, wheres = read_rows(options.poses, FORMS)
-    poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
-    path = calibration.command_path(poses, options.start, options.prefer, **setup)
-    write_rows(options, terminal, path.joint_names, path.checked(wheres))
+    with located(wheres, terminal):
+        poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
+        path = calibration.command_path(poses, options.start, options.prefer, **setup)
+        found = path.checked()
+    write_rows(options, terminal, path.joint_names, found)
     return 0
 
 
@@ -96,6 +92,22 @@ def read_rows(file: Path, forms: Sequence[Sequence[str]]) -> "tuple[np.ndarray, 
         raise UsageError(f"{file}: its header is {','.join(header) or 'missing'}; needed: {known}")
     order = [header.index(name) for name in form]
     return np.array(table.rows)[:, order], [f"{file}:{line}" for line in table.lines]
+
+
+@contextmanager
+def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
+    """Name file and line where an error or a warning has the number of a row."""
+
+    def line(message: object) -> str:
+        return re.sub(ROW, lambda row: f"{wheres[int(row[1])]}: ", str(message))
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except MukcaError as error:
+            raise MukcaError(line(error)) from None
+    terminal.warn(*(line(one.message) for one in said))
 
 
 def write_rows(

@@ -7,13 +7,13 @@ from typing import Literal
 
 from ....solver.calibration import UsageError
 from ...export import FORMATS
-from .. import NOT_NEGATIVE, JsonOption, Terminal, argument, for_each_arm, option
+from .. import JsonOption, PayloadOptions, Terminal, argument, for_each_arm, option
 
 LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(JsonOption):
+class Options(PayloadOptions, JsonOption):
     """Options of ``mukca export``."""
 
     calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
@@ -23,14 +23,6 @@ class Options(JsonOption):
         "(c, urdf) the link whose pose C gives, or that carries tools (default: the one that "
         "carries the ball)",
         "LINK",
-    )
-    payload: float | None = option(
-        "(c) mass on the flange in kilograms, in place of what was on it while recording",
-        "KG",
-        between=NOT_NEGATIVE,
-    )
-    payload_at: tuple[float, float, float] = option(
-        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
     )
     tool: Sequence[str] = option(
         "(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
@@ -64,8 +56,6 @@ def _run(options: Options, terminal: Terminal) -> int:
     from ....solver.calibration import load_calibration
     from ...export import export
 
-    if options.payload is None and any(options.payload_at):
-        raise UsageError("--payload-at belongs to --payload KG, which is not given")
     tools = _tools(options.tool)
     calibration = load_calibration(options.calibration)
     if calibration.document.distorted:
@@ -85,7 +75,7 @@ def _run(options: Options, terminal: Terminal) -> int:
         servos=options.servos,
         flange=options.flange,
         tools=tools,
-        payload=None if options.payload is None else (options.payload, options.payload_at),
+        payload=options.carried,
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

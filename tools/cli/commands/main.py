@@ -25,6 +25,13 @@ VERBS: dict[str, tuple[str, str]] = {
 """Line of each verb in ``mukca --help``, and the text below its options; its module is VERB.py."""
 
 
+TYPED = {
+    "by force=True": "by --force",
+    "flange and ball go together": "--flange LINK and --ball X Y Z go together",
+}
+"""Words of the library's errors for its arguments, and those of the command line."""
+
+
 class Command(Protocol):
     """Module of a verb."""
 
@@ -48,7 +55,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return run_verb(arguments, terminal)
     except MukcaError as error:
-        sys.stderr.write(f"mukca {arguments.verb}: {' '.join(str(error).split())}\n")
+        line = " ".join(str(error).split())
+        for argument, typed in TYPED.items():
+            line = line.replace(argument, typed)
+        sys.stderr.write(f"mukca {arguments.verb}: {line}\n")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
         sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import Terminal, argument, one_arm
-from .command import PathOptions, read_rows, write_rows
+from .command import PathOptions, located, read_rows, write_rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,8 +22,9 @@ def run(options: Options, terminal: Terminal) -> int:
     from ....solver.calibration import load_calibration, quaternion_of
 
     calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
-    q, _ = read_rows(options.joints, [calibration.robot.joint_names])
-    T = calibration.flange(q, **setup)
+    q, wheres = read_rows(options.joints, [calibration.robot.joint_names])
+    with located(wheres, terminal):
+        T = calibration.flange(q, **setup)
     rows = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
     write_rows(options, terminal, ("x", "y", "z", "qx", "qy", "qz", "qw"), rows)
     return 0
