@@ -23,10 +23,12 @@ test: $(VENV)/.tests  ## set up, and run all tests
 test-fast: $(VENV)/.tests  ## the tests to run while working: all but the slow ones
 	$(PYTEST) -m "not slow" $(ARGS)
 
-lint: $(VENV)/.tests  ## ruff and pyright (strict)
+lint: $(VENV)/.tests  ## ruff and pyright (strict), the latter for all three systems
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/pyright --pythonplatform Windows drivers recorder tools
+	$(BIN)/pyright --pythonplatform Darwin drivers recorder tools
 
 portable: $(VENV)/.portable  ## what needs no terminal and no robot, for Windows: types, and the solver's tests
 	$(BIN)/pyright
