@@ -97,7 +97,10 @@ def test_the_site_works_from_the_disk_on_every_screen(site: Path) -> None:
             for width, scheme in ((390, "dark"), (1280, "light")):
                 tab.emulate_media(color_scheme=scheme)
                 tab.set_viewport_size({"width": width, "height": 844})
-                if tab.evaluate("document.documentElement.scrollWidth") > width:
+                fits = f"document.documentElement.scrollWidth <= {width}"
+                try:  # a page is laid out again some time after the window changed
+                    tab.wait_for_function(fits, timeout=10_000)
+                except playwright.TimeoutError:
                     wrong.append(f"{source.name}: wider than {width} pixels")
             wrong += tab.evaluate(
                 "[...document.querySelectorAll('article img')]"
