@@ -19,3 +19,4 @@ from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all
 from .live import Fault as Fault
 from .live import LiveCheck as LiveCheck
+from .live import is_coarse as is_coarse

@@ -17,14 +17,24 @@ from ..data import CALIPER_DEVIATION, Measurement
 from ..robot import Robot, choose_parameters
 from .distances import rulers
 from .explain import scene_of
-from .hypotheses import CURABLE, ONLY_SOUND, Candidate, Comparison, Scene, explained
+from .hypotheses import (
+    COARSE,
+    CURABLE,
+    INDEPENDENT,
+    ONLY_SOUND,
+    Candidate,
+    Comparison,
+    Scene,
+    explained,
+)
 from .hypothesis import Hypothesis
 from .robust_fit import RigidModel
 
 LEAST = 6
 """Samples from which on faults are looked for."""
-EVIDENCE = 5.0
-"""Logarithm of how much more probable than sound samples a fault must be."""
+EVIDENCE, MORE = 5.0, 8.0
+"""Logarithm of how much more probable than sound samples all faults together must be; and a further
+one, once one was found."""
 FORGOTTEN = 0.06
 """Prior probability of samples in another socket than they say."""
 DOUBT = -2.0
@@ -48,16 +58,28 @@ class Fault:
     """Socket in which the ball truly was, where it was in another."""
 
 
+def is_coarse(repeatability: float | None) -> bool:
+    """Return True where joints may be off by degrees, and have play, as those made of servos do.
+
+    Args:
+        repeatability: Of the arm [m]; None, where nothing is known of it, counts as coarse.
+    """
+    return repeatability is None or repeatability > COARSE
+
+
 class LiveCheck:
     """Check of all samples so far, in some hundredths of a second.
 
     Args:
         robot: The nominal robot.
         repeatability: Of the arm [m]; None where nothing is known of it.
-        zeros: Its joints may have offsets of degrees, and play, as those made of servos do.
     """
 
-    def __init__(self, robot: Robot, repeatability: float | None, *, zeros: bool) -> None:
+    def __init__(self, robot: Robot, repeatability: float | None) -> None:
+        zeros = is_coarse(repeatability)
+        # with less than all errors a fit to few samples takes a fault for noise; but gears with
+        # play rest on one side for many samples
+        self.share = INDEPENDENT if zeros else 1.0
         self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
         self._repeatability = repeatability
 
@@ -71,30 +93,30 @@ class LiveCheck:
         found: list[Fault] = []
         if sum(len(p.samples) for p in placements) < LEAST:
             return ()
-        scene, given = self._scene(placements), placements
+        scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison = Comparison(scene, CURABLE)
+            comparison = Comparison(scene, CURABLE, self.share)
             sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
             others = [c for c in comparison.candidates if c.kind.name != "sound"]
-            best = max(others, key=lambda c: c.log_evidence)
-            if best.log_evidence - sound < DOUBT:
+            logs = [c.log_evidence - sound for c in others]
+            if np.logaddexp.reduce(logs) < DOUBT:
                 break
-            log, moved, fault = max(
-                self._elsewhere(given),
-                key=lambda one: one[0],
-                default=(-math.inf, given, None),
-            )
-            if fault is not None and log > best.log_evidence and log - sound > EVIDENCE:
-                found.append(replace(fault, evidence=log - sound))
-                given, scene = moved, self._scene(moved)
-            elif best.log_evidence - sound > EVIDENCE:
-                found.append(_fault(comparison, best, best.log_evidence - sound))
-                scene = explained(scene, best)
+            elsewhere = list(self._elsewhere(given))
+            logs += [log - sound for log, _, _ in elsewhere]
+            if np.logaddexp.reduce(logs) < (MORE if found else EVIDENCE):
+                break
+            best = int(np.argmax(logs))
+            if best >= len(others):
+                _, given, fault = elsewhere[best - len(others)]
+                found.append(replace(fault, evidence=logs[best]))
+                scene = self.scene(given)
             else:
-                break
+                found.append(_fault(comparison, others[best], logs[best]))
+                scene = explained(scene, others[best])
         return tuple(found)
 
-    def _scene(self, placements: Sequence[Placement]) -> Scene:
+    def scene(self, placements: Sequence[Placement]) -> Scene:
+        """Return the samples as a linear model about a robust fit."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
         known = rulers(measured, (), CALIPER_DEVIATION)
         return scene_of(self._model, measured, known, self._repeatability, [0.0] * len(measured))
@@ -111,7 +133,7 @@ class LiveCheck:
                 replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
             )
             right = [*before, replace(here, samples=samples)]
-            sound = Comparison(self._scene(right), ONLY_SOUND).candidates[0]
+            sound = Comparison(self.scene(right), ONLY_SOUND, self.share).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
 

@@ -8,12 +8,11 @@ from ...recorder import read_placement
 from ...solver.assessment import checks_row, judge, repeatability_of
 from ...solver.calibration import Calibration
 from ...solver.data import measure
-from ...solver.diagnostics import inspect_all
+from ...solver.diagnostics import inspect_all, is_coarse
 from ...solver.partial import Validity, what_changed
 from ...solver.robot import BallModel, Robot
 from .guidance_process import limit_for
 from .outlier_checks import wrong_model_check
-from .session_alarms import SERVO_ARMS
 
 FAILED = 1
 """Exit status of what is surely wrong."""
@@ -30,11 +29,12 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     if odd := wrong_model_check(robot)(placement.samples):
         return odd[0].upper() + odd[1:], FAILED
     measured = measure(placement, robot, sockets=1)
+    known = repeatability_of(robot, None)
     survey = inspect_all(
         robot,
         [measured],
-        zeros=robot.name in SERVO_ARMS,
-        repeatability=repeatability_of(robot, None),
+        zeros=is_coarse(known),
+        repeatability=known,
     )
     found = judge([checks_row(survey.diagnostics)], causes=survey.hypotheses)
     if found.status == "fail":

@@ -20,8 +20,6 @@ CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str]] = {
     "distance": ("other", "DISTANCE?"),
 }
 """What a key cures, and a word or two, for each fault."""
-SERVO_ARMS = ("gen3_lite", "koch", "so100", "so101", "vx300s", "wx250s", "wxai")
-"""Shipped robots whose zeros are set by hand, and whose gears have play."""
 
 
 class SessionAlarms:
@@ -32,9 +30,8 @@ class SessionAlarms:
     """
 
     def __init__(self, robot: Robot) -> None:
-        servos = robot.name in SERVO_ARMS
         self._wrong_model = wrong_model_check(robot)
-        self._check = LiveCheck(robot, repeatability_of(robot, None), zeros=servos)
+        self._check = LiveCheck(robot, repeatability_of(robot, None))
 
     def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
         """Return the alarms, the most probable fault first.

@@ -2,12 +2,14 @@ from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .compare import explained as explained
 from .compare import probabilities as probabilities
+from .evidence import INDEPENDENT as INDEPENDENT
 from .evidence import LinearEvidence as LinearEvidence
 from .joints import of_zero as of_zero
 from .kinds import Block as Block
 from .kinds import Kind as Kind
 from .scene import ARMS as ARMS
 from .scene import BALL as BALL
+from .scene import COARSE as COARSE
 from .scene import Scene as Scene
 from .scene import widths_of as widths_of
 from .table import CURABLE as CURABLE

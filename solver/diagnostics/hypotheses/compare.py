@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .evidence import LinearEvidence
+from .evidence import INDEPENDENT, LinearEvidence
 from .kinds import Block, Kind, NoisePrior
 from .scene import Scene
 from .table import KINDS
@@ -45,11 +45,14 @@ class Comparison:
     Args:
         scene: The recordings as a linear model.
         kinds: The explanations.
+        share: How much of the errors counts as independent.
     """
 
-    def __init__(self, scene: Scene, kinds: Sequence[Kind] = KINDS) -> None:
+    def __init__(
+        self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT
+    ) -> None:
         self.scene = scene
-        self.evidence = LinearEvidence(scene.residuals, scene.nuisances)
+        self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share)
         least = max(scene.noise / 4, 1e-6)
         trials = np.geomspace(least, LARGEST, int(math.log(LARGEST / least, HALVES)) + 2)
         base = self.evidence.log_likelihood(trials)
