@@ -2,6 +2,7 @@
 
 python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
 python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not
+python benchmarks/partial.py together                   all zeros lost at once, simulated arms
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
 """
@@ -124,6 +125,34 @@ def drawn(name: str, draws: int) -> Iterator[tuple[Drawn, np.random.Generator]]:
         yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
 
 
+def together(name: str, draws: int) -> Iterator[str]:
+    """Zeros of all joints but the first and last, 10 mrad put into each at once."""
+    rows: dict[int, list[tuple[float, float, bool]]] = {6: [], 10: []}
+    for one, generator in drawn(name, draws):
+        joints = one.arm.joint_names
+        size = 1e-2 * generator.choice([-1, 1], len(joints))
+        size[[0, -1]] = 0.0
+        (base,) = reachable_bases(one.arm, generator, 1)
+        since = record(one.arm, base, generator, samples=10, imperfection=one.how)
+        for count, found in rows.items():
+            some = few(since, count, generator)
+            q = some.positions - size
+            moved = mukca.Placement.of_arrays("since", q, some.sockets, joints, distance=0.05)
+            named = mukca.rezero(one.calibration, moved, joints[1:-1]).joints[1:-1]
+            told = [zero.joint for zero in mukca.rezero(one.calibration, moved).changed]
+            right = told == list(joints[1:-1])
+            found += [
+                (zero.offset - put, zero.standard_deviation, right)
+                for zero, put in zip(named, size[1:-1].tolist(), strict=True)
+            ]
+    for count, found in rows.items():
+        off, stated, told = np.array(found, dtype=float).T
+        yield (
+            f"{name}, {count} + {count} samples: rms {1e3 * np.mean(off**2) ** 0.5:.2f} mrad, "
+            f"stated {1e3 * np.mean(stated**2) ** 0.5:.2f}, all named in {100 * told.mean():.0f} %"
+        )
+
+
 def tool(name: str, draws: int) -> Iterator[str]:
     """Scatter of a tip about points elsewhere, found by 4, 8 and 12 touches of one point."""
     rows: dict[int, list[tuple[float, float, float, float]]] = {4: [], 8: [], 12: []}
@@ -145,7 +174,7 @@ def tool(name: str, draws: int) -> Iterator[str]:
             )
             found.append((full, result.elsewhere or 0.0, alone, nominal))
     for count, found in rows.items():
-        full, stated, alone, nominal = 1e3 * np.mean(found, axis=0)
+        full, stated, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
             f"{name}, {count} touches: {full:.2f} mm (stated {stated:.2f}), calibrated.urdf "
             f"{alone:.2f}, nominal {nominal:.2f}"
@@ -182,7 +211,7 @@ def handeye(name: str, draws: int) -> Iterator[str]:
                 errors.append(scatter(tips[..., :3, 3]))
             found.append((errors[0], errors[1], errors[2]))
     for count, found in rows.items():
-        full, alone, nominal = 1e3 * np.mean(found, axis=0)
+        full, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
             f"{name}, {count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, "
             f"nominal {nominal:.2f}"
@@ -262,12 +291,13 @@ def by_urdf(robot: mukca.Robot, touched: np.ndarray, q: np.ndarray) -> np.ndarra
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("rezero", "changes", "tool", "handeye"))
+    parser.add_argument("what", choices=("rezero", "changes", "together", "tool", "handeye"))
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--draws", type=int, default=20)
     given = parser.parse_args()
     real, simulated = {"rezero": rezero, "changes": changes}, {"tool": tool, "handeye": handeye}
+    simulated["together"] = together
     if given.what in real:
         lines = real[given.what](given.recordings, given.draws)
     else:

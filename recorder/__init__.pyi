@@ -24,6 +24,8 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
+from .points import joint_columns as joint_columns
+from .points import read_points as read_points
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL
 from .samples import SAMPLES as SAMPLES

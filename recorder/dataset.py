@@ -43,7 +43,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
             raise RecordingError(f"{path}: no such folder; a placement is a folder of recordings")
         if not path.is_dir():
             raise RecordingError(
-                f"{path}: not a folder; name the placement's folder, {path.parent}"
+                f"{path}: not a folder; name the placement's folder, {path.absolute().parent}"
             )
         if is_placement(path):
             folders.append(path)

@@ -31,7 +31,7 @@ def read_points(file: Path, name: str) -> Placement:
     """Return the placement of a file that an instrument measured.
 
     Args:
-        file: ``points.csv`` or ``poses.csv``.
+        file: ``points.csv``, or of any other name one with poses.
         name: Of the placement.
 
     Raises:
@@ -44,7 +44,7 @@ def read_points(file: Path, name: str) -> Placement:
     header = [*map(str, range(width)), *_AXES] if bare else table.header or ()
     columns = [_COLUMN.fullmatch(cell.strip()) for cell in header]
     names = [None if column is None else column[1] for column in columns]
-    forms = (_QUATERNION, _VECTOR, _MATRIX) if file.name == POSES else ((),)
+    forms = ((),) if file.name == POINTS else (_QUATERNION, _VECTOR, _MATRIX)
     turns = next((form for form in forms if set(form) <= set(names)), forms[0])
     measured = (*_AXES, *turns)
     joints = [i for i, name in enumerate(names) if name not in measured]

@@ -18,6 +18,7 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
 from .fit import FAR, NoiseBelief, System, Task, fit
+from .flange_poses import joints_of
 from .prior import ArmPrior, prior_of
 from .rows import Rows, flanges
 from .updated import Found, framed
@@ -52,6 +53,8 @@ class CameraPose(Found):
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Views that fit no other, in words."""
+    notes: tuple[str, ...] = ()
+    """What is to be known of the views, in words."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -63,15 +66,20 @@ class CameraPose(Found):
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
         frame, (place, turn) = self.frame, self.held_out
-        at = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
-        numbers = " ".join(f"--{name} {value:.6f}" for name, value in at)
+        sigma = 1e3 * np.sqrt(np.diag(frame.covariance))
+        at = " ".join(f"{1e3 * v:+.2f} +- {s:.2f}" for v, s in zip(frame.xyz, sigma, strict=True))
+        named = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
+        numbers = " ".join(f"--{name} {value:.6f}" for name, value in named)
+        turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
         return (
+            *self.notes,
+            f"{frame.name} in {frame.parent}: x y z {at} mm; qx qy qz qw {turned}",
             f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms); the "
             f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
             "an axis.",
             *self.outliers,
-            f"{frame.name} in {frame.parent}: {numbers}",
-            f"ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
+            "For ROS 2:",
+            f"  ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
             f"--child-frame-id {frame.name}",
         )
 
@@ -87,6 +95,7 @@ class CameraPose(Found):
             "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
             "residuals": self.residuals.tolist(),
             "outliers": list(self.outliers),
+            "notes": list(self.notes),
         }
 
 
@@ -95,6 +104,7 @@ def handeye(
     data: Placement | Sequence[Placement],
     camera: Camera,
     name: str = "camera",
+    near: Sequence[float] | None = None,
 ) -> CameraPose:
     """Find where a camera is, by poses of a board in it.
 
@@ -104,9 +114,12 @@ def handeye(
             about two axes at least.
         camera: ``on-arm`` with the board fixed, ``beside`` with the board on the arm.
         name: Of the camera's link in the URDF.
+        near: Posture near which the views were taken, shape (m,) [rad]; for poses of the flange in
+            place of joints, which it alone may tell.
 
     Raises:
-        UsageError: Too few views, the other kind of camera, or poses the other way round.
+        UsageError: Too few views, the other kind of camera, poses the other way round, or poses of
+            a flange that do not tell how the joints stood.
         FrameError: The flange turns about one axis only.
         ModelError: The model already has a link of that name.
         MeasurementError: Samples of another arm.
@@ -114,7 +127,8 @@ def handeye(
     if camera not in get_args(Camera):
         raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
     prior = prior_of(calibration)
-    task = camera_task(prior, as_list(data), camera)
+    placements = [joints_of(calibration, one, near) for one in as_list(data)]
+    task = camera_task(prior, placements, camera)
     system = fit(task)
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
@@ -129,6 +143,7 @@ def handeye(
         _held_out(system),
         system.residuals,
         _outliers(system),
+        tuple(note for one in placements for note in one.remarks),
     )
 
 

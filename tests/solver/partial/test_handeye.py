@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -112,12 +113,48 @@ def test_the_command_writes_the_camera_into_the_urdf(
 ) -> None:
     names = (*simulated.calibration.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
     rows = [",".join(map(repr, row)) for row in views(simulated, "beside").tolist()]
-    (tmp_path / "poses.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    (tmp_path / "of june.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    (tmp_path / "points.csv").write_text("another recording\n")
     simulated.calibration.save(tmp_path / "cal")
-    words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera")
+    words = ("handeye", tmp_path / "cal", tmp_path / "of june.csv", "--camera")
     status, out, _ = command(*words, "beside", "--json", "--out", tmp_path / "new")
     said = json.loads(out)
     assert status == 0 and said["parent"] == simulated.calibration.robot.base
     assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
     status, _, error = command(*words, "on-arm")
     assert status == 2 and error.count("\n") == 1
+    status, _, error = command(*words, "beside", "--near", "1,2")
+    assert status == 2 and "--near 1,2: give 7 numbers" in error
+
+
+FLANGE = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+
+
+def test_poses_of_the_flange_of_seven_joints_are_refused(simulated: Simulated) -> None:
+    placement = recorded(views(simulated, "beside"))
+    with pytest.raises(MukcaError, match="7 joints bring a flange to one pose in endlessly many"):
+        mukca.handeye(simulated.calibration, replace(placement, joint_names=FLANGE), "beside")
+
+
+def test_joints_are_recovered_where_they_are_told(ur5e: mukca.Calibration) -> None:
+    """An arm of six joints, its flange's nominal poses in place of them."""
+    generator = np.random.default_rng(1)
+    posture = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
+    q = posture + generator.uniform(-0.35, 0.35, (10, 6))
+    board = np.linalg.inv(STANDING) @ FullModel(ur5e.calibrated).flange(q) @ MOUNTED
+    F = ur5e.nominal.flange(q)
+    rows = np.hstack([F[:, :3, 3], quaternion_of(F[:, :3, :3])])
+    rows = np.hstack([rows, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
+    placement = replace(recorded(rows), joint_names=FLANGE)
+    found = mukca.handeye(ur5e, placement, "beside", near=posture.tolist())
+    assert np.array(found.frame.xyz) == pytest.approx(STANDING[:3, 3], abs=2e-4)
+    assert any("recovered" in note for note in found.text)
+    with pytest.raises(MukcaError, match=r"postures bring the flange there; give one near"):
+        mukca.handeye(ur5e, placement, "beside")
+
+
+@pytest.fixture(scope="module")
+def ur5e() -> mukca.Calibration:
+    robot = mukca.load_robot("ur5e")
+    _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
+    return mukca.calibrate(robot, placements)

@@ -1,13 +1,22 @@
 """``mukca handeye``: where a camera is, on a calibrated arm or beside it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ....solver.calibration import UsageError
 from ....solver.partial import Camera
 from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
 from .tool import keep
+
+if TYPE_CHECKING:
+    from ....recorder import Placement
+
+POSES = "poses.csv"
+_BOARD = (9.0, 6.0, 30.0, 21.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,20 +24,69 @@ class Options(OutputOptions):
     """Options of ``mukca handeye``."""
 
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument("poses.csv, or folders that hold one", "POSES.csv")
+    data: Sequence[Path] = argument(
+        "CSV files of joints and poses, or folders of images with joints.csv", "POSES.csv"
+    )
     camera: Camera = option("the camera is on the arm, or beside it", default=...)
     name: str = option("name of the camera's link", "LINK", "camera")
+    near: str = option(
+        "posture near which the views were taken [rad], with poses of the flange in place of "
+        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw)",
+        "Q1,Q2,..",
+        "",
+    )
+    board: tuple[float, float, float, float] = option(
+        "of images: the ChArUco board's squares in a row and a column, and the sides of a square "
+        "and a marker (default: the board of the documentation, 9 6 30 21)",
+        ("COLUMNS", "ROWS", "MM", "MM"),
+        _BOARD,
+    )
+    dictionary: str = option("of images: the board's markers", "NAME", "5X5_100")
+    intrinsics: str = option(
+        "of images: the camera, in pixels (default: found from the images)",
+        "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]",
+        "",
+    )
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
-    from ....recorder import read_placements
     from ....solver.calibration import load_calibration
     from ....solver.partial import handeye
 
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
     calibration = load_calibration(options.calibration)
-    found = handeye(calibration, read_placements(*options.data), options.camera, options.name)
-    keep(found, options, terminal)
+    views = [one for path in options.data for one in _views(path, options)]
+    count = len(calibration.robot.joint_names)
+    near = numbers(options.near, "--near", (count,)) or None
+    keep(handeye(calibration, views, options.camera, options.name, near), options, terminal)
     return 0
+
+
+def _views(path: Path, options: Options) -> "list[Placement]":
+    """Return the views of a CSV file of any name, of a folder of images, or of placements."""
+    from ....recorder import read_placements, read_points
+    from ...extract import Board, has_images, read_images
+
+    if path.is_dir() and (path / POSES).is_file():
+        path = path / POSES
+    if path.suffix == ".csv" and path.is_file():
+        return [read_points(path, path.stem)]
+    if not has_images(path):
+        return read_placements(path)
+    columns, rows, square, marker = options.board
+    board = Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)
+    return [read_images(path, board, numbers(options.intrinsics, "--intrinsics", (4, 8, 9)))]
+
+
+def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:
+    """Return numbers between commas; none for an empty word."""
+    try:
+        found = [float(word) for word in words.split(",") if word.strip()]
+    except ValueError:
+        found = [float("nan")]
+    if words and (len(found) not in counts or not all(map(math.isfinite, found))):
+        known = " or ".join(map(str, counts))
+        raise UsageError(f"{option} {words}: give {known} numbers between commas")
+    return found

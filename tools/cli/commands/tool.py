@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
 from .command import read_rows
@@ -74,9 +75,13 @@ def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
 
     found: list[Placement] = []
     for file in files:
-        if not file.is_file() or file.suffix != ".csv":
+        if not file.is_file():
             found += read_placements(file)
             continue
+        if file.suffix != ".csv":
+            raise UsageError(
+                f"{file}: give a placement's folder, or a CSV file with a column for each joint"
+            )
         names = robot.joint_names
         rows, wheres = read_rows(file, [names, (*names, "point")])
         samples = [

@@ -1,0 +1,82 @@
+"""Views of the printed board, found in images that a known camera took of it."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mukca import MukcaError
+from mukca.solver.data import turn
+from mukca.tools.extract import Board, read_images
+
+BOARD = Path(__file__).parents[3] / "docs" / "images" / "charuco.svg"
+CAMERA = np.array([[620.0, 0, 318], [0, 622, 243], [0, 0, 1]])
+NUMBERS = (620, 622, 318, 243)
+NAMES = ("a", "b")
+
+
+def printed() -> np.ndarray:
+    """Return the board of the documentation as printed, a cell 1.5 mm, shape (120, 180)."""
+    cells = np.ones((120, 180))
+    for x, y, run in re.findall(r"M(\d+) (\d+)h(\d+)v1", BOARD.read_text()):
+        cells[int(y), int(x) : int(x) + int(run)] = 0.0
+    return cells
+
+
+def rendered(cells: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """Return what the camera sees of the board at a pose, 640 x 480, nine rays a pixel."""
+    fine = (np.arange(3) - 1) / 3
+    u, v = (np.arange(n)[:, None] + fine for n in (640, 480))
+    x, y = np.meshgrid(u.ravel(), v.ravel())
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1) @ np.linalg.inv(CAMERA).T @ T[:3, :3]
+    eye = -T[:3, :3].T @ T[:3, 3]
+    at = eye[:2] - rays[..., :2] * (eye[2] / rays[..., 2])[..., None]
+    column, row = np.floor(at / 0.0015).astype(int).transpose(2, 0, 1)
+    inside = (column >= 0) & (column < 180) & (row >= 0) & (row < 120)
+    seen = np.where(inside, cells[row.clip(0, 119), column.clip(0, 179)], 1.0)
+    return 255 * seen.reshape(480, 3, 640, 3).mean(axis=(1, 3))
+
+
+def poses(count: int) -> np.ndarray:
+    generator = np.random.default_rng(3)
+    T = np.tile(np.eye(4), (count, 1, 1))
+    for one in T:
+        one[:3, :3] = turn(generator.uniform(-0.45, 0.45, 3))
+        one[:3, 3] = one[:3, :3] @ [-0.135, -0.09, 0] + [0, 0, generator.uniform(0.32, 0.45)]
+    return T
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    cv: Any = pytest.importorskip("cv2", reason="the extra camera is not installed")
+    folder, cells = tmp_path_factory.mktemp("images"), printed()
+    for i, T in enumerate(poses(10)):
+        cv.imwrite(str(folder / f"{i:02}.png"), rendered(cells, T).astype(np.uint8))
+    lines = [",".join(NAMES), *(f"{0.1 * i},{-0.1 * i}" for i in range(10))]
+    (folder / "joints.csv").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+@pytest.mark.parametrize(("camera", "off"), [(NUMBERS, 5e-4), ((), 5e-3)])
+def test_a_board_is_where_it_was(images: Path, camera: tuple[float, ...], off: float) -> None:
+    found = read_images(images, Board(), camera)
+    points = np.array([s.point for s in found.samples])
+    assert found.joint_names == NAMES and found.samples[3].position == pytest.approx((0.3, -0.3))
+    assert points == pytest.approx(poses(10)[:, :3, 3], abs=off)
+    assert any("--intrinsics" in line for line in found.remarks) == (not camera)
+
+
+def test_another_board_and_missing_rows_are_told(images: Path, tmp_path: Path) -> None:
+    with pytest.raises(MukcaError, match="0 of 10 images show a board"):
+        read_images(images, Board(dictionary="7X7_50"), NUMBERS)
+    (tmp_path / "joints.csv").write_text("a\n1\n")
+    with pytest.raises(MukcaError, match="0 images, and 1 rows in joints"):
+        read_images(tmp_path, Board())
+
+
+def test_the_board_says_its_size() -> None:
+    assert "9 x 6, squares 30 mm, markers 21 mm, DICT_5X5_100" in BOARD.read_text()
+    cells = printed()
+    assert cells[:20, :20].max() == 0 and cells[:3, 20:40].min() == 1
