@@ -1,7 +1,6 @@
 """The host's time, and waiting for it to pass: whatever waits does it here.
 
-Call these functions by the module's name, as in ``clock.now()``: :func:`use` puts another clock in
-the place of the host's, as one on which minutes pass in milliseconds.
+Call these by the module's name, as in ``clock.now()``: :func:`use` puts another clock in its place.
 """
 
 import select

@@ -1,8 +1,4 @@
-"""The contract of a driver as tests, to be run on any driver. Needs pytest, when imported.
-
-A test module subclasses :class:`DriverContract` once for each robot, or for each simulator of one,
-and gives its address as a fixture; docs/new-arm.md shows how.
-"""
+"""The contract of a driver as tests, to be run on any driver. Needs pytest, when imported."""
 
 import math
 import time

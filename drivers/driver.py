@@ -1,8 +1,7 @@
 """The contract of every driver: it streams a robot's joint states, and it only reads.
 
-A driver connects to one kind of robot, decodes what the robot sends, and returns it as
-:class:`JointState`. It never sends a motion, torque, zeroing or parameter command. When it cannot
-go on it raises :class:`DriverError`, whose :class:`Reason` says what to do next.
+It never sends a motion, torque, zeroing or parameter command. When it cannot go on it raises
+:class:`DriverError`, whose :class:`Reason` says what to do next.
 """
 
 from abc import ABC, abstractmethod

@@ -1,9 +1,7 @@
 """A driver around another driver, which connects again by itself when the connection is lost.
 
-A connection counts as lost when reading it fails, or when no state came for two seconds. From then
-on :meth:`Reconnecting.read` tries to connect again, at first soon and then less often, and raises
-SILENT with the reason in its message until it succeeds. What trying again cannot mend (a wrong
-address, a missing package, another robot) is raised as it is.
+That is, when reading fails, or no state came for two seconds. Until it succeeds it raises SILENT;
+what trying again cannot mend (a wrong address, another robot) is raised as it is.
 """
 
 import logging

@@ -1,8 +1,7 @@
 """Damiao motors on a CAN bus, as in OpenArm: they are polled while they are switched off.
 
-Two requests are sent, which enable no motor: *refresh* and the query for a register, PMAX. A motor
-that is enabled is refused, since another program moves the arm; so is another PMAX than 12.5 rad.
-Stamps are the time in the middle between the first request and the last answer.
+Only *refresh* and the query for PMAX are sent, which enable no motor. A motor that is enabled, or
+of another PMAX than 12.5 rad, is refused.
 
 Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`..transport.can_bus`.
 """

@@ -1,21 +1,27 @@
 """Franka Panda (FER) and FR3: the Franka Control Interface, listened to.
 
-Over TCP this computer and the robot agree on a protocol version, and this computer names a UDP
-port, to which the robot then sends its state once a millisecond. Nothing more is ever sent, not
-even a datagram. Closing the TCP connection ends the stream. Efforts are ``tau_J``, measured on the
-joints' link side; at rest they have the sign of the gravity torque (not proven on a robot here).
+Over TCP a version is agreed on, and a UDP port named, to which the robot sends a state each
+millisecond; nothing more is ever sent. Efforts are ``tau_J``; at rest they have the sign of the
+gravity torque (not proven on a robot here). RobotState datagrams are little-endian::
+
+    bytes  server versions   robots                    numbers   errors
+    2085   3                 Panda, system 3.0         float64   37
+    2341   4                 Panda, system 4.0         float64   37
+    2373   5 to 9            Panda 4.2, FR3 to 5.7     float64   41
+    1377   10                FR3 from 5.9              float32   41
 
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
 
+import math
 import socket
 import struct
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
+from typing import Any, cast
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, open_tcp, parse_endpoint
-from .franka_state import JOINTS, PERIOD, decode_state
 
 PORT = 1337
 VERSIONS = range(3, 11)
@@ -26,6 +32,36 @@ CONNECT = 0
 REQUEST = struct.Struct("<IIIHH")  # command, command id, size, version, UDP port
 RESPONSE = struct.Struct("<IIIBH")  # command, command id, size, status, version
 SUCCESS, INCOMPATIBLE = 0, 1
+
+JOINTS = 7
+PERIOD = 1e-3  # s
+LARGEST_ANGLE = 2 * math.pi  # no joint of these arms turns further
+
+_MODES = "other, idle, move, guiding, reflex, user stopped, automatic error recovery"
+
+# In the order of the flags, as libfranka names them; where there are 37, the last four lack.
+_ERRORS = (
+    "joint position limits violation, cartesian position limits violation, self collision "
+    "avoidance violation, joint velocity violation, cartesian velocity violation, force control "
+    "safety violation, joint reflex, cartesian reflex, max goal pose deviation violation, max path "
+    "pose deviation violation, cartesian velocity profile safety violation, joint position motion "
+    "generator start pose invalid, joint motion generator position limits violation, joint motion "
+    "generator velocity limits violation, joint motion generator velocity discontinuity, joint "
+    "motion generator acceleration discontinuity, cartesian position motion generator start pose "
+    "invalid, cartesian motion generator elbow limit violation, cartesian motion generator "
+    "velocity limits violation, cartesian motion generator velocity discontinuity, cartesian "
+    "motion generator acceleration discontinuity, cartesian motion generator elbow sign "
+    "inconsistent, cartesian motion generator start elbow invalid, force controller desired force "
+    "tolerance violation, start elbow sign inconsistent, communication constraints violation, "
+    "power limit violation, cartesian motion generator joint position limits violation, cartesian "
+    "motion generator joint velocity limits violation, cartesian motion generator joint velocity "
+    "discontinuity, cartesian motion generator joint acceleration discontinuity, cartesian "
+    "position motion generator invalid frame, controller torque discontinuity, joint p2p "
+    "insufficient torque for planning, tau j range violation, instability detected, joint move in "
+    "wrong direction, cartesian spline motion generator violation, joint via motion generator "
+    "planning joint limit violation, base acceleration initialization timeout, base acceleration "
+    "invalid reading"
+)
 
 
 class Franka(ValidatingDriver):
@@ -148,3 +184,44 @@ def _is_closed(tcp: socket.socket) -> bool:
         return bool(clock.wait([tcp], 0)) and not tcp.recv(1, socket.MSG_PEEK)
     except (OSError, ValueError):
         return True
+
+
+def _layout(letter: str, torque: int, position: int, errors: int, count: int) -> struct.Struct:
+    """Return message_id, tau_J, q, current and last errors, mode and success rate, by offsets."""
+    seven = struct.calcsize(f"<7{letter}")
+    return struct.Struct(
+        f"<Q{torque - 8}x7{letter}{position - torque - seven}x7{letter}"
+        f"{errors - position - seven}x{count}s{count}sB{letter}"
+    )
+
+
+_LAYOUTS = (
+    _layout("d", torque=760, position=928, errors=2002, count=37),
+    _layout("d", torque=1016, position=1184, errors=2258, count=37),
+    _layout("d", torque=1016, position=1184, errors=2282, count=41),
+    _layout("f", torque=512, position=596, errors=1290, count=41),
+)
+LAYOUTS = {layout.size: layout for layout in _LAYOUTS}
+"""By the length of a RobotState; offsets [bytes] as in the headers of libfranka-common."""
+
+
+def decode_state(datagram: bytes) -> tuple[JointState, str]:
+    """Return the state in a RobotState datagram, and mode and errors in words."""
+    layout = LAYOUTS.get(len(datagram))
+    if layout is None:
+        raise ValueError(
+            f"a datagram of {len(datagram)} bytes is no robot state that is known here "
+            f"(they have {', '.join(map(str, LAYOUTS))})"
+        )
+    fields: tuple[Any, ...] = layout.unpack(datagram)
+    torque, position = fields[1:8], fields[8:15]
+    current, reflex, mode, rate = cast("tuple[bytes, bytes, int, float]", fields[15:])
+    modes = _MODES.split(", ")
+    if mode >= len(modes) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
+        raise ValueError("a robot state with an unknown mode, error flag or success rate")
+    if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too
+        raise ValueError("a robot state with impossible joint angles")
+    if not all(map(math.isfinite, torque)):
+        raise ValueError("a robot state with torques that are no numbers")
+    errors = [name for name, flag in zip(_ERRORS.split(", "), current, strict=False) if flag]
+    return JointState(fields[0] * PERIOD, position, torque), "; ".join([modes[mode], *errors])

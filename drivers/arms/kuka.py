@@ -1,11 +1,9 @@
 """KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
 
-The controller sends first, once a Sunrise application has opened an FRI session to this computer,
-and expects answers, each a header without a command. A session that goes on to command the arm is
-left at once. Efforts are the measured joint torques; their sign was not proven (``effort=-1``).
+The controller sends first, and expects answers, each a header without a command. A session that
+commands the arm is left at once. The sign of the measured torques was not proven (``effort=-1``).
 
-Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``. HOST is the controller; PORT (30200) is the UDP
-port that the application sends to, opened here on LOCAL, by default on all interfaces.
+Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``; PORT (30200) is opened here, on LOCAL.
 """
 
 from collections.abc import Sequence

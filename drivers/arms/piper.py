@@ -1,9 +1,7 @@
 """AgileX Piper: the joint angles that the arm puts on its CAN bus, overheard; nothing is sent.
 
-About 200 times a second the arm sends a turn of three frames with two joint angles each, without a
-number. A turn of which a frame is missing, or whose frames are more than half a period apart and
-so may belong to different turns, is thrown away and counted as missed. Stamps are the times at
-which a turn's last frame came in, evened out. Efforts are None: these frames have none.
+A turn of three frames has two joint angles each, and no number: one that is not whole, or not of
+one moment, is thrown away and counted as missed. Stamps are times of arrival, evened out.
 
 Address: a CAN bus, see :mod:`..transport.can_bus`; ``can0`` by default.
 """

@@ -1,9 +1,7 @@
 """Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
 
-Joints are matched by name, so that grippers and other arms on the same topic do no harm. Efforts
-have the topic's unit and sign; ``effort=-1`` turns the sign. They are None where a joint has none:
-a joint_state_broadcaster fills up with NaN, which rosbridge writes as null. Where headers have no
-stamp, times of arrival are taken. Lost messages cannot be counted: ROS 2 does not number them.
+Joints are matched by name. Efforts have the topic's unit and sign (``effort=-1`` turns it); None
+where a joint has none, NaN or null. Lost messages cannot be counted: ROS 2 does not number them.
 
 Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
 """

@@ -1,8 +1,4 @@
-"""A simulated arm: a hand-guided motion with encoder noise, torque noise and faults.
-
-It knows no kinematics, and models no friction, no tremor of the hand, no rounding by encoders and
-no jitter of the controller's clock.
-"""
+"""A simulated arm: a hand-guided motion with encoder and torque noise and faults; no kinematics."""
 
 import math
 import random

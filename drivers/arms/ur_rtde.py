@@ -1,9 +1,7 @@
 """Universal Robots through the package ur-rtde, in a process of its own.
 
-The package waits for a controller that is mute for ever, and lets nothing else of its process run
-meanwhile; here its process is ended then. Its interface is polled, and keeps the latest state
-alone: a state that comes while nobody looks is lost, and counted as missed.
-:mod:`mukca.drivers.arms.ur` reads the same stream and loses none; it is asked for the rate first.
+It waits for a mute controller for ever, and keeps the latest state alone: one that comes while
+nobody looks is lost, and counted as missed. :mod:`.ur` loses none; it is asked for the rate first.
 
 Address: ``HOST[?rate=HZ]``. Efforts are None: these arms measure no torque in N m.
 """
@@ -19,8 +17,7 @@ from typing import IO, cast
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import parse_endpoint
-from .rtde import OUTPUTS, check_angles, status_text
-from .ur import FAST, JOINTS, PORT, Ur
+from .ur import FAST, JOINTS, OUTPUTS, PORT, Ur, check_angles, status_text
 
 POLL_SECONDS = 2e-4
 FIRST_STATE_SECONDS = 10.0  # for a Python to start, too

@@ -1,10 +1,8 @@
 """UFACTORY xArm 5, 6, 7, Lite 6 and 850: the controller's report stream; nothing is sent.
 
-A controller writes reports to whoever connects to TCP port 30000 (250 Hz, with its time; newer
-software alone), 30003 (100 Hz, without a time) or 30002 (5 Hz, with the number of joints). One is
-read from 30002, then 30000 is followed where it is there, else 30003, whose times of arrival are
-evened out. Sizes and times are big-endian, angles little-endian float32 [rad]. Efforts are None:
-the reported torques hold an unknown share of gravity. Address: ``HOST[?port=30003]``.
+One report is read from port 30002 (5 Hz, with the number of joints), then 30000 is followed (250 Hz
+with its time; newer software alone), else 30003 (100 Hz). Efforts are None: the torques hold an
+unknown share of gravity. Address: ``HOST[?port=30003]``.
 """
 
 import struct

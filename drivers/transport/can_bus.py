@@ -29,21 +29,18 @@ class CanAddress:
         return f"{self.interface}/{self.channel}"
 
 
-def parse_can_address(
-    address: str, options: tuple[str, ...] = (), default: str = "can0"
-) -> CanAddress:
+def parse_can_address(address: str, options: tuple[str, ...] = ()) -> CanAddress:
     """Return the interface, channel and options of an address.
 
     Args:
         address: ``[INTERFACE/]CHANNEL[?option=value&...]``.
         options: Names of the options that are understood beside those of the bus.
-        default: The bus where the address names none.
 
     Raises:
         DriverError: BAD_ADDRESS.
     """
     name, _, query = address.partition("?")
-    interface, slash, channel = (name or default).partition("/")
+    interface, slash, channel = (name or "can0").partition("/")
     if not slash:
         interface, channel = "socketcan", interface
     if not interface or not channel:

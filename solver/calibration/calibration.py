@@ -9,21 +9,10 @@ import msgspec
 
 from ...errors import MukcaError
 from ...recorder import Placement
+from .. import results
 from ..assessment import Assessment, Verdict, assess, distance_text, distortion_row, joints_wrong
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
-from ..results import (
-    CalibratedRobot,
-    CalibrationDocument,
-    ParameterValue,
-    Result,
-    Role,
-    calibrated_robot,
-    encode,
-    read_calibration,
-    refuse_existing,
-    write_files,
-)
 from .errors import Errors, placement_errors
 from .full_model import FullModel
 from .option import UsageError
@@ -50,11 +39,11 @@ class Calibration(FullModel):
 
     def __init__(
         self,
-        document: CalibrationDocument,
-        calibrated: CalibratedRobot | None = None,
+        document: results.CalibrationDocument,
+        calibrated: results.CalibratedRobot | None = None,
         source: str = "calibration",
     ) -> None:
-        super().__init__(calibrated or calibrated_robot(document, source))
+        super().__init__(calibrated or results.calibrated_robot(document, source))
         self.document = document
         """Everything, as ``calibration.json`` holds it."""
         self.source = source
@@ -63,7 +52,7 @@ class Calibration(FullModel):
     @classmethod
     def of_file(cls, file: Path) -> "Calibration":
         """Read a ``calibration.json``; see :func:`load_calibration`."""
-        return cls(read_calibration(file), source=str(file))
+        return cls(results.read_calibration(file), source=str(file))
 
     @cached_property
     def errors(self) -> Errors:
@@ -71,7 +60,7 @@ class Calibration(FullModel):
         return Errors(self.document.placements)
 
     @property
-    def parameters(self) -> tuple[ParameterValue, ...]:
+    def parameters(self) -> tuple[results.ParameterValue, ...]:
         """Calibrated numbers of the geometry, with their nominal values and deviations."""
         return self.document.parameters
 
@@ -84,10 +73,10 @@ class Calibration(FullModel):
         return self.calibrated.urdf(folder)
 
     @property
-    def result(self) -> Result:
+    def result(self) -> results.Result:
         """Result of the calibration, without the samples and the models."""
-        fields = Result.__struct_fields__
-        return Result(**{name: getattr(self.document, name) for name in fields})
+        fields = results.Result.__struct_fields__
+        return results.Result(**{name: getattr(self.document, name) for name in fields})
 
     def refusal(self, accept_distorted: bool | None = None) -> str:
         """Return why the model is not to be written, in words; empty where it may be.
@@ -143,7 +132,7 @@ class Calibration(FullModel):
             DistortedError: See ``accept_distorted``.
         """
         folder = Path(folder)
-        refuse_existing(folder, force=force)
+        results.refuse_existing(folder, force=force)
         if refusal := self.refusal(accept_distorted):
             raise DistortedError(refusal)
         contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
@@ -156,8 +145,8 @@ class Calibration(FullModel):
         if accept_distorted is not None:
             settings["accept_distorted"] = accept_distorted
         document = msgspec.structs.replace(self.document, outputs=outputs, settings=settings)
-        contents["calibration.json"] = encode(document, indent=1)
-        write_files(folder, {**contents, **further})
+        contents["calibration.json"] = results.encode(document, indent=1)
+        results.write_files(folder, {**contents, **further})
         return outputs
 
     def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
@@ -179,7 +168,7 @@ class Calibration(FullModel):
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
         models = self.calibrated.models
-        roles: list[Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
+        roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
         pairs = zip(roles, data, strict=True)
         rows = [placement_errors(self.calibrated, models, *row) for row in pairs]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))

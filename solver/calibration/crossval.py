@@ -1,7 +1,4 @@
-"""Cross-validation: leave each placement out of the fit once, and train on each alone.
-
-What was left out shows how the calibration does at a new place (paper, Fig. 6).
-"""
+"""Cross-validation: leave each placement out of the fit once, and train on each alone (Fig. 6)."""
 
 from dataclasses import dataclass, replace
 

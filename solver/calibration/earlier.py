@@ -1,7 +1,6 @@
 """An earlier calibration of the same arm as prior of a new one (``--prior``).
 
-Its posterior is what is known before the new samples come: geometry, elasticity, error curves, and
-how they go together. Its file holds it; older files hold the samples, which are fitted again.
+Its file holds the posterior, geometry, elasticity and error curves; older ones are fitted again.
 """
 
 import base64
@@ -12,16 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import results
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, GivenPrior, Noise, extend
 from ..data import Measurement, Pose, RobotRecordings, as_point, measure, observe_all, spaced
-from ..results import (
-    CalibrationDocument,
-    StoredPosterior,
-    calibrated_robot,
-    misfit,
-    read_calibration,
-)
 from ..robot import Origin, Robot
 from .options import SolveOptions, UsageError, option_table
 from .type_prior import TypePriors, type_priors
@@ -41,7 +34,7 @@ def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Prior
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
     """Return what an earlier calibration leaves known of an arm's unknowns."""
-    document = read_calibration(file)
+    document = results.read_calibration(file)
     joints = document.model.joint_names, robot.joint_names
     if joints[0] != joints[1]:
         theirs, ours = map(", ".join, joints)
@@ -63,7 +56,7 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     return prior.without(moved)
 
 
-def stored_posterior(found: JointPosterior | None) -> StoredPosterior | None:
+def stored_posterior(found: JointPosterior | None) -> results.StoredPosterior | None:
     """Return what a calibration's file keeps of a posterior; None of none, or several robots."""
     if found is None or found.arms[1:]:
         return None
@@ -73,10 +66,10 @@ def stored_posterior(found: JointPosterior | None) -> StoredPosterior | None:
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
     centres = tuple(map(as_point, arm.centres))
-    return StoredPosterior(covariance=text, noises=noises, centres=centres)
+    return results.StoredPosterior(covariance=text, noises=noises, centres=centres)
 
 
-def posterior_of(document: CalibrationDocument, source: str) -> Posterior:
+def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
     """Return the posterior of a calibration: as its file holds it, or else fitted again.
 
     What an older file lacks, as one does whose zeros were found since, its samples give.
@@ -102,14 +95,14 @@ def posterior_of(document: CalibrationDocument, source: str) -> Posterior:
 
 
 def _stored(
-    document: CalibrationDocument,
-    kept: StoredPosterior,
+    document: results.CalibrationDocument,
+    kept: results.StoredPosterior,
     arm: RobotRecordings,
     options: SolveOptions,
     source: str,
 ) -> Posterior:
     """Return the posterior that a file holds."""
-    calibrated = calibrated_robot(document, source)
+    calibrated = results.calibrated_robot(document, source)
     model = extend(calibrated.robot, calibrated.parameters, calibrated.deflection.extensions)
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
@@ -123,7 +116,7 @@ def _stored(
         covariance = np.zeros((count, count))
         covariance[np.tril_indices(count)] = triangle
     except (ValueError, zlib.error):
-        raise misfit(source, "posterior.covariance", "damaged; calibrate again") from None
+        raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     covariance += np.tril(covariance, -1).T
     trained = [part for part in document.data if part.role == "train"]
     rows = [s for part in trained for s in sorted(part.samples, key=lambda one: one.socket)]
@@ -146,18 +139,20 @@ def _stored(
     return replace(found, covariance=restored_covariance(found, scene, poses, _scales(document)))
 
 
-def _scales(document: CalibrationDocument) -> tuple[float, float]:
+def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
     """Return amplitude and length of the error curves; zeros for none."""
     curves = document.curves
     return (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
 
 
-def _recordings(document: CalibrationDocument, source: str) -> tuple[RobotRecordings, SolveOptions]:
+def _recordings(
+    document: results.CalibrationDocument, source: str
+) -> tuple[RobotRecordings, SolveOptions]:
     """Return what a calibration was fitted to."""
     if document.method != "auto" or document.arms is not None:
         raise UsageError(f"{source}: give a calibration of one arm by --method auto")
 
-    robot = calibrated_robot(document, source).robot
+    robot = results.calibrated_robot(document, source).robot
     later = {zero.joint: zero.offset for zero in document.later_zeros}
     zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
     known = {name: value for name, value in document.settings.items() if name in option_table()}

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import structs
 
+from .. import results
 from ..assessment import millimetres
 from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
@@ -26,16 +27,6 @@ from ..data import (
     removed_share,
 )
 from ..paper import REGULARIZATION, ball_only, build_problem, solve
-from ..results import (
-    CalibratedRobot,
-    CostTerms,
-    Iteration,
-    ModelName,
-    PlacementErrors,
-    Role,
-    Summaries,
-    Summary,
-)
 from ..robot import BallModel, Robot, all_parameters
 from .fit import Fit, Predict
 from .option import UsageError
@@ -46,18 +37,18 @@ BALL_STEPS = 6
 HEADS = ("placement", "samples", "MAE", "max", "distance")
 
 
-class Errors(tuple[PlacementErrors, ...]):
+class Errors(tuple[results.PlacementErrors, ...]):
     """Errors of the models, placement by placement; prints as a table in mm."""
 
     @overload
-    def __getitem__(self, index: SupportsIndex | str) -> PlacementErrors: ...
+    def __getitem__(self, index: SupportsIndex | str) -> results.PlacementErrors: ...
 
     @overload
-    def __getitem__(self, index: slice) -> tuple[PlacementErrors, ...]: ...
+    def __getitem__(self, index: slice) -> tuple[results.PlacementErrors, ...]: ...
 
     def __getitem__(
         self, index: SupportsIndex | str | slice
-    ) -> PlacementErrors | tuple[PlacementErrors, ...]:
+    ) -> results.PlacementErrors | tuple[results.PlacementErrors, ...]:
         """Return errors by number, or by the placement's name or the last part of it."""
         if not isinstance(index, str):
             return super().__getitem__(index)
@@ -68,15 +59,15 @@ class Errors(tuple[PlacementErrors, ...]):
         return super().__getitem__(ends[0])
 
     @property
-    def placements(self) -> tuple[PlacementErrors, ...]:
+    def placements(self) -> tuple[results.PlacementErrors, ...]:
         """The rows, without more."""
         return tuple(self)
 
     @cached_property
-    def summary(self) -> Summaries:
+    def summary(self) -> results.Summaries:
         """The means over the placements trained on, and over those held out."""
         train, test = ([row for row in self if row.role == role] for role in ("train", "test"))
-        return Summaries(train=_summary(train), test=_summary(test))
+        return results.Summaries(train=_summary(train), test=_summary(test))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the errors by name, as the command line's JSON has them [m]."""
@@ -122,7 +113,7 @@ class Errors(tuple[PlacementErrors, ...]):
         return "\n".join(lines)
 
 
-def _kind(row: PlacementErrors) -> str:
+def _kind(row: results.PlacementErrors) -> str:
     """Return what a row's name is followed by: points have true errors, poses angles, too."""
     angles = [row.nominal.orientation_error, row.calibrated.orientation_error]
     turned = " > ".join(f"{1e3 * angle:.3g}" for angle in angles if angle is not None)
@@ -130,10 +121,12 @@ def _kind(row: PlacementErrors) -> str:
     return "" if row.kind == "sockets" else f" (true error{turned})"
 
 
-def _rows(row: PlacementErrors | Summary, name: str, samples: str) -> list[tuple[bool, list[str]]]:
+def _rows(
+    row: results.PlacementErrors | results.Summary, name: str, samples: str
+) -> list[tuple[bool, list[str]]]:
     nominal, loaded, full = map(_figures, (row.nominal, row.loaded, row.calibrated))
     cells = [f"{before} > {after}" for before, after in zip(nominal, loaded, strict=True)]
-    rows = [(isinstance(row, Summary), [name, samples, *cells])]
+    rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
         rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in full)]))
     return rows
@@ -145,7 +138,7 @@ def _figures(metrics: Metrics) -> list[str]:
     return list(map(millimetres, figures))
 
 
-def _summary(rows: Sequence[PlacementErrors]) -> Summary | None:
+def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
     """Return the means over some placements; None without any."""
     if not rows:
         return None
@@ -153,18 +146,20 @@ def _summary(rows: Sequence[PlacementErrors]) -> Summary | None:
     for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
         there = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
         means[name] = mean_metrics(there) if there else None
-    return Summary(**means, removed_error=removed_share(means["nominal"], means["calibrated"]))
+    return results.Summary(
+        **means, removed_error=removed_share(means["nominal"], means["calibrated"])
+    )
 
 
 def placement_errors(
-    calibrated: CalibratedRobot,
+    calibrated: results.CalibratedRobot,
     models: Mapping[str, Predict],
-    role: Role,
+    role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
-) -> PlacementErrors:
+) -> results.PlacementErrors:
     """Return the errors of a placement by models that are named as in :class:`PlacementErrors`."""
-    names: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
+    names: tuple[results.ModelName, ...] = ("nominal", "calibrated", "geometric")
     turned = names if measured.has_orientations else ()
     turns = {name: calibrated.rotations(name, measured) for name in turned}
     metrics: dict[str, Any] = {
@@ -172,7 +167,7 @@ def placement_errors(
         for name, predict in models.items()
     }
     in_sockets = measured.kind == "sockets"
-    return PlacementErrors(
+    return results.PlacementErrors(
         name=measured.name,
         role=role,
         kind=measured.kind,
@@ -189,7 +184,7 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     models = {**fit.calibrated.models, **_ball_refitted(problem.robot, problem.train, weight)}
     measured = [m for m in problem.train if m.kind == "points"]
     frames = {name: fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
-    rows: list[PlacementErrors] = []
+    rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(fit.calibrated, models, role, m, frames)
         if fit.posterior is not None:
@@ -205,7 +200,7 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
 
 
 def _deviations(
-    calibrated: CalibratedRobot, posterior: Posterior, measured: Measurement
+    calibrated: results.CalibratedRobot, posterior: Posterior, measured: Measurement
 ) -> tuple[float, float, float | None]:
     """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
     points = calibrated.ball(measured.positions, measured.efforts)
@@ -222,18 +217,18 @@ def _deviations(
 
 def history(
     iterates: Sequence[Predict], train: Sequence[Measurement], test: Sequence[Measurement]
-) -> tuple[Iteration, ...]:
+) -> tuple[results.Iteration, ...]:
     """Return the first terms of Eq. (5) after each iteration, the nominal model first."""
 
-    def cost(predict: Predict, placements: Sequence[Measurement]) -> CostTerms | None:
+    def cost(predict: Predict, placements: Sequence[Measurement]) -> results.CostTerms | None:
         if not placements:
             return None
         pairs = [cost_terms(predict(m), m) for m in placements]
         inconsistency, distortion = np.mean(pairs, axis=0).tolist()
-        return CostTerms(inconsistency=inconsistency, distortion=distortion)
+        return results.CostTerms(inconsistency=inconsistency, distortion=distortion)
 
     return tuple(
-        Iteration(iteration=i, train=cost(predict, train), test=cost(predict, test))
+        results.Iteration(iteration=i, train=cost(predict, train), test=cost(predict, test))
         for i, predict in enumerate(iterates)
     )
 

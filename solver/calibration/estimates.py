@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .. import results
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
 from ..bayes.results import (
@@ -21,21 +22,6 @@ from ..bayes.results import (
 from ..data import Load, Measurement
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
-from ..results import (
-    CalibratedRobot,
-    Coefficient,
-    DistanceDeviation,
-    ErrorCurves,
-    Forecast,
-    JointCurve,
-    NoiseScale,
-    Outlook,
-    ParameterValue,
-    PriorWidth,
-    Scale,
-    Uncertainty,
-    sampled_ranges,
-)
 from ..robot import InverseKinematics, Robot, SimulationError
 from .fit import Fit
 from .problem import CalibrationProblem
@@ -50,14 +36,14 @@ BySocket = list[tuple[np.ndarray, np.ndarray]]
 
 
 def parameter_values(
-    calibrated: CalibratedRobot, posterior: Posterior | None = None
-) -> tuple[ParameterValue, ...]:
+    calibrated: results.CalibratedRobot, posterior: Posterior | None = None
+) -> tuple[results.ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
     known = [None] * len(calibrated.values) if posterior is None else deviations(posterior).tolist()
     rows = zip(calibrated.parameters, np.transpose(columns).tolist(), known, strict=False)
     return tuple(
-        ParameterValue(
+        results.ParameterValue(
             name=p.name,
             joint=p.joint,
             component=p.component,
@@ -72,19 +58,19 @@ def parameter_values(
     )
 
 
-def coefficient_values(posterior: Posterior) -> tuple[Coefficient, ...]:
+def coefficient_values(posterior: Posterior) -> tuple[results.Coefficient, ...]:
     """Return the coefficients of the extensions but the curves', with their deviations."""
     model = posterior.model
     columns = (model.names, model.units, posterior.x.tolist(), deviations(posterior).tolist())
     return tuple(
-        Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
+        results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
         for name, unit, value, deviation in list(zip(*columns, strict=True))[
             model.geometry : model.scalars
         ]
     )
 
 
-def error_curves(posterior: Posterior) -> ErrorCurves | None:
+def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
     """Return the error curves of the joints that turn, with their deviations; None for none."""
     curves = posterior.deflection.curves
     if curves is None:
@@ -95,21 +81,21 @@ def error_curves(posterior: Posterior) -> ErrorCurves | None:
     at_knots = sum(
         w * np.roll(np.eye(knots), k, axis=1) for w, k in ((1 / 6, -1), (2 / 3, 0), (1 / 6, 1))
     )
-    joints: list[JointCurve] = []
+    joints: list[results.JointCurve] = []
     for k, joint in enumerate(model.robot.actuated):
         if joint.type == "prismatic":
             continue
         sigma = posterior.covariance[own, own][k::m, k::m]
         variances = np.sum((at_knots @ sigma) * at_knots, axis=1).clip(min=0)
         joints.append(
-            JointCurve(
+            results.JointCurve(
                 joint=joint.name,
                 values=_rounded(at_knots @ curves[:, k]),
                 deviations=_rounded(np.sqrt(variances)),
-                sampled=sampled_ranges(posterior.data.positions[:, k], group.length),
+                sampled=results.sampled_ranges(posterior.data.positions[:, k], group.length),
             )
         )
-    return ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
+    return results.ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
 
 
 def _rounded(values: np.ndarray) -> tuple[float, ...]:
@@ -117,10 +103,10 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
     return tuple(np.round(values, 9).tolist())
 
 
-def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
+def prior_widths(posterior: Posterior) -> tuple[results.PriorWidth, ...]:
     """Return the groups of unknowns, and what the data decided of their priors."""
     return tuple(
-        PriorWidth(
+        results.PriorWidth(
             name=group.name,
             unit=group.unit,
             count=len(group.members),
@@ -132,11 +118,11 @@ def prior_widths(posterior: Posterior) -> tuple[PriorWidth, ...]:
     )
 
 
-def noise_scale(posterior: Posterior) -> NoiseScale:
+def noise_scale(posterior: Posterior) -> results.NoiseScale:
     """Return the noise that was found."""
     noise, measured = posterior.noise, posterior.noises.get("points")
     turns = posterior.noises.get("turns")
-    return NoiseScale(
+    return results.NoiseScale(
         space=noise.space,
         joint=noise.joint,
         nu=noise.nu,
@@ -147,15 +133,15 @@ def noise_scale(posterior: Posterior) -> NoiseScale:
 
 
 def uncertainty_of(
-    posterior: Posterior, calibrated: CalibratedRobot, recorded: Sequence[Measurement]
-) -> Uncertainty:
+    posterior: Posterior, calibrated: results.CalibratedRobot, recorded: Sequence[Measurement]
+) -> results.Uncertainty:
     """Return how well the calibration is known, here and there, and what the data cannot tell."""
     load, exported = calibrated.load, calibrated.exported
     places = [m.positions for m in recorded]
     near = errors_near(posterior, load, places, exported)
     anywhere = workspace_errors(posterior, load, exported)
     weak = tuple(weakly_identifiable_directions(posterior))
-    return Uncertainty(
+    return results.Uncertainty(
         weak_directions=weak,
         correlations=correlations(posterior),
         observability_index=observability_index(posterior),
@@ -165,27 +151,27 @@ def uncertainty_of(
     )
 
 
-def _deviation(found: PredictedErrors, exported: np.ndarray | None) -> DistanceDeviation:
+def _deviation(found: PredictedErrors, exported: np.ndarray | None) -> results.DistanceDeviation:
     alone = None if exported is None else found.alone
-    return DistanceDeviation(
+    return results.DistanceDeviation(
         median=found.median, worst=found.worst, length=found.length, alone=alone
     )
 
 
-def scale_of(fit: Fit) -> Scale:
+def scale_of(fit: Fit) -> results.Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
         value, deviation = scale(fit.posterior)
-        return Scale(value=value, deviation=deviation)
+        return results.Scale(value=value, deviation=deviation)
     calibrated = fit.calibrated
     by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
     value = float(by_scale @ (calibrated.values - calibrated.model.nominal))
     if fit.covariance is None:
-        return Scale(value=value)
-    return Scale(value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5)
+        return results.Scale(value=value)
+    return results.Scale(value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5)
 
 
-def outlook_of(problem: CalibrationProblem, fit: Fit) -> Outlook | None:
+def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
     robot, calibrated, load = problem.robot, fit.calibrated, fit.calibrated.load
     train = [m for m in problem.train if m.kind == "sockets"]
@@ -200,17 +186,17 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> Outlook | None:
     recorded = [pair for m in train for pair in load.by_socket(robot, m)]
     joints = joint_effects(model, x, poses, recorded)
     if fit.posterior is None:
-        return Outlook(joints=joints)
+        return results.Outlook(joints=joints)
     test = [m for m in problem.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
     new = _imagined(robot, farthest_place(centres), train[0].distance, load)
     further = [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]
     forecasts = tuple(
-        Forecast(placement=name, distance_deviation=workspace_errors(after, load).median)
+        results.Forecast(placement=name, distance_deviation=workspace_errors(after, load).median)
         for name, samples in further
         if samples and (after := predicted_posterior(fit.posterior, samples))
     )
-    return Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
+    return results.Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
 
 
 def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> BySocket:

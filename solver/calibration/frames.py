@@ -1,7 +1,4 @@
-"""The frames of a calibration as figures: where each stands, and how well that is known.
-
-Of several robots, also how they stood, and which sockets they visited.
-"""
+"""Frames and arms of a calibration as figures: where each stands, and how well that is known."""
 
 from collections.abc import Mapping
 

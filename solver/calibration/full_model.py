@@ -93,11 +93,8 @@ class FullModel:
         A program that knows the URDF alone is then exact, tilts of the joints included.
 
         Args:
-            q: Joint positions as the encoders read them, shape (..., m) [rad].
+            q: Joint positions as the encoders read them, shape (..., m) [rad], as those returned.
             setup: A payload, see :class:`Setup`.
-
-        Returns:
-            Of the same shape; some milliradians off q.
 
         Raises:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
@@ -107,19 +104,15 @@ class FullModel:
     def kinematics(self, **setup: "Unpack[Setup]") -> Kinematics:
         """Return the kinematics of a tool, by which the methods below compute.
 
-        Args:
-            setup: Tool, payload and base, see :class:`Setup`.
-
         Raises:
-            PoseError: A pose is none.
+            PoseError: A pose of the setup is none.
             ModelError: No such link, or no such mass.
         """
         check_keywords("this method", setup, Setup.__annotations__)
         tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
         base = setup.get("base") if frame is None else self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
-            calibrated = self.calibrated
-            origins = calibrated.model.origins(calibrated.values)
+            origins = self.calibrated.model.origins(self.calibrated.values)
             tool = pose_on_flange(self.robot, tool, origins)
         where, there = (
             np.eye(4) if pose is None else one_pose(pose, word)
@@ -146,11 +139,9 @@ class FullModel:
         return self.kinematics(**setup).pose(q)
 
     def jacobian(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
-        """Return the geometric Jacobian of :meth:`flange`, whose arguments and errors it has.
+        """Return the geometric Jacobian of :meth:`flange`, shape (..., 6, m), likewise.
 
-        Returns:
-            Shape (..., 6, m): for speeds of the joints, the speed of the tool's origin [m/s], and
-            below it the angular velocity [rad/s].
+        For speeds of the joints: that of the tool's origin [m/s], then its angular one [rad/s].
         """
         return self.kinematics(**setup).jacobian(q)
 
@@ -205,10 +196,7 @@ class FullModel:
         Arguments are those of :meth:`command`, with ``start`` the joint positions before the first
         pose; None for any that reach it. A redundant arm stays near ``prefer``, by default near
         ``start``, so that a closed path of the tool is a closed one of the joints.
-
-        Returns:
-            A table; its :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
-
+        :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
         """
         on = self.kinematics(**setup)
         targets, goal, _ = on.targets(poses)
@@ -252,9 +240,9 @@ class FullModel:
         has arrived, give them as ``near``, and send once more.
 
         Args:
-            pose: See :meth:`command`,
-            near: and there,
-            prefer: and there.
+            pose: See :meth:`command`, as for ``near`` and ``prefer``.
+            near: See there.
+            prefer: See there.
             controller: The model by which the controller computes; None for the nominal one. Of a
                 controller with a factory calibration, a robot loaded from that URDF; of Universal
                 Robots', the path of its ``calibration.conf``.

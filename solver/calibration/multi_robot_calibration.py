@@ -9,17 +9,9 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import results
 from ..bayes.inference import JointPosterior
 from ..data import IDENTITY, WORLD, Pose
-from ..results import (
-    ARMS_FORMAT,
-    ArmsDocument,
-    encode,
-    format_of,
-    read,
-    refuse_existing,
-    write_files,
-)
 from ..robot import Origin
 from .calibration import Calibration, DistortedError
 from .errors import Errors
@@ -40,7 +32,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def __init__(
         self,
         calibrations: Mapping[str, Calibration],
-        document: ArmsDocument,
+        document: results.ArmsDocument,
         poses: Mapping[str, Pose],
     ) -> None:
         self.document = document
@@ -130,19 +122,19 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         Args and errors are those of :meth:`Calibration.save`.
         """
         folder = Path(folder)
-        refuse_existing(folder, force=force)
+        results.refuse_existing(folder, force=force)
         for calibration in self.values():
             if refusal := calibration.refusal(accept_distorted):
                 raise DistortedError(refusal)
-        document = msgspec.structs.replace(self.document, format=ARMS_FORMAT)
-        contents = {"arms.urdf": self.urdf(folder), "arms.json": encode(document, indent=1)}
+        document = msgspec.structs.replace(self.document, format=results.ARMS_FORMAT)
+        contents = {"arms.urdf": self.urdf(folder), "arms.json": results.encode(document, indent=1)}
         outputs: dict[str, str] = {}
         for name, calibration in self.items():
             written = calibration.save(
                 folder / name, force=force, accept_distorted=accept_distorted, pages=pages
             )
             outputs |= {f"{name}_{kind}": path for kind, path in written.items()}
-        write_files(folder, contents)
+        results.write_files(folder, contents)
         return outputs | {"urdf": str(folder / "arms.urdf"), "arms": str(folder / "arms.json")}
 
     def as_dict(self) -> dict[str, Any]:
@@ -182,7 +174,7 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
     if path.is_dir():
         one, arms = path / "calibration.json", path / "arms.json"
         path = arms if arms.is_file() and not one.is_file() else one
-    if path.name != "arms.json" and format_of(path) != ARMS_FORMAT:
+    if path.name != "arms.json" and results.format_of(path) != results.ARMS_FORMAT:
         return {"": path}
     names = _arms(path).robots
     return {name: path.parent / name / "calibration.json" for name in names}
@@ -214,5 +206,5 @@ def load_calibration(file: str | Path) -> Calibration | Any:
     return MultiRobotCalibration(loaded, arms, poses)
 
 
-def _arms(file: Path) -> ArmsDocument:
-    return read(file, ArmsDocument, ARMS_FORMAT, "between")
+def _arms(file: Path) -> results.ArmsDocument:
+    return results.read(file, results.ArmsDocument, results.ARMS_FORMAT, "between")

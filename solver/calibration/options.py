@@ -1,8 +1,4 @@
-"""Options of a calibration: the one definition of each.
-
-:func:`mukca.calibrate` takes its keywords from here, ``mukca solve`` its options, and
-``calibration.json`` its ``settings``. A new option is one more field.
-"""
+"""Options of a calibration: the one definition of each; a new one is one more field."""
 
 import math
 from collections.abc import Collection, Sequence

@@ -11,18 +11,9 @@ import casadi as ca
 import numpy as np
 
 from ..._version import __version__
+from .. import results
 from ..bayes.inference import Posterior
 from ..data import Measurement, evaluate, is_distorted
-from ..results import (
-    FORMAT,
-    KEPT,
-    CalibrationDocument,
-    Model,
-    PlacementSamples,
-    Provenance,
-    RecordedSample,
-    beyond_words,
-)
 from ..robot import Robot
 from . import estimates
 from .errors import errors_of, history
@@ -36,7 +27,7 @@ UNKNOWN = (
 )
 
 
-def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
+def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
     calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
     if fit.posterior is not None and not _is_known(fit.posterior):
@@ -45,10 +36,10 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> CalibrationDocument:
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     known, names = _known(problem, fit), problem.robot.joint_names
     for m in problem.test:
-        beyond = beyond_words(known.get("curves"), names, m.positions, m.name)
+        beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
-    return CalibrationDocument(
-        format=FORMAT,
+    return results.CalibrationDocument(
+        format=results.FORMAT,
         robot=problem.robot.source,
         method=options.method,
         optimizer=fit.optimizer,
@@ -111,13 +102,13 @@ def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
 
 def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
-) -> tuple[PlacementSamples, ...]:
+) -> tuple[results.PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
     weights, of_turns = np.zeros(0), np.zeros(0)
     if posterior is not None:
         turned = posterior.data.turned
         weights, of_turns = posterior.weights[~turned], posterior.weights[turned]
-    rows: list[PlacementSamples] = []
+    rows: list[results.PlacementSamples] = []
     for role, measured in problem.placements:
         placement = measured.placement
         count = len(placement.samples)
@@ -129,15 +120,15 @@ def _samples(
             if measured.has_orientations:
                 of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
         rows.append(
-            PlacementSamples(
+            results.PlacementSamples(
                 name=measured.name,
                 role=role,
                 distance=measured.distance,
                 frame=placement.frame,
                 files=tuple(map(str, placement.files)),
                 samples=tuple(
-                    RecordedSample(
-                        **{key: getattr(sample, key) for key in KEPT},
+                    results.RecordedSample(
+                        **{key: getattr(sample, key) for key in results.KEPT},
                         weight=weight,
                         orientation_weight=turn,
                     )
@@ -148,8 +139,8 @@ def _samples(
     return tuple(rows)
 
 
-def _model(robot: Robot, calibrated_urdf: str) -> Model:
-    return Model(
+def _model(robot: Robot, calibrated_urdf: str) -> results.Model:
+    return results.Model(
         name=robot.name,
         source=robot.source,
         sha256=robot.sha256,
@@ -161,9 +152,9 @@ def _model(robot: Robot, calibrated_urdf: str) -> Model:
     )
 
 
-def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> Provenance:
+def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> results.Provenance:
     """Return what a result was made from and with: digests, versions, time."""
-    return Provenance(
+    return results.Provenance(
         created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         model_sha256=robot.sha256,
         data_sha256={

@@ -1,8 +1,4 @@
-"""Prior on an arm's elasticity, from calibrations of other arms of its type.
-
-Each arm's geometry is its own, but how far joints and links of a type give way is much the same in
-all of its arms.
-"""
+"""Prior on an arm's elasticity, much the same in a type, from calibrations of other arms."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files as resources

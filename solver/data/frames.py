@@ -1,9 +1,7 @@
 """Coordinate frames: poses, the best rigid motion between points, and first poses of frames.
 
-A *frame* is a coordinate system in which some positions are known: that of a laser tracker, of a
-table with a grid of holes, or of a robot's base. The base of the first robot is the *world*. Where
-the other frames stand in it is unknown, six numbers each, and follows from what they share: a
-socket whose place is known in two of them, or a ball that an instrument measured.
+Positions are known in frames of trackers, tables or bases. The first robot's base is the *world*;
+where others stand in it follows from what they share: a socket, or a ball that was measured.
 """
 
 import math

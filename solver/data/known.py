@@ -1,7 +1,6 @@
 """Known distances between sockets, and known coordinates of sockets in a frame.
 
-A user names sockets and frames (:class:`KnownDistance`, :class:`SocketAt`); a fit has their indices
-among all of its own, as in ``Known[int]`` and ``Located[int, int]``.
+A user names sockets and frames; a fit has their indices, ``Known[int]`` and ``Located[int, int]``.
 """
 
 import math

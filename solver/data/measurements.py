@@ -1,7 +1,6 @@
 """Placements with samples sorted by socket, the load meanwhile, and what an instrument measured.
 
-A measured pose is two samples of a fit, the ball's place [m] and its link's orientation [rad], each
-an error vector with its own noise. Orientations are the last samples.
+A measured pose is two samples, place [m] and orientation [rad], which come last.
 """
 
 from collections.abc import Collection, Sequence

@@ -1,12 +1,8 @@
 """The paper's two metrics of a model's predictions: mean absolute error, and distance error.
 
-In truth the ball is at one point for all samples of a socket. The mean absolute error (MAE) is the
-scatter of the predicted balls. A model that shrinks the robot to a point has none: so the error of
-the predicted distance between the two sockets is needed, too.
-
-Of balls that an instrument measured, the error is the distance from the measured ball. The
-instrument's frame is fitted to points trained on, or, where none of them is in it, to nine tenths
-of the points and judged on the tenth.
+The mean absolute error (MAE) is the scatter of the predicted balls of a socket. A model that
+shrinks the robot to a point has none: so the error of the distance between two sockets is needed,
+too. Of measured balls, it is the distance from them, by a frame that other points tell.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,6 @@
 """All that a fit is told: the samples of all placements, and what is known of places.
 
-Every sample says that the ball of a robot is at a place. Places are sockets, or points that an
-instrument measured. What is known of them are distances, or coordinates in a frame whose own pose
-is known or not, see :mod:`.frames`.
+Places are sockets, or measured points; known are distances, or coordinates in :mod:`.frames`.
 """
 
 from collections.abc import Collection, Sequence

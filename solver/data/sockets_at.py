@@ -1,14 +1,9 @@
 """Measured coordinates of sockets, as people write them: a table of holes, a caliper's readings.
 
-A file of comma-separated values, with units in the header:
+A CSV file; ``frame`` is a name of your own, ``base`` or ``NAME:base``; ``#`` begins a note::
 
     frame,socket,x [mm],y [mm],z [mm],deviation [mm]
     table,front:0,0,0,30,0.05
-    table,front:1,50,0,30,0.05
-
-``frame`` is a name of your own; ``base`` is the robot's base, of several robots ``NAME:base``.
-``socket`` is a placement and the socket's number there. Lines that begin with ``#`` are notes. The
-coordinates are right-handed, and ``deviation`` is the standard deviation of each of them.
 """
 
 import csv

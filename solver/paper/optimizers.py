@@ -1,8 +1,4 @@
-"""Two optimizers that find the minimum of a sum of squares: Gauss-Newton, and the paper's IPOPT.
-
-Both stop when the objective changes by less than a relative tolerance from one iterate to the
-next, the paper's rule.
-"""
+"""Gauss-Newton, and the paper's IPOPT; both stop by the paper's rule, a least relative change."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,7 +38,6 @@ def gauss_newton(
     evaluate: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     start: np.ndarray,
     *,
-    tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
     """Minimise |r(x)|^2 by Gauss-Newton steps, damped after Levenberg and Marquardt."""
@@ -55,7 +50,7 @@ def gauss_newton(
     while len(iterates) <= max_iterations:
         step, promised = _damped_step(residuals, jacobian, damping)
         # A full step that promises nothing beyond rounding: this is the minimum.
-        if damping < 1e-8 and promised <= tolerance * 1e-2 * cost:
+        if damping < 1e-8 and promised <= TOLERANCE * 1e-2 * cost:
             return Solution(x, tuple(iterates))
         new_residuals, new_jacobian = evaluate(x + step)
         new_cost = float(new_residuals @ new_residuals)
@@ -68,7 +63,7 @@ def gauss_newton(
         x, residuals, jacobian, cost = x + step, new_residuals, new_jacobian, new_cost
         iterates.append(x)
         damping = max(damping / 10, 1e-14)
-        if change <= tolerance * cost:
+        if change <= TOLERANCE * cost:
             return Solution(x, tuple(iterates))
     raise NotConverged(f"gauss-newton did not converge in {max_iterations} iterations")
 
@@ -89,12 +84,11 @@ def ipopt(
     objective: Callable[[Any], Any],
     start: np.ndarray,
     *,
-    tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
     """Minimise a CasADi expression with IPOPT and its exact Hessian."""
     x = ca.MX.sym("x", len(start))
-    monitor = _Monitor(len(start), tolerance)
+    monitor = _Monitor(len(start))
     solver = ca.nlpsol(
         "calibration",
         "ipopt",
@@ -117,10 +111,9 @@ def ipopt(
 class _Monitor(ca.Callback):
     """Callback of IPOPT: notes each iterate, and stops by the paper's rule."""
 
-    def __init__(self, size: int, tolerance: float) -> None:
+    def __init__(self, size: int) -> None:
         ca.Callback.__init__(self)
         self.size = size
-        self.tolerance = tolerance
         self.iterates: list[np.ndarray] = []
         self.objective = np.inf
         self.converged = False
@@ -146,5 +139,5 @@ class _Monitor(ca.Callback):
         change = self.objective - objective
         self.iterates.append(x)
         self.objective = objective
-        self.converged = 0 <= change <= self.tolerance * abs(objective)
+        self.converged = 0 <= change <= TOLERANCE * abs(objective)
         return [int(self.converged)]

@@ -4,15 +4,9 @@
       + (|mu1 - mu0| - d)^2                       distortion
       + lambda |Theta - Theta_nominal|^2          regularization
 
-for each placement with sockets 0 and 1:
-
-- N_k is the number of samples in socket k, mu_k the mean of their predicted ball centres, and S_k
-  their covariance (divided by N_k), whose trace is their mean square distance from mu_k.
-- d is the measured distance between the sockets [m].
-- Theta is the vector of parameters [m, rad], and lambda the weight that keeps it near nominal.
-
-In words: all balls of a socket should be predicted at one point, the two points should be as far
-apart as measured, and the robot should not change without need.
+for each placement with sockets 0 and 1: N_k samples in socket k, mu_k and S_k the mean and the
+covariance of their predicted ball centres, d the measured distance between the sockets [m], Theta
+the parameters [m, rad], and lambda the weight that keeps them near nominal.
 """
 
 from collections.abc import Sequence

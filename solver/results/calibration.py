@@ -1,8 +1,4 @@
-"""Content of ``calibration.json``: the robot before and after, every sample, all figures.
-
-Lengths are metres, angles radians, masses kilograms. The file needs no other to be used: it holds
-the text of the nominal and of the calibrated URDF.
-"""
+"""Content of ``calibration.json``, all that is needed to use it: metres, radians, kilograms."""
 
 from pathlib import Path
 from typing import Any

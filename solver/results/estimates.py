@@ -1,7 +1,4 @@
-"""Estimates of a fit, their uncertainty and their use, in ``calibration.json``.
-
-Lengths are metres, angles radians.
-"""
+"""Estimates of a fit in ``calibration.json``, their uncertainty and their use: metres, radians."""
 
 from typing import Any
 

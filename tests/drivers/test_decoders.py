@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.drivers import JointState
-from mukca.drivers.arms import damiao, franka_state, fri, piper, ros, rtde, xarm
+from mukca.drivers.arms import damiao, franka, fri, piper, ros, ur, xarm
 from mukca.drivers.arms.kinova.polled_bus import decode_reply
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.servos.servo_arm import Answer
@@ -23,7 +23,7 @@ from mukca.tools.emulators.xarm import fast_report, real_report, rich_report
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE, SIX = JointState(0.0, Q, Q), JointState(0.0, Q[:6], Q[:6])
-RECIPE = rtde.Recipe(1, effort=False)
+RECIPE = ur.Recipe(1, effort=False)
 FRANKA = {version: encode_state(version, 5, STATE) for version in (3, 4, 9, 10)}
 FRI = {
     version: encode_message(version, (0x245142, 7, 6), (2, 3, 5, 1), STATE, 123_456_789)
@@ -32,7 +32,7 @@ FRI = {
 
 
 def franka_angles(message):
-    state, _ = franka_state.decode_state(message)
+    state, _ = franka.decode_state(message)
     assert all(map(math.isfinite, state.effort))
     return state.position
 
@@ -152,7 +152,7 @@ def test_franka_mode_and_errors_in_words(version):
     datagram[-tail] = 4
     datagram[-tail - 2 * count + 6] = 1  # among the current errors
     datagram[-tail - count + 3] = 1  # among those of the last motion, which are not told
-    assert franka_state.decode_state(bytes(datagram))[1] == "reflex; joint reflex"
+    assert franka.decode_state(bytes(datagram))[1] == "reflex; joint reflex"
 
 
 @pytest.mark.parametrize("version", FRI)
@@ -203,7 +203,7 @@ def test_fri_stamps_that_are_no_time(seconds, nanoseconds):
 @hostile
 @given(st.binary(max_size=200))
 def test_streams_are_cut_into_messages_or_refused(noise):
-    for take in (rtde.take_package, xarm.take_report):
+    for take in (ur.take_package, xarm.take_report):
         stream = bytearray(noise)
         try:
             while take(stream) is not None:
@@ -211,7 +211,7 @@ def test_streams_are_cut_into_messages_or_refused(noise):
         except ValueError:
             continue
         assert len(stream) < 4096
-    rejected(rtde.decode_recipe, noise, None)
+    rejected(ur.decode_recipe, noise, None)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

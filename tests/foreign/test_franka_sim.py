@@ -18,7 +18,7 @@ import struct
 import pytest
 
 from mukca import JointState
-from mukca.drivers.arms.franka_state import decode_state
+from mukca.drivers.arms.franka import decode_state
 from mukca.tools.emulators.franka import encode_state
 
 robot_state = pytest.importorskip("franka_sim.robot_state", reason="franka-sim is not installed")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from mukca.drivers.arms.franka_state import decode_state
+from mukca.drivers.arms.franka import decode_state
 
 INCLUDES = [path for path in os.environ.get("MUKCA_LIBFRANKA_COMMON", "").split(":") if path]
 PROGRAM = """

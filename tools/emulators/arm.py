@@ -1,7 +1,4 @@
-"""The arm that an emulated controller moves, and the faults of its messages.
-
-Faults hit messages by share, start and duration.
-"""
+"""The arm that an emulated controller moves, and the faults of its messages."""
 
 import math
 import random

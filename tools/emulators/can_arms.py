@@ -1,7 +1,6 @@
 """Arms on a CAN bus: an OpenArm's Damiao motors, switched off, and AgileX' Piper.
 
-The package damiao-motor 1.0.6 reads the motors' answers, and asks by the same requests (shown by
-hand); the parser of piper_sdk 0.6.2 reads the Piper's frames.
+damiao-motor 1.0.6 reads and asks the motors (shown by hand), piper_sdk 0.6.2 reads the Piper.
 """
 
 import math

@@ -1,7 +1,6 @@
-"""Franka's controller: FCI of server versions 3 to 10.
+"""Franka's controller: FCI of server versions 3 to 10, field by field as libfranka's header.
 
-The state is laid out field by field, as libfranka's header lists them. Proven against libfranka
-0.9.2 (version 5) and 0.21.3 (version 10).
+Proven against libfranka 0.9.2 (version 5) and 0.21.3 (version 10).
 """
 
 import struct

@@ -1,7 +1,6 @@
-"""Kinova Gen2 actuators: each answers when it is asked where it is.
+"""Kinova Gen2 actuators, on a pseudo-terminal, or by ISO-TP behind a gateway on a CAN bus.
 
-On a pseudo-terminal (a serial line whose settings nobody checks), or behind a gateway that carries
-the same messages by ISO-TP on a CAN bus. No client of Kinova's was run against it.
+No client of Kinova's was run against it.
 """
 
 import math

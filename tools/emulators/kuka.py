@@ -1,8 +1,4 @@
-"""KUKA's controller: an FRI session that monitors, over UDP.
-
-Messages are written field by field, as the Sunrise controller orders them. It sends first, and
-counts the replies; the session is ready once one has come.
-"""
+"""KUKA's controller: an FRI session over UDP that monitors, ready once a reply has come."""
 
 import struct
 import zlib

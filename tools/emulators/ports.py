@@ -1,8 +1,4 @@
-"""A controller's ports: TCP, UDP, a serial line, a CAN bus.
-
-What comes in is noted in the journal and handed on. What goes out never holds an emulator up: a
-client may leave at any moment, or stop reading.
-"""
+"""A controller's ports: TCP, UDP, a serial line, a CAN bus; none holds an emulator up."""
 
 import os
 import socket

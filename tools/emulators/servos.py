@@ -1,7 +1,6 @@
 """Servos on a pseudo-terminal: registers that are read, and an arm behind them.
 
-Proven against the makers' own packages, which ping and read them: ROBOTIS' dynamixel_sdk 4.1.0,
-Feetech's feetech-servo-sdk 1.0.0.
+Proven against dynamixel_sdk 4.1.0 and feetech-servo-sdk 1.0.0, which ping and read them.
 """
 
 from abc import abstractmethod

@@ -1,7 +1,4 @@
-"""Universal Robots' controller: RTDE outputs over TCP, of a CB3 or e-series.
-
-Proven against ur-rtde 1.6.5, whose requests it was written from.
-"""
+"""Universal Robots' RTDE outputs, CB3 or e-series; proven against ur-rtde 1.6.5."""
 
 import struct
 

@@ -1,7 +1,4 @@
-"""A UFACTORY controller's report ports.
-
-Proven against UFACTORY's own package, xarm-python-sdk 1.18.4: its structures read these reports.
-"""
+"""A UFACTORY controller's report ports; proven against xarm-python-sdk 1.18.4."""
 
 import struct
 

@@ -1,14 +1,8 @@
 """Kinova's actuators on a bus: polled one after the other, over a serial line or ISO-TP.
 
-Experimental. What is known of the actuators' RS-485 line comes from a driver that wrote these
-messages to a USB bridge at 115200 baud, 8 data bits, even parity and 2 stop bits; the bus behind
-it may differ. The ISO-TP transfer (ISO 15765-2) is what a serial-to-CAN gateway would carry.
-
-A message has 20 bytes, little-endian, and no checksum::
-
-    i16 command | u8 source | u8 destination | 16 bytes of data
-
-Of all commands only GET_ACTUALPOSITION is sent; some others move the arm or rewrite its zeros.
+Experimental, known from a driver that wrote these messages to a USB bridge. A message has 20 bytes,
+little-endian, no checksum: i16 command | u8 source | u8 destination | 16 bytes of data. Only
+GET_ACTUALPOSITION is ever sent; other commands move the arm or rewrite its zeros.
 """
 
 import logging

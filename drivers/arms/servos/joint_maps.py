@@ -1,8 +1,4 @@
-"""Joint maps of arms that are made of servos: which servo turns which joint, and its zero.
-
-The joint angle, from the servo's position in ticks of 1/4096 turn::
-
-    q = sign * (position - zero) * 2 pi / 4096
+"""Joint maps of arms made of servos, 4096 ticks a turn: q = sign * (position - zero) * 2 pi / 4096.
 
 An address's ``ids``, ``signs``, ``zeros`` and ``calibration`` take the place of the table's.
 """

@@ -1,12 +1,8 @@
 """An arm made of servos on one line, which a hand can lead while its torque is off.
 
-Each state is one *sync read*, "tell me so many bytes of your registers, from this one on", which
-names all joints' servos, and each answers in turn; nothing else is ever sent. Before the first one
-the servos are asked which model they are, whether their torque is off, and, where a calibration
-file gives the zeros, whether they still have its homing offsets.
-
-Stamps are the time in the middle between the request and the last answer, by this computer. Efforts
-are None: with the torque off, a servo's load and current are zero and say nothing of gravity.
+Each state is one *sync read* of all joints; nothing else is ever sent. Before the first one model,
+torque and, where a file gives the zeros, homing offsets are read. Efforts are None: with the torque
+off, a servo's load and current are zero.
 """
 
 import math
