@@ -1,11 +1,12 @@
 """How often stated intervals hold the truth, on simulated arms whose truth is known.
 
-    python benchmarks/uncertainty.py [--draws 200] [--rigid]
+    python benchmarks/uncertainty.py [--draws 200] [--kind bending] [--placements 2] [--seed 0]
 
-For each draw a robot is perturbed, bends and turns unevenly as real arms do (unless --rigid), is
-recorded at two placements with a noisy seat, calibrated by `auto`, and asked for intervals: of
-distances between far ball positions and near the third placement, by the full model and by the
-URDF alone, of deviations of balls from their socket's mean there, and of parameters that the data
+For each draw a robot is perturbed; it is rigid, or bends and turns unevenly as real arms do, or is
+made of servos, whose gears have play and whose zeros are off. It is recorded at one or two
+placements with a noisy seat, calibrated by `auto`, and asked for intervals: of distances between
+far ball positions, low ones, and ones near another placement, by the full model and by the URDF
+alone, of deviations of balls from their socket's mean there, and of parameters that the data
 decide. The caliper's error of the base is drawn too. Shares are means over arms. Stated: 68 % and
 95 %.
 """
@@ -16,11 +17,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from statistics import NormalDist
 
 import numpy as np
 
+from mukca.recorder import Placement
+from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.results.projection_poses import poses_near
 from mukca.solver.bayes.results.uncertainty import (
     NEAR,
@@ -34,93 +38,169 @@ from mukca.solver.calibration.fit import fit_robots
 from mukca.solver.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
+    Measurement,
     RobotRecordings,
     measure,
 )
-from mukca.solver.robot import gravity_moments, load_robot, workspace
+from mukca.solver.robot import BallModel, Robot, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
 
-ROBOTS = ("panda", "iiwa14", "gen3_lite", "ur5e")
+ROBOTS = {
+    "rigid": ("panda", "iiwa14", "gen3_lite", "ur5e"),
+    "bending": ("panda", "iiwa14", "gen3_lite", "ur5e"),
+    "servos": ("so101",),
+}
+LOW = 0.15
+"""Balls below this are over the table [m]."""
+PLAY, TICK = np.deg2rad(0.7), 2 * np.pi / 4096
+ZEROS = np.deg2rad(5.0)
+REST = 0.03
+"""Torque below which a joint with play is taken to rest amid it [N m]."""
 
 
-def draw(rigid: bool, seed: int) -> dict[str, list[float]]:
-    """Return errors over stated deviations, by kind, and whether any extension was kept."""
-    robot = load_robot(ROBOTS[seed % len(ROBOTS)])
-    generator = np.random.default_rng(seed)
+@dataclass(frozen=True)
+class Truth:
+    """An arm, and where its ball is where its joints read q."""
+
+    arm: Robot
+    flaws: Imperfection
+    zeros: np.ndarray
+
+    def ball(self, q: np.ndarray) -> np.ndarray:
+        """Ball centres, shape (N, 3) [m]."""
+        moments = gravity_moments(self.arm, q + self.zeros)
+        true = self.flaws.deflection.true_positions(q + self.zeros, moments)
+        if self.flaws.play:
+            torques = moments[:, : q.shape[1]]
+            true = true - 0.5 * self.flaws.play * np.sign(torques) * (abs(torques) > REST)
+        return BallModel(self.arm, ()).points(np.zeros(0), true)
+
+
+def standard(error: np.ndarray, gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Return errors of a model that is off by a known gap, as multiples of a Gaussian's deviation.
+
+    They are within one where the error is within what 68 % of |gap + deviation z| are.
+    """
+    phi = NormalDist().cdf
+    shares = [
+        phi((w - g) / s) - phi((-w - g) / s)
+        for w, g, s in zip(abs(error).tolist(), gap.tolist(), deviation.tolist(), strict=True)
+    ]
+    return np.array([NormalDist().inv_cdf(min((1 + p) / 2, 1 - 1e-12)) for p in shares])
+
+
+def arm_of(kind: str, robot: Robot, generator: np.random.Generator) -> Truth:
+    """Return an arm of a kind."""
+    m = len(robot.actuated)
+    if kind == "servos":
+        flaws = Imperfection(noise=3e-4, play=PLAY, resolution=TICK)
+        zeros = generator.uniform(-ZEROS, ZEROS, m)
+        return Truth(perturb(robot, generator, 3e-4, 0.0), flaws, zeros)
     arm = perturb(robot, generator, 2e-3, 5e-3)
-    bases = reachable_bases(arm, generator, 3)
+    rigid = Imperfection(noise=1e-4)
+    flaws = rigid if kind == "rigid" else realistic_flaws(robot, generator)
+    return Truth(arm, flaws, np.zeros(m))
+
+
+def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
+    """Return errors over stated deviations, by kind, and whether any extension was kept."""
+    robots = ROBOTS[kind]
+    robot = load_robot(robots[seed % len(robots)])
+    generator = np.random.default_rng(seed)
+    truth = arm_of(kind, robot, generator)
+    bases = reachable_bases(truth.arm, generator, 3)
     stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
     bases = [replace(b, distance=b.distance + generator.normal(0, SEAT_DEVIATION)) for b in bases]
-    flaws = Imperfection(noise=1e-4) if rigid else realistic_flaws(robot, generator)
-    placements = [record(arm, base, generator, imperfection=flaws) for base in bases]
+    samples = 20 if kind == "servos" else 30
+    placements = [
+        record(truth.arm, base, generator, samples=samples, imperfection=truth.flaws)
+        for base in bases
+    ]
+    placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
-    (fit,) = fit_robots([RobotRecordings(robot, measured[:2])], SolveOptions(type_prior=("none",)))
+    options = SolveOptions(type_prior=("none",), zeros=kind == "servos")
+    (fit,) = fit_robots([RobotRecordings(robot, measured[:trained])], options)
     found = fit.posterior
     assert found is not None
-    truth = arm.origins.ravel()[found.model.ball.free]
+    balls = fit.calibrated.ball, fit.calibrated.geometric_ball
+    errors: dict[str, list[float]] = {}
 
-    def exactly(positions: np.ndarray) -> np.ndarray:
-        bent = flaws.deflection.true_positions(positions, gravity_moments(arm, positions))
-        return found.model.ball.points(truth, bent)
-
-    def distances(q: np.ndarray) -> tuple[list[float], list[float]]:
-        """By the full model, and by the URDF alone."""
+    def ask(where: str, q: np.ndarray) -> None:
+        """Distances by the full model, and by the URDF alone."""
         q = q[: len(q) // 2 * 2]
-        full, deviation = distance_deviations(found, q, gravity_moments(robot, q))
-        balls = (exactly(q), fit.calibrated.geometric_ball(q))
-        true, alone = (np.linalg.norm(p[1::2] - p[::2], axis=1) for p in balls)
-        by_urdf = (alone - true) / np.hypot(deviation, alone - full)
-        return ((full - true) / deviation).tolist(), by_urdf.tolist()
+        moments = gravity_moments(robot, q)
+        _, deviation = distance_deviations(found, q, moments)
+        true, full, alone = (_lengths(of(q)) for of in (truth.ball, *balls))
+        errors[where] = ((full - true) / deviation).tolist()
+        off = (alone - true) / np.hypot(deviation, full - alone)
+        errors[f"{where}, hypot"] = off.tolist()
+        errors[f"{where}, URDF"] = standard(alone - true, full - alone, deviation).tolist()
 
-    near, _ = poses_near(robot, measured[2].positions, (NEARBY, 1), NEAR)
-    here, there = distances(near), distances(workspace(robot, 80, seed))
+    ask("workspace", workspace(robot, 80, seed))
+    many = workspace(robot, 600, seed)
+    height = truth.ball(many)[:, 2]
+    ask("table", many[(height > 0) & (height < LOW)][:80])
+    ask("near", poses_near(robot, measured[2].positions, (NEARBY, 1), NEAR)[0])
+    errors["deviations"] = _deviations(found, measured[2], truth)
+    if kind != "servos":
+        n = found.model.geometry
+        deviation = deviations(found)[:n]
+        decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
+        true = truth.arm.origins.ravel()[found.model.ball.free]
+        errors["parameters"] = ((found.values - true)[decided] / deviation[decided]).tolist()
+    return {**errors, "extended": [float(bool(found.model.extensions))]}
 
+
+def _read(placement: Placement, zeros: np.ndarray) -> Placement:
+    """Return what joints read whose zeros are off."""
+    rows = (placement.positions - zeros).tolist()
+    pairs = zip(placement.samples, rows, strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+
+
+def _lengths(points: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(points[1::2] - points[::2], axis=1)
+
+
+def _deviations(found: Posterior, held: Measurement, truth: Truth) -> list[float]:
+    """Errors of balls less the mean of their socket, over their deviation."""
     size = found.model.size
     covariance = found.covariance[:size, :size]
     scatter: list[float] = []
-    held = measured[2]
     for rows in held.slices:
         x = held.positions[rows]
-        points, jacobian, _ = found.model.linearise(found.x, x, gravity_moments(robot, x))
-        exact = exactly(x)
+        points, jacobian, _ = found.model.linearise(found.x, x, gravity_moments(truth.arm, x))
+        exact = truth.ball(x)
         error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
         centred = jacobian - jacobian.mean(axis=0)
         variance = np.einsum("nij,jk,nik->ni", centred, covariance, centred)
         scatter += (error / np.sqrt(variance)).ravel().tolist()
-
-    n = found.model.geometry
-    deviation = deviations(found)[:n]
-    decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
-    parameter = (found.values - truth)[decided] / deviation[decided]
-    return {
-        "workspace": there[0],
-        "its URDF": there[1],
-        "near": here[0],
-        "near, URDF": here[1],
-        "deviations": scatter,
-        "parameters": parameter.tolist(),
-        "extended": [float(bool(found.model.extensions))],
-    }
+    return scatter
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=200)
-    parser.add_argument("--rigid", action="store_true", help="arms that neither bend nor wobble")
+    parser.add_argument("--kind", choices=ROBOTS, default="bending")
+    parser.add_argument("--placements", type=int, choices=(1, 2), default=2)
+    parser.add_argument("--seed", type=int, default=0)
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     draws = arguments.draws
     begin = time.perf_counter()
-    results = read_options(arguments).workers.map(partial(draw, arguments.rigid), range(draws))
-    print(f"{draws} draws over {', '.join(ROBOTS)} in {time.perf_counter() - begin:.0f} s")
+    seeds = range(arguments.seed, arguments.seed + draws)
+    one = partial(draw, arguments.kind, arguments.placements)
+    results = read_options(arguments).workers.map(one, seeds)
+    robots = ", ".join(ROBOTS[arguments.kind])
+    print(f"{draws} draws over {robots} in {time.perf_counter() - begin:.0f} s")
     kept = sum(bool(result["extended"][0]) for result in results)
     print(f"an extension was kept in {kept}")
     for kind in list(results[0])[:-1]:
         arms = [np.abs(result[kind]) for result in results if result[kind]]
         one, two = (100 * np.mean([np.mean(z < k) for z in arms]) for k in (1, 1.96))
         print(
-            f"{kind:11s} {len(arms):4d} arms: within 1 sigma {one:.1f} % (68.3), "
+            f"{kind:15s} {len(arms):4d} arms: within 1 sigma {one:.1f} % (68.3), "
             f"within 1.96 sigma {two:.1f} % (95.0)"
         )
 

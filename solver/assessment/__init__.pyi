@@ -1,4 +1,3 @@
-from .accuracy import predicted_limit as predicted_limit
 from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
@@ -31,6 +30,7 @@ from .limits import Options as Options
 from .limits import known_arm as known_arm
 from .limits import limit_row as limit_row
 from .limits import limits_of as limits_of
+from .limits import predicted_limit as predicted_limit
 from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting
 from .predictions import ModelName as ModelName

@@ -11,7 +11,7 @@ import msgspec
 from ..results import DistanceDeviation, Scale, Uncertainty
 from .coverage import Coverage, travels
 from .formatting import mm
-from .limits import Limit, LimitResult, limit_row
+from .limits import Limit, LimitResult, limit_row, predicted_limit
 from .verdict import NEAR, WORKSPACE
 
 WELL_TURNED = math.radians(60)
@@ -22,11 +22,6 @@ is asked to be known better, which a large arm would need to be."""
 SIZE = 5e-3
 """The paper's method must know an arm's size to this share of it, so that a distance of the sockets
 that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
-PREDICTED, ANY_ARM = 3.0, 2e-3
-"""The predicted error of distances may be this many times the limit on held-out errors, since
-nothing at one placement shows the far workspace: a good recording of an arm that repeats to 0.1 mm
-comes to 1 to 2.4 times. That is no more than some 1.2 mm with any arm, so arms that repeat worse
-may have up to this much [m], or the limit itself."""
 PLACES = {NEAR: "distances near the recorded places", WORKSPACE: "distances in the workspace"}
 
 
@@ -45,11 +40,6 @@ def accuracy_rows(
         return [limit_row(WORKSPACE, PLACES[WORKSPACE], "fail", words)]
     near = [] if uncertainty.near is None else [_row(NEAR, uncertainty.near, limit, coverage)]
     return [*near, _row(WORKSPACE, uncertainty.distance_deviation, limit, coverage)]
-
-
-def predicted_limit(limit: float) -> float:
-    """Return what predicted errors of distances may come to [m], by the limit on held-out ones."""
-    return max(limit, min(PREDICTED * limit, ANY_ARM))
 
 
 def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Coverage) -> LimitResult:

@@ -49,10 +49,11 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
     covered = coverage(predictions, DRAWN)
+    held_out = held_out_rows(predictions, limits)
     rows = [
-        *held_out_rows(predictions, limits),
+        *held_out,
         between_row(between, limits.between_placements),
-        *rows_of_the_fit(predictions, covered, limits),
+        *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
     verdict = judge(rows, rests_on(document), document.hypotheses or ())
     return Assessment(predictions, limits, between, summary, placements, covered, verdict)

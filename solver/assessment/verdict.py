@@ -8,10 +8,12 @@ rows; what is shown of it, on a terminal, a page or in JSON, is the :class:`Verd
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
+from msgspec.structs import replace
+
 from ..diagnostics import Hypothesis, cause
 from ..results import Document
 from .formatting import joined, mm
-from .limits import LimitResult, Status
+from .limits import LimitResult, Status, predicted_limit
 
 Outcome = Literal["pass", "fail", "incomplete"]
 Kind = Literal["not_enough", "not_validated"]
@@ -78,7 +80,9 @@ def judge(
 ) -> Verdict:
     """Return the verdict that follows from rows.
 
-    One row that fails is a FAIL. Where a row says that the data are not enough, or one of
+    One row that fails is a FAIL, but for what a URDF, which cannot bend, breaks by little and the
+    full model keeps: that narrows a PASS to corrected joint positions near the recorded places.
+    Where a row says that the data are not enough, or one of
     :data:`NEEDED` is there and was not evaluated, the verdict is open. A predicted error in the
     whole workspace that is too large only narrows a PASS to the recorded places, if the row on
     these passes.
@@ -88,17 +92,19 @@ def judge(
         rests_on: What a PASS is to name beside them.
         causes: Explanations of what is wrong, the most probable first, which no PASS needs.
     """
-    status, kind = _outcome(rows, [row.status for row in rows])
     by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
+    bent = _bent(rows) if by_full == "pass" else []
+    rows = [replace(row, status="warning") if row in bent else row for row in rows]
+    status, kind = _outcome(rows, [row.status for row in rows])
     scope: Scope | None = None
     if status == "pass":
-        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows)
+        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows) and not bent
         scope = "workspace" if known else "recorded_places"
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
-        title=_OPEN[kind] if kind else _title(rows, scope, by_full, rests_on),
+        title=_OPEN[kind] if kind else _title(rows, bent, scope, by_full, rests_on),
         text=_caused(cause(causes), status) + _text(rows, status),
         limits=tuple(rows),
         rests_on=tuple(rests_on),
@@ -122,16 +128,31 @@ def _outcome(
     return "pass", None
 
 
+def _bent(rows: Sequence[LimitResult]) -> list[LimitResult]:
+    """Return rows that the URDF alone breaks by no more than is allowed elsewhere; none if more."""
+    broken = [row for row in rows if row.status == "fail"]
+    near = [row for row in broken if (row.found or 0.0) <= predicted_limit(row.limit or 0.0)]
+    return broken if len(near) == len(broken) else []
+
+
 def _title(
-    rows: Sequence[LimitResult], scope: Scope | None, by_full: str, rests_on: Sequence[Premise]
+    rows: Sequence[LimitResult],
+    bent: Sequence[LimitResult],
+    scope: Scope | None,
+    by_full: str,
+    rests_on: Sequence[Premise],
 ) -> str:
     """Return the title of a PASS, no larger than its rows, or of a FAIL."""
     if scope is None:
         apart = by_full == "pass" and any(row.full_status for row in rows)
         return "FAIL for the URDF alone; PASS with corrected joint positions" if apart else "FAIL"
     title = "PASS" if scope == "workspace" else "PASS near the recorded places"
+    title += " with corrected joint positions" if bent else ""
     if rests_on:
         title += f", if {joined([one.text for one in rests_on])}"
+    for row in bent:
+        alone, most = mm(row.found or 0.0), mm(row.limit or 0.0)
+        title += f"; the {row.title} of the URDF alone is {alone}, where {most} is asked"
     elsewhere = next((row for row in rows if row.name == WORKSPACE), None)
     if scope == "workspace" or elsewhere is None:
         return title
