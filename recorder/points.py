@@ -3,12 +3,14 @@
 A header of the joints' names in any order, and x, y, z [m], the ball's position in the instrument's
 frame; ``points.csv`` may lack it, its joints being in the robot's order. ``poses.csv`` has the
 orientation of its link besides: a unit quaternion qx, qy, qz, qw, a rotation vector rx, ry, rz
-[rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows.
+[rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows. There may be a
+``time`` [s] and a ``temperature``, too.
 Other units stand in the header, as ``x [mm]`` or ``JOINT [deg]``.
 """
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from .csv_files import RecordingError, Table, comment_line, read_table
@@ -17,6 +19,7 @@ from .samples import Sample
 
 POINTS, POSES = "points.csv", "poses.csv"
 _AXES = ("x", "y", "z")
+_CLOCKS = ("time", "temperature")
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _VECTOR = ("rx", "ry", "rz")
 _MATRIX = tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
@@ -47,8 +50,10 @@ def read_points(file: Path, name: str) -> Placement:
     forms = ((),) if file.name == POINTS else (_QUATERNION, _VECTOR, _MATRIX)
     turns = next((form for form in forms if set(form) <= set(names)), forms[0])
     measured = (*_AXES, *turns)
-    joints = [i for i, name in enumerate(names) if name not in measured]
-    known = len(names) == len(joints) + len(measured) and not set(measured) - set(names)
+    clocks = [i for i, name in enumerate(names) if name in _CLOCKS]
+    joints = [i for i, name in enumerate(names) if name not in (*measured, *_CLOCKS)]
+    count = len(joints) + len(measured) + len(clocks)
+    known = len(names) == count and not set(measured) - set(names)
     if None in names or not joints or not known:
         raise RecordingError(
             f"{file}:1: expected a header of the joints' names in chain order, then "
@@ -63,7 +68,8 @@ def read_points(file: Path, name: str) -> Placement:
         x, y, z, *turn = (numbers[i] for i in place)
         position = tuple(numbers[i] for i in joints)
         turned = _unit(_quaternion(turn, where), where) if turn else None
-        samples.append(Sample(position, 0, where=where, point=(x, y, z), orientation=turned))
+        sample = Sample(position, 0, where=where, point=(x, y, z), orientation=turned)
+        samples.append(replace(sample, **{str(names[i]): row[i] for i in clocks}))
     comment = comment_line(file).lower()
     return Placement(
         name=name,
@@ -85,6 +91,8 @@ def joint_columns(table: Table) -> tuple[tuple[str, ...] | None, list[float]]:
 def _scale(file: Path, column: re.Match[str]) -> float:
     """Return the unit of a column in metres or radians; 1 where none is named."""
     name, unit = column[1], column[2] or ""
+    if name in _CLOCKS:
+        return 1.0
     fit = {"": 1.0} if name in (*_QUATERNION, *_MATRIX) else {"": 1.0, "m": 1.0, "mm": 1e-3}
     if name not in (*_AXES, *_QUATERNION, *_MATRIX):
         fit |= {"rad": 1.0, "deg": math.pi / 180}

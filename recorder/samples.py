@@ -51,6 +51,8 @@ class Sample:
     orientation: tuple[float, float, float, float] | None = None
     """Orientation of the ball's link by an instrument, as a unit quaternion x, y, z, w; None where
     it was not measured."""
+    temperature: float | None = None
+    """Beside what an instrument measured, in any unit."""
 
     def __repr__(self) -> str:
         position = ", ".join(f"{value:.4f}" for value in self.position)

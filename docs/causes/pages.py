@@ -16,6 +16,7 @@ EXAMPLE = {
     "last": 19, "samples": 3, "other": 1, "of": "", "of_socket": 0, "noise": 1.2e-3,
     "noise_here": 2.1e-3, "size": 2e-3, "share": 0.02, "given": 0.051, "expected": 0.05,
     "likely": 0.05, "offset": 0.02, "error": 8e-3, "step": 0.01, "known": "front:0-left:0=0.4",
+    "gravity": [0.0, 0.0, 9.81], "option": "0 0 9.81",
     "source": "as given: measure it again, and give what you read by --distance MEASURED",
 }  # fmt: skip
 LOOKS = {
@@ -43,6 +44,8 @@ LOOKS = {
     "ball_bent": "From one sample on the ball sits elsewhere on its flange: errors turn with it.",
     "ball_loose": "All samples scatter more than the arm repeats, alike in every direction.",
     "socket": "Samples lie at the centre of another socket than their file or column says.",
+    "mounting": "Errors are those of an arm that gives way under loads that it does not have: the "
+    "model's masses pull where gravity was said to be, and elasticity would have to be negative.",
     "copies": "The samples of one socket are those of another, as good as digit by digit.",
     "quantised": "The file holds few digits: all angles of a joint are multiples of one step.",
     "pushed": "All samples scatter more than the arm repeats, and most where joints have long "

@@ -22,7 +22,7 @@ LEAST_HELD_OUT = 5
 """In each of two sockets held out: with fewer, the mean lies with the samples."""
 LEAST_TRAVEL = math.radians(20)
 """A joint that turned less than this over all that was trained on is hardly seen [rad]."""
-BESIDE = ("far", "duplicate", "few", "still", "drift", "moved")
+BESIDE = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
 """Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
 that rows of their own judge; and held-out placements whose base drifted, or moved by little: one
 that was trained on has an error there."""

@@ -174,7 +174,11 @@ def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Me
                 raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
     if not row.samples:
         raise misfit(source, f"data[{i}].samples", "none; calibrate again")
-    return measure(row.placement(robot.joint_names), robot, sockets=1)
+    measured = measure(row.placement(robot.joint_names), robot, sockets=1)
+    samples = sorted(row.samples, key=lambda sample: sample.socket)
+    if all(sample.moved is None for sample in samples):
+        return measured
+    return replace(measured, moved=np.array([s.moved or (0.0, 0.0, 0.0) for s in samples]))
 
 
 def _prediction(

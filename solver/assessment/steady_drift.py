@@ -33,7 +33,11 @@ def drift_rows(predictions: Predictions) -> list[LimitResult]:
     title = "steady drift where it was trained"
     start = "the ball drifts in its sockets from the first sample to the last, at"
     rows = [limit_row("drift", title, "pass", "none beyond the scatter")]
-    if drifts["train"]:
+    found = [d for d in predictions.document.checks or () if d.code == "movement"]
+    if found:
+        text = "; ".join(map(str, found))
+        rows = [limit_row("drift", title, "not enough", text, text=text)]
+    elif drifts["train"]:
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
             "that moved meanwhile from an error of the model; record it again, firmly screwed down"

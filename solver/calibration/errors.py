@@ -203,7 +203,7 @@ def _deviations(
     calibrated: results.CalibratedRobot, posterior: Posterior, measured: Measurement
 ) -> tuple[float, float, float | None]:
     """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
-    points = calibrated.ball(measured.positions, measured.efforts)
+    points = calibrated.models["calibrated"](measured)
     if measured.kind == "points":
         noises = {"sockets": posterior.noises.get("points", posterior.noise)}
         posterior = replace(posterior, noises=noises)

@@ -11,7 +11,7 @@ import numpy as np
 from ..bayes.inference import JointPosterior, Posterior
 from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Selected, select_models
+from ..bayes.selection import FoundMovement, Selected, select_models
 from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observe_all
 from ..paper import NotConverged, build_problem, covariance, solve
 from ..results import CalibratedRobot, StoredPosterior
@@ -44,6 +44,8 @@ class Fit:
     covariance: np.ndarray | None = None
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
+    movements: tuple[FoundMovement, ...] = ()
+    """How placements moved while they were recorded."""
 
     @property
     def stored_posterior(self) -> StoredPosterior | None:
@@ -121,7 +123,7 @@ def _fit_by_paper(
 
 
 def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:
-    return model.points(x, measured.positions)
+    return measured.at_rest(model.points(x, measured.positions))
 
 
 def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
@@ -133,13 +135,22 @@ def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> F
     parameters = full.model.parameters
     calibrated = CalibratedRobot(arm.robot, parameters, values, deflection, arm.load, exported)
     iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
-    return Fit(calibrated, "gauss-newton", seconds, iterates, full, chosen.notes[i], chosen.full)
+    return Fit(
+        calibrated,
+        "gauss-newton",
+        seconds,
+        iterates,
+        full,
+        chosen.notes[i],
+        chosen.full,
+        movements=chosen.movements,
+    )
 
 
 def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
     """Return the best geometry for a program that corrects nothing."""
     data, train = full.data, arm.measurements
-    more = data.located or data.frames
+    more = data.located or data.frames or full.moved is not None
     more = more or any(not k.on_base or k.deviation > CALIPER_DEVIATION for k in data.known)
     alone = None
     if not more and full.deflection.joint_offsets is None and all(m.has_distance for m in train):
@@ -152,4 +163,4 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
 
 def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:
     torques = load.torques(full.model.robot, measured)
-    return full.model.predict(x, measured.positions, torques)
+    return measured.at_rest(full.model.predict(x, measured.positions, torques))

@@ -11,12 +11,22 @@ import numpy as np
 from ...recorder import Placement
 from ..assessment import repeatability_of
 from ..data import Measurement, check_distinct, measure, spaced
-from ..diagnostics import Diagnostic, Hypothesis, inspect_all, named, next_placement, split_at
+from ..diagnostics import (
+    Diagnostic,
+    Given,
+    Hypothesis,
+    inspect_all,
+    named,
+    next_placement,
+    split_at,
+    where_of,
+)
 from ..results import DocumentError, NextPlacement, Role, calibrated_robot, read_calibration
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
 
+STEADY = "screw the base down, let the arm warm up, and record it again"
 Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
 
@@ -41,6 +51,25 @@ class CalibrationProblem:
     def placements(self) -> list[tuple[Role, Measurement]]:
         """All placements, those to train on first."""
         return [*(("train", m) for m in self.train), *(("test", m) for m in self.test)]
+
+    def at_rest(
+        self, moved: np.ndarray | None, told: Iterable[tuple[str, str, bool]]
+    ) -> "CalibrationProblem":
+        """Return the recordings with how far their places moved, row by row, and what is told.
+
+        That is for each movement its placement, its words, and True where it is in the model.
+        """
+        named = {m.name: m for m in self.train}
+        more = (
+            Diagnostic(
+                "warning", "movement" if kept else "moved", where_of([named[name]]), text, STEADY
+            )
+            for name, text, kept in told
+        )
+        ends = np.cumsum([len(m.positions) for m in self.train])
+        parts = [None] * len(ends) if moved is None else np.split(moved, ends)[: len(ends)]
+        train = (replace(m, moved=own) for m, own in zip(self.train, parts, strict=True))
+        return replace(self, checks=(*self.checks, *more), train=tuple(train))
 
     def findings(self, *, fitted: bool) -> tuple[Diagnostic, ...]:
         """Return what was found; of servos a fit, which knows their play, judges the size."""
@@ -191,8 +220,7 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     look = partial(
         inspect_all,
         problem.robot,
-        known=named(train, options.distances),
-        deviation=options.deviation,
+        given=Given(named(train, options.distances), options.deviation, options.load),
         zeros=bool(options.zeros),
         repeatability=repeatability_of(problem.robot, options.repeatability_mm),
         trained=[m.name for m in train],

@@ -13,7 +13,7 @@ import numpy as np
 from ..._version import __version__
 from .. import results
 from ..bayes.inference import Posterior
-from ..data import Measurement, evaluate, is_distorted
+from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
 from .errors import errors_of, history
@@ -21,6 +21,7 @@ from .fit import Fit
 from .frames import frame_poses
 from .problem import CalibrationProblem
 
+Point = tuple[float, float, float]
 UNKNOWN = (
     "how well the calibration is known could not be computed: the samples are too few or too much "
     "alike; record more that differ"
@@ -32,6 +33,8 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
     if fit.posterior is not None and not _is_known(fit.posterior):
         fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
+    moved = None if fit.posterior is None else fit.posterior.moved
+    problem = problem.at_rest(moved, [(m.placement, m.text, m.kept) for m in fit.movements])
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     known, names = _known(problem, fit), problem.robot.joint_names
@@ -96,7 +99,7 @@ def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
 
 def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
     """Return the placements whose distance between sockets the model does not reproduce."""
-    errors = [(m, evaluate(fit.calibrated.ball(m.positions, m.efforts), m)) for m in train]
+    errors = [(m, evaluate(fit.calibrated.models["calibrated"](m), m)) for m in train]
     return tuple(m.name for m, metrics in errors if is_distorted(metrics, m))
 
 
@@ -131,12 +134,23 @@ def _samples(
                         **{key: getattr(sample, key) for key in results.KEPT},
                         weight=weight,
                         orientation_weight=turn,
+                        moved=moved,
                     )
-                    for sample, weight, turn in zip(placement.samples, told, of_turn, strict=True)
+                    for sample, weight, turn, moved in zip(
+                        placement.samples, told, of_turn, _moved(measured), strict=True
+                    )
                 ),
             )
         )
     return tuple(rows)
+
+
+def _moved(measured: Measurement) -> list[Point | None]:
+    """Return how far the place of each sample had moved, in the order of recording."""
+    if measured.moved is None:
+        return [None] * len(measured.positions)
+    place = np.argsort(np.argsort(measured.placement.sockets, kind="stable"))
+    return [as_point(row) for row in measured.moved[place]]
 
 
 def _model(robot: Robot, calibrated_urdf: str) -> results.Model:

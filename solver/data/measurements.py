@@ -16,6 +16,8 @@ from .measured_poses import rotation_matrices
 
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
+CLOCKS = ("time", "temperature")
+"""What may tell when a sample was recorded."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,13 @@ class Measurement:
     distance_deviation: float | None = None
     """Its standard deviation [m], where it is not a caliper's."""
     warnings: tuple[str, ...] = field(default=())
+    moved: np.ndarray | None = None
+    """How far the place of each row of :attr:`positions` had moved by then, as a fit found it,
+    shape (N, 3) [m]; None for a place that stood still."""
+
+    def at_rest(self, balls: np.ndarray) -> np.ndarray:
+        """Return predicted balls as if the place had stood still, shape (N, 3) [m]."""
+        return balls if self.moved is None else balls - self.moved
 
     @property
     def name(self) -> str:
@@ -91,6 +100,20 @@ class Measurement:
         if efforts is None:
             return None
         return np.concatenate([efforts[sockets == k] for k in self.sockets])
+
+    def clock(self, name: str) -> np.ndarray:
+        """Return the time [s] or temperature of each row of :attr:`positions`, shape (N,).
+
+        Times are the order of recording where nothing else is known. NaN where that is not known,
+        as of sockets in files of their own.
+        """
+        samples = self.placement.samples
+        told = [getattr(sample, name) for sample in samples]
+        t = np.array([np.nan if value is None else value for value in told], dtype=float)
+        ordered = all(s.number for s in samples) or self.kind == "points"
+        if name == "time" and np.isnan(t).any():
+            t = np.arange(len(samples)) if ordered else t + np.nan
+        return np.concatenate([t[self.placement.sockets == k] for k in self.sockets])
 
     @property
     def has_distance(self) -> bool:

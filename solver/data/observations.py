@@ -3,7 +3,7 @@
 Places are sockets, or measured points; known are distances, or coordinates in :mod:`.frames`.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -21,7 +21,7 @@ from .known import (
     distance_covariance,
     find_socket,
 )
-from .measurements import Instrument, Load, Measurement, measured_points
+from .measurements import CLOCKS, Instrument, Load, Measurement, measured_points
 from .metrics import CALIPER_DEVIATION
 
 
@@ -49,6 +49,8 @@ class Observations:
     """Balls that an instrument measured; None where it measured nothing."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
+    clocks: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+    """``time`` [s] and ``temperature`` of the samples, each of shape (N,); NaN where not known."""
 
     @property
     def turned(self) -> np.ndarray:
@@ -64,6 +66,15 @@ class Observations:
     def socket_count(self) -> int:
         """Number of sockets in all placements."""
         return len(self.labels)
+
+    def rows_of(self, placement: str) -> np.ndarray:
+        """Return a mask of the places that were recorded at a placement, shape (N,)."""
+        own = [i for i, (name, _) in enumerate(self.labels) if name == placement]
+        rows = np.isin(self.sockets, own)
+        if self.instrument is not None:
+            measured = np.array([name == placement for name in self.instrument.placements])
+            rows |= measured & ~self.turned
+        return rows
 
     def distance_covariance(self) -> np.ndarray:
         """Return :func:`distance_covariance` of the known distances."""
@@ -82,6 +93,7 @@ class Observations:
             self,
             positions=self.positions[rows],
             torques=self.torques[rows],
+            clocks={name: values[rows] for name, values in self.clocks.items()},
             sockets=np.array([new.get(s, -1) for s in self.sockets[rows].tolist()], dtype=np.int64),
             labels=tuple(self.labels[i] for i in kept),
             known=tuple(
@@ -263,4 +275,5 @@ def _samples(
         located,
         frames,
         measured_points(measurements, frames),
+        clocks={name: np.concatenate([m.clock(name) for m in every]) for name in CLOCKS},
     )

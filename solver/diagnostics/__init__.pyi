@@ -6,6 +6,7 @@ from .configurations import single_socket_diagnostics as single_socket_diagnosti
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS
 from .diagnostic import Diagnostic as Diagnostic
+from .diagnostic import where_of as where_of
 from .distances import named as named
 from .distances import size_level as size_level
 from .fit_error import fitted_alone as fitted_alone
@@ -14,6 +15,7 @@ from .hypotheses import Block as Block
 from .hypotheses import LinearEvidence as LinearEvidence
 from .hypothesis import Hypothesis as Hypothesis
 from .hypothesis import cause as cause
+from .inspection import Given as Given
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all

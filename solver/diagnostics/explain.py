@@ -173,6 +173,8 @@ def _of_candidate(comparison: Comparison, candidate: Candidate) -> Option:
     def after() -> Scene:
         if kind.noise is not None:
             return replace(scene, noise=max(scene.noise, candidate.sigma))
+        if kind.changed is not None:
+            return kind.changed(scene, candidate.parameters)
         return explained(scene, candidate)
 
     samples = candidate.block.rows.start < scene.all_samples.stop

@@ -1,12 +1,12 @@
 """Inspection of recordings before they are fitted: each placement, and all of them together."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from ..data import CALIPER_DEVIATION, KnownDistance, Measurement
+from ..data import CALIPER_DEVIATION, KnownDistance, Load, Measurement
 from ..robot import Robot, choose_parameters
 from .change_points import Change
 from .configurations import duplicates, few_samples, motionless_joints
@@ -33,6 +33,18 @@ NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that play does not look like."""
 CHECKS = (few_samples, duplicates, motionless_joints)
 """Checks of single placements that need nothing but the recording."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """What was said of the recordings."""
+
+    known: Sequence[KnownDistance] = ()
+    """Distances measured beside those between each placement's sockets."""
+    deviation: float = CALIPER_DEVIATION
+    """Standard deviation of the latter [m]."""
+    load: Load = field(default_factory=Load)
+    """Gravity and payload."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +87,8 @@ class Survey:
 def inspect_all(
     robot: Robot,
     measurements: Sequence[Measurement],
+    given: Given | None = None,
     *,
-    known: Sequence[KnownDistance] = (),
-    deviation: float = CALIPER_DEVIATION,
     zeros: bool = False,
     repeatability: float | None = None,
     trained: Collection[str] = (),
@@ -87,8 +98,7 @@ def inspect_all(
     Args:
         robot: The robot.
         measurements: The placements; those that an instrument measured are passed over.
-        known: Distances measured beside those between each placement's sockets.
-        deviation: Standard deviation of the latter [m].
+        given: What was said of them.
         zeros: The joints may have offsets of degrees, as on arms made of servos: then that is no
             mistake.
         repeatability: Of the arm [m]; None where nothing is known of it.
@@ -98,13 +108,15 @@ def inspect_all(
         KnownError: A known distance names a socket that is not there.
     """
     seated = [m for m in measurements if m.kind == "sockets"]
-    known = named(seated, known)
+    given = given or Given()
+    known = named(seated, given.known)
     if not seated:
         return Survey((), (), None)
     model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
     floors = fitted_alone(robot, seated)
-    of_known = rulers(seated, known, deviation)
+    of_known = rulers(seated, known, given.deviation)
     scene = scene_of(model, seated, of_known, repeatability, list(floors.values()))
+    scene = replace(scene, load=given.load)
     found = explain(model, scene)
     told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in found.findings]
     shared = [d for f, d in told if "placement" not in f.hypothesis.parameters]

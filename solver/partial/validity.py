@@ -27,7 +27,7 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
-from ..diagnostics import Survey, inspect_all
+from ..diagnostics import Given, Survey, inspect_all
 from ..results import Summary
 from ..robot import Origin
 from .evidence import EVERYTHING, NOTHING, explanations, probabilities
@@ -294,6 +294,7 @@ def _survey(arm: Calibration, data: Sequence[Measurement], repeatability: float 
     return inspect_all(
         replace(calibrated.robot, joints=joints),
         data,
+        Given(load=calibrated.load),
         zeros=bool(arm.document.settings.get("zeros")),
         repeatability=repeatability,
     )

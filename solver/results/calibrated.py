@@ -154,11 +154,11 @@ class CalibratedRobot:
     def models(self) -> dict[str, Callable[[Measurement], np.ndarray]]:
         """The models to compare: the exported geometry only where it differs from the full one."""
         models: dict[str, Callable[[Measurement], np.ndarray]] = {
-            "nominal": lambda m: self.nominal_ball(m.positions),
-            "calibrated": lambda m: self.ball(m.positions, m.efforts),
+            "nominal": lambda m: m.at_rest(self.nominal_ball(m.positions)),
+            "calibrated": lambda m: m.at_rest(self.ball(m.positions, m.efforts)),
         }
         if self.exported is not None:
-            models["geometric"] = lambda m: self.geometric_ball(m.positions)
+            models["geometric"] = lambda m: m.at_rest(self.geometric_ball(m.positions))
         return models
 
     def positions(self, q: ArrayLike, what: str = "joint positions") -> np.ndarray:

@@ -86,7 +86,7 @@ class Iteration(Document, kw_only=True, frozen=True):
     test: CostTerms | None
 
 
-KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number")
+KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "time")
 """All that a document keeps of a :class:`.Sample`."""
 
 
@@ -109,6 +109,10 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """Robust weight in the fit: 1 and less; None where there was none."""
     orientation_weight: float | None = None
     """The same of the measured orientation."""
+    time: float | None = None
+    """When it was captured [s since 1970, UTC]."""
+    moved: tuple[float, float, float] | None = None
+    """How far its place had moved by then, as the fit found it [m]; None where it stood still."""
 
 
 class PlacementSamples(Document, kw_only=True, frozen=True):

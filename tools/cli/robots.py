@@ -207,8 +207,7 @@ def survey_of(
     return measured, diagnostics.inspect_all(
         robot,
         measured,
-        known=settings.distances,
-        deviation=settings.deviation,
+        diagnostics.Given(settings.distances, settings.deviation, settings.load),
         zeros=bool(settings.zeros),
         repeatability=assessment.repeatability_of(robot, settings.repeatability_mm),
     )

@@ -214,7 +214,7 @@ def lead(
     """
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
     true = (guide or InverseKinematics(arm)).reach(seats, generator)
-    moments = gravity_moments(arm, true)
+    moments = gravity_moments(arm, true, how.gravity)
     m = true.shape[1]
     if TILT.name in how.deflection.extensions:
         true = _seated(arm, seats, true, moments, how.deflection)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
 from ...solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
-from ...solver.robot import Origin, Robot, choose_parameters
+from ...solver.robot import STANDARD_GRAVITY, Origin, Robot, choose_parameters
 
 TRANSLATION, TURN = 1e-3, 6e-3
 """Standard deviations of joint origins from the model [m], [rad]."""
@@ -35,6 +35,8 @@ class Imperfection:
     """Full play of each joint [rad], which rests on the side that gravity turns it to."""
     resolution: float = 0.0
     """The smallest step that the encoders tell [rad]."""
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    """In the base frame [m/s^2]."""
 
 
 def realistic_flaws(

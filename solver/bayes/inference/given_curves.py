@@ -39,12 +39,14 @@ class GivenCurves:
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Return the most probable curves beside other unknowns, shape (m, KNOTS) [rad]."""
-        return (self.mean + self.by_unknowns @ (x - self.known)).reshape(-1, KNOTS)
+        return (self.mean + self.by_unknowns @ (x[: len(self.known)] - self.known)).reshape(
+            -1, KNOTS
+        )
 
     def relative(self, samples: LinearSamples, x: np.ndarray) -> LinearSamples:
         """Return samples whose curves are e alone, around a state x of the other unknowns."""
         by_rest = samples.by_rest.copy()
-        by_rest[:, :, : len(x)] += samples.basis @ self.by_unknowns
+        by_rest[:, :, : len(self.known)] += samples.basis @ self.by_unknowns
         errors = samples.errors + samples.basis @ self.at(x).ravel()
         return replace(samples, errors=errors, by_rest=by_rest, given=self.covariance)
 

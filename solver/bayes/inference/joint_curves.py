@@ -66,7 +66,8 @@ def with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
 
 def _with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
     models = [arm.model for arm in found.arms]
-    readings, given = build_objective(models, found.scene), given_curves(models)
+    movements = [one for one, _, _ in found.movements]
+    readings, given = build_objective(models, found.scene, movements), given_curves(models)
     state = resumed(found, readings)
     none = np.zeros(state.linear.by_joints.shape[::2])
     samples = linear_samples(readings, state, none)
@@ -193,8 +194,8 @@ def _posterior(
     models = tuple(
         replace(arm.model, extensions=(*arm.model.extensions, CURVE.name)) for arm in found.arms
     )
-    world, state = MultiRobotModel(models), fitted.state
-    m, size = coefficients.shape[1], readings.model.size
+    world, state = MultiRobotModel(models, readings.model.movements), fitted.state
+    m, end = coefficients.shape[1], int(readings.model.own[-1].stop)
     order, x, groups = list[np.ndarray](), list[np.ndarray](), list[PriorGroup]()
     for i, (own, model) in enumerate(zip(readings.model.own, models, strict=True)):
         joints, begin = len(model.robot.joint_names), world.own[i].start
@@ -206,7 +207,10 @@ def _posterior(
         members = begin + np.arange(model.slices[-1].start, model.size, dtype=np.int64)
         sigma = whole[np.ix_(order[-1], order[-1])]
         groups.append(_curve_group(model, members, fitted.prior, sigma))
-    picked = np.concatenate([*order, np.arange(size, readings.size)])
+    moving = [g for g in state.groups if g.members[0] >= end]
+    groups += [replace(g, members=g.members - end + world.own[-1].stop) for g in moving]
+    x.append(state.x[end:])
+    picked = np.concatenate([*order, np.arange(end, readings.size)])
     state = replace(state, x=np.concatenate(x), groups=tuple(groups))
     sizes = [(0, one.size - arm.model.size) for one, arm in zip(models, found.arms, strict=True)]
     rounds = zip(*(arm.iterates for arm in found.arms), strict=True)

@@ -10,7 +10,7 @@ from math import erfc, log, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Kind, Noise, log_constant, log_prior
+from ..model import TYPICAL_SPREAD, Kind, Movement, Noise, PriorGroup, log_constant, log_prior
 from .arrowhead import ArrowheadMatrix
 from .normal_equations import (
     NormalEquations,
@@ -65,7 +65,17 @@ def joint_posterior(
     )
     scene = objective.rows.scene
     poses = dict(zip(scene.arms[0].frames, state.frames, strict=True))
-    return JointPosterior(arms, objective.model.own, scene, poses, covariance, evidence)
+    begin = objective.model.own[-1].stop
+    kept = np.r_[:begin, objective.model.size : objective.size]
+    movements: list[tuple[Movement, np.ndarray, PriorGroup]] = []
+    own = {group.members[0]: group for group in state.groups}
+    for one in objective.model.movements:
+        prior = replace(own[begin], members=own[begin].members - begin)
+        movements.append((one, state.x[begin : begin + one.size], prior))
+        begin += one.size
+    covariance = covariance[kept[:, None], kept]
+    own_x = objective.model.own
+    return JointPosterior(arms, own_x, scene, poses, covariance, evidence, tuple(movements))
 
 
 def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
@@ -116,6 +126,9 @@ def _of_arm(
     noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
     base = objective.rows.base(robot, state.frames)
     centres = state.centres if base is None else base.inverse().apply(state.centres)
+    moved = objective.moved_places(state.x)[rows] if objective.model.movements else None
+    if moved is not None and base is not None:
+        moved = moved @ base.rotation
     return Posterior(
         objective.model.models[robot],
         objective.rows.scene.arms[robot],
@@ -128,6 +141,7 @@ def _of_arm(
         weights[rows],
         evidence,
         tuple(x[own] for x in iterates),
+        moved,
     )
 
 

@@ -153,7 +153,11 @@ def resumed(found: JointPosterior, objective: Objective) -> State:
         for own, arm in zip(objective.model.own, found.arms, strict=True)
         for g in arm.groups
     ]
-    x = np.concatenate([arm.x for arm in found.arms])
+    x = np.concatenate([*(arm.x for arm in found.arms), *(u for _, u, _ in found.movements)])
+    begin = objective.model.own[-1].stop
+    for one, _, prior in found.movements:
+        groups.append(replace(prior, members=prior.members + begin))
+        begin += one.size
     at_zero = np.zeros(size, dtype=bool)
     for group in groups:
         none = ~(np.abs(x[group.members]) > 0) if group.non_negative else group.width == 0

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
-from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel
+from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .active_set import active_set_step
 from .hyperparameters import (
     following_noise,
@@ -60,6 +60,7 @@ def estimate(
     *,
     joint_noise: bool = True,
     near: JointPosterior | None = None,
+    movements: Sequence[Movement] = (),
 ) -> JointPosterior:
     """Find the most probable unknowns of one robot or several, fitted together.
 
@@ -68,12 +69,13 @@ def estimate(
         data: What was measured.
         joint_noise: Whether the joint angles' noise may be other than zero.
         near: A result for the same robots from which to start, instead of the nominal ones.
+        movements: Of placements while they were recorded.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = build_objective(models, data)
+    objective = build_objective(models, data, movements)
     state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
     left = np.zeros(len(state.x), dtype=int)

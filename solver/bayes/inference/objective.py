@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ...data import WORLD, MultiRobotObservations, Observations, Pose, rotation_vectors
-from ..model import ExtendedModel, MultiRobotModel, Noise, PriorGroup, SampleRows
+from ..model import ExtendedModel, Movement, MultiRobotModel, Noise, PriorGroup, SampleRows
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """Balls, each in its own robot's base, the errors' derivatives there by x and by the joints, and
@@ -35,6 +35,17 @@ class Objective:
     def dense(self) -> int:
         """Number of unknowns before the socket centres: x, and six for each frame."""
         return self.model.size + 6 * self.rows.frame_count
+
+    @cached_property
+    def by_movements(self) -> np.ndarray:
+        """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
+        scene = self.rows.scene
+        none = np.zeros((len(self.rows.sockets), 3, 0))
+        return np.concatenate([none, *(one.slopes(scene) for one in self.model.movements)], axis=2)
+
+    def moved_places(self, x: np.ndarray) -> np.ndarray:
+        """Return how far the place of each sample has moved, shape (N, 3) [m]."""
+        return self.by_movements @ x[self.model.own[-1].stop :]
 
     @cached_property
     def size(self) -> int:
@@ -86,14 +97,19 @@ class State:
     """Errors and derivatives at x and the centres."""
 
 
-def build_objective(models: Sequence[ExtendedModel], data: MultiRobotObservations) -> Objective:
+def build_objective(
+    models: Sequence[ExtendedModel],
+    data: MultiRobotObservations,
+    movements: Sequence[Movement] = (),
+) -> Objective:
     """Return the objective of one robot or several."""
     log_volumes = tuple(
         one.log_volume(np.zeros(one.size), arm.positions)[0]
         for one, arm in zip(models, data.arms, strict=True)
     )
     whiten = np.linalg.inv(np.linalg.cholesky(data.arms[0].distance_covariance()))
-    return Objective(MultiRobotModel(tuple(models)), SampleRows(data), log_volumes, whiten)
+    model = MultiRobotModel(tuple(models), tuple(movements))
+    return Objective(model, SampleRows(data), log_volumes, whiten)
 
 
 def linearise(
@@ -111,6 +127,10 @@ def linearise(
     balls = balls or predict_balls(objective, x)
     points = balls[0]
     errors, by_x, by_joints = _errors(objective, balls, centres, frames)
+    if model.movements:
+        at, errors = model.own[-1].stop, errors - objective.moved_places(x)
+        parts = (by_x[:, :, :at], -objective.by_movements, by_x[:, :, at:])
+        by_x = np.concatenate(parts, axis=2)
     by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
     volume, by_volume = 0.0, np.zeros(objective.size)
     for i, (own, one) in enumerate(zip(model.own, model.models, strict=True)):
@@ -133,8 +153,9 @@ def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
     if len(parts) == 1:
         return parts[0]
     widest = max(by_joints.shape[2] for _, _, by_joints, _ in parts)
+    size = model.own[-1].stop
     by_x = [
-        np.pad(J, ((0, 0), (0, 0), (own.start, model.size - own.stop)))
+        np.pad(J, ((0, 0), (0, 0), (own.start, size - own.stop)))
         for own, (_, J, _, _) in zip(model.own, parts, strict=True)
     ]
     by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq, _ in parts]

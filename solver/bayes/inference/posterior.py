@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Kind, Noise, PriorGroup, SampleRows
+from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup, SampleRows
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,9 @@ class Posterior:
     values that the prior allows for its unknowns."""
     iterates: tuple[np.ndarray, ...]
     """x after each iteration, the start first."""
+    moved: np.ndarray | None = None
+    """How far the place of each sample has moved, in the robot's base, shape (N, 3) [m]; None for
+    places that stood still."""
 
     @property
     def noise(self) -> Noise:
@@ -60,7 +63,8 @@ class Posterior:
     def residuals(self) -> np.ndarray:
         """Predicted ball centre minus its socket's, of samples in sockets, shape (N, 3) [m]."""
         seated = self.data.sockets >= 0
-        return self.points[seated] - self.centres[self.data.sockets[seated]]
+        off = self.points if self.moved is None else self.points - self.moved
+        return off[seated] - self.centres[self.data.sockets[seated]]
 
     def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
@@ -84,6 +88,9 @@ class JointPosterior:
     shift [m]), the socket centres."""
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
+
+    movements: tuple[tuple[Movement, np.ndarray, PriorGroup], ...] = ()
+    """How placements moved while they were recorded: with the unknowns, and their prior."""
 
     def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
         """Return the noise of each source of samples of the same robots."""

@@ -41,6 +41,10 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         if near is not None:
             x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
         groups += [replace(g, members=g.members + own.start) for g in mine]
+    begin = model.own[-1].stop
+    for one in model.movements:
+        groups.append(one.prior(begin))
+        begin += one.size
     balls = predict_balls(objective, x)
     points = balls[0]
     frames = rows.place_frames(points)
@@ -100,7 +104,8 @@ def moved(objective: Objective, state: State, change: np.ndarray) -> State:
     tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
     tangent += state.centres[rows.sockets[seated]]
     off = np.zeros((len(rows.sockets), 3))
-    off[seated] = to_world(objective, frames, balls[0])[seated] - tangent
+    there = to_world(objective, frames, balls[0]) - objective.moved_places(x)
+    off[seated] = there[seated] - tangent
     along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
     along[[one.socket for one in rows.located]] = 0.0
     centres += along

@@ -2,6 +2,8 @@ from .deflection import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .given_prior import GivenPrior as GivenPrior
+from .movement import Movement as Movement
+from .movement import movements_of as movements_of
 from .multi_robot import KINDS as KINDS
 from .multi_robot import Kind as Kind
 from .multi_robot import MultiRobotModel as MultiRobotModel

@@ -3,8 +3,9 @@
 The unknowns x are those of the first robot, then those of the second, and so on. After x come the
 poses of the frames, six numbers each, and the centres of the sockets, three each:
 
-    (x of robot 1, x of robot 2, ..., frames, centres)
+    (x of robot 1, x of robot 2, ..., movements, frames, centres)
 
+where movements are those of sockets and frames while they are recorded, see :mod:`.movement`.
 With B_r the pose of robot r's base in the world (the first robot's base is the world), sample i of
 robot r errs by
 
@@ -34,6 +35,7 @@ from ...data import (
     place_frames,
 )
 from .extended_model import ExtendedModel
+from .movement import Movement
 
 Kind = Literal["sockets", "points", "turns"]
 KINDS: tuple[Kind, ...] = ("sockets", "points", "turns")
@@ -42,9 +44,10 @@ KINDS: tuple[Kind, ...] = ("sockets", "points", "turns")
 
 @dataclass(frozen=True)
 class MultiRobotModel:
-    """The models of all robots."""
+    """The models of all robots, and the movements of placements."""
 
     models: tuple[ExtendedModel, ...]
+    movements: tuple[Movement, ...] = ()
 
     @cached_property
     def own(self) -> tuple[slice, ...]:
@@ -54,8 +57,8 @@ class MultiRobotModel:
 
     @cached_property
     def size(self) -> int:
-        """Number of unknowns of all robots."""
-        return sum(model.size for model in self.models)
+        """Number of unknowns of all robots and movements."""
+        return sum(one.size for one in (*self.models, *self.movements))
 
 
 @dataclass(frozen=True)

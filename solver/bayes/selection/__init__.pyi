@@ -1,2 +1,3 @@
 from .model_selection import Selected as Selected
 from .model_selection import select_models as select_models
+from .moved_places import FoundMovement as FoundMovement

@@ -68,6 +68,7 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
         {name: pose.moved(change) for (name, pose), change in frames},
         covariance,
         best.log_evidence,
+        best.movements,
     )
 
 

@@ -15,11 +15,12 @@ from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, estimate, may_have_curves, with_joint_curves
-from ..model import Expected, GivenPrior, extend
+from ..model import Expected, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .leave_one_out import held_out_errors, mean_fall
 from .model_averaging import averaged, model_probabilities
+from .moved_places import FoundMovement, movements_by_evidence
 
 LOG_BAYES_FACTOR = log(150)
 """Least rise of the logarithm of the evidence by all extensions together: what is called very
@@ -47,6 +48,8 @@ class Selected:
     """The mean of the models that the data support; the geometric one where there are none."""
     notes: tuple[tuple[str, ...], ...]
     """For each robot, one line for each extension: kept or not, and the evidence."""
+    movements: tuple[FoundMovement, ...] = ()
+    """How placements moved while they were recorded, also what is too unsure for the model."""
 
 
 def select_models(
@@ -76,6 +79,7 @@ def select_models(
     Raises:
         NotConverged: The fit of the geometry did not settle.
     """
+    movements = list[Movement]()
 
     def fit(
         near: JointPosterior | None, effects: EffectNames, observed: MultiRobotObservations
@@ -87,7 +91,8 @@ def select_models(
         if near is not None:
             known = [arm.model.of_type for arm in near.arms]
             models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
-        return estimate(models, observed, joint_noise=joint_noise, near=near)
+        there = [one for one in movements if one.placement in observed.placements]
+        return estimate(models, observed, joint_noise=joint_noise, near=near, movements=there)
 
     progress("geometry")
     given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
@@ -99,6 +104,17 @@ def select_models(
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(fit, geometric, order, progress)
+
+    def moving(near: JointPosterior, some: Sequence[Movement]) -> JointPosterior:
+        movements[:] = some
+        return fit(near, [arm.model.extensions for arm in near.arms], data)
+
+    best = max(tried.models, key=lambda model: model.log_evidence)
+    movements[:], told = movements_by_evidence(best, moving)
+    if movements:
+        progress("movement")
+        geometric = moving(geometric, [*movements])
+        tried = _search(fit, geometric, order, progress)
     models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     probabilities = model_probabilities(models)
     notes = _notes(tried, types, models, probabilities, words)
@@ -108,7 +124,7 @@ def select_models(
     if zeros:
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(joint_offsets_in_words(arm))
-    return Selected(geometric, full, tuple(map(tuple, notes)))
+    return Selected(geometric, full, tuple(map(tuple, notes)), told)
 
 
 def _notes(

@@ -102,3 +102,5 @@ class Kind:
     """True where each of its candidates is told by itself."""
     level: str = "error"
     """Of the diagnostic."""
+    changed: Callable[[Scene, Parameters], Scene] | None = None
+    """The scene where it is right; None for one with its columns among the nuisances."""

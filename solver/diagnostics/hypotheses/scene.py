@@ -57,6 +57,8 @@ class Scene:
     """Of its logarithm, above that."""
     floors: tuple[float, ...] = ()
     """Error that each placement leaves when fitted alone [m]."""
+    load: Load = field(default_factory=Load)
+    """Gravity and payload, as they were said to be."""
     zeros: bool = False
     """True where joints have offsets of degrees, and gears have play."""
     readings: np.ndarray | None = None
@@ -122,7 +124,7 @@ class Scene:
     @cached_property
     def torques(self) -> np.ndarray:
         """Moments that hold the joints, shape (N, 3 m) [N m]."""
-        return np.concatenate([Load().torques(self.robot, m) for m in self.measurements])
+        return np.concatenate([self.load.torques(self.robot, m) for m in self.measurements])
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:

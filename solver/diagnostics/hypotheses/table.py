@@ -11,6 +11,7 @@ from .distance import DISTANCE, KNOWN, ONE_SOCKET, SCALED
 from .geometry import ANGLE, LENGTH, OTHER_ARM, VERSION_WRONG
 from .joints import GAIN, LAG, ZERO, ZERO_LOST
 from .kinds import Kind, NoisePrior
+from .mounting import MOUNTING
 from .recording import COPIES, PUSHED_ARM, PUSHED_HERE, QUANTISED
 from .socket import SOCKET
 
@@ -46,6 +47,7 @@ KINDS: tuple[Kind, ...] = (
     BALL_LOOSE,
     BALL_LOOSE_HERE,
     SOCKET,
+    MOUNTING,
     COPIES,
     QUANTISED,
     PUSHED_ARM,

@@ -1,0 +1,107 @@
+"""The place of a socket base, or of an instrument, over the time of its recording.
+
+While it is recorded, it may shift by
+
+    m(t) = sum over k of c_k(t) u_k        u_k ~ N(0, s^2 w_k^2 I)
+
+in the world: by one step at a change of socket, along a straight line, or slowly to and fro.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ...data import MultiRobotObservations, Observations
+from .prior_group import PriorGroup
+
+SIZE = 1e-3
+"""Usual size of a step, and of a drift from the first sample to the last [m]."""
+WAVES = 8
+"""Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
+than the first, as those of a path whose speed is a random walk."""
+EACH = 4
+"""Samples for each wave."""
+
+
+@dataclass(frozen=True)
+class Movement:
+    """How one placement moves while it is recorded."""
+
+    placement: str
+    kind: Literal["step", "drift", "slow"]
+    clock: str = "time"
+    """What it follows, ``time`` or ``temperature``."""
+    at: float = 0.0
+    """When a step was made: from this time on."""
+    waves: int = 1
+
+    @property
+    def weights(self) -> np.ndarray:
+        """w_k, shape (K,)."""
+        return 1 / np.arange(1, self.waves + 1) ** 2
+
+    @property
+    def size(self) -> int:
+        """Number of its unknowns, u_k after u_k."""
+        return 3 * self.waves
+
+    def course(self, data: Observations) -> np.ndarray:
+        """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
+        rows, t = data.rows_of(self.placement), data.clocks[self.clock]
+        course = np.zeros((len(t), self.waves))
+        if not rows.any():
+            return course
+        s = (t[rows] - t[rows].min()) / max(float(np.ptp(t[rows])), 1e-12)
+        if self.kind == "step":
+            course[rows, 0] = t[rows] >= self.at
+        elif self.kind == "drift":
+            course[rows, 0] = s - 0.5
+        else:
+            course[rows] = np.cos(np.pi * s[:, None] * np.arange(1, self.waves + 1))
+        return course
+
+    def slopes(self, scene: MultiRobotObservations) -> np.ndarray:
+        """Return the derivatives of m by the unknowns for all samples, shape (N, 3, size)."""
+        course = np.concatenate([self.course(arm) for arm in scene.arms])
+        return np.einsum("nk,ij->nikj", course, np.eye(3)).reshape(len(course), 3, -1)
+
+    def prior(self, begin: int) -> PriorGroup:
+        """Return the prior of its unknowns, from some index on: of a slow process learned."""
+        slow = self.kind == "slow"
+        return PriorGroup(
+            f"{self.kind} of {self.placement}",
+            "m",
+            np.arange(begin, begin + self.size),
+            SIZE,
+            typical=SIZE if slow else 0.0,
+            learned=slow,
+            shape=np.diag(np.repeat(self.weights**2, 3)),
+        )
+
+
+def movements_of(data: Observations, placement: str) -> list[Movement]:
+    """Return the movements that a placement's samples could tell, from its clocks."""
+    rows = data.rows_of(placement)
+    found: list[Movement] = []
+    for clock, values in data.clocks.items():
+        t = values[rows]
+        waves = min(WAVES, len(t) // EACH)
+        if not len(t) or not np.isfinite(t).all() or not np.ptp(t) or waves < 1:
+            continue
+        if clock == "time":
+            found += [Movement(placement, "step", at=at) for at in _changes(t, data.sockets[rows])]
+            found.append(Movement(placement, "drift"))
+        found.append(Movement(placement, "slow", clock, waves=waves))
+    return found
+
+
+def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:
+    """Return the times of the changes of socket, but those that split no socket's samples.
+
+    Its samples say nothing of a step there, which could be any distance.
+    """
+    order = np.argsort(t, kind="stable")
+    t, sockets = t[order], sockets[order]
+    first = (np.flatnonzero(np.diff(sockets)) + 1).tolist()
+    return [float(t[i]) for i in first if {*sockets[:i].tolist()} & {*sockets[i:].tolist()}]

@@ -1,0 +1,102 @@
+"""The choice of how places moved while they were recorded, by the evidence of the whole fit.
+
+One step at a change of socket, a drift along a line, and a slow process are compared with no
+movement, placement by placement; what is likeliest is put into the model, and all are compared
+again. A step at one of many changes needs to be so many times likelier.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from ...paper import NotConverged
+from ..inference import JointPosterior, movement_gain
+from ..model import Movement, movements_of
+
+INDEPENDENT = 0.5
+"""Share of the evidence of slow courses that counts: poses in a row are alike, and their errors."""
+TOLD, KEPT = 0.0, 3.0
+"""Rise of the logarithm of the evidence from which a movement is told, and put into the model."""
+HINT, CLOSELY = -2.0, 3
+"""Rise by a linear model from which one is looked at closely, and how many of a round."""
+WORDS = {
+    "step": "its place moved at a change of socket",
+    "drift": "its place drifted steadily",
+    "slow": "its place drifted to and fro",
+}
+
+
+@dataclass(frozen=True)
+class FoundMovement:
+    """A movement that the data support."""
+
+    placement: str
+    text: str
+    kept: bool
+    """True where it is in the model."""
+
+
+Fit = Callable[[JointPosterior, Sequence[Movement]], JointPosterior]
+"""Fits the model of a result again, with movements."""
+
+
+def movements_by_evidence(
+    found: JointPosterior, fit: Fit
+) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
+    """Return the movements to put into the model, and all that are to be told."""
+    if len(found.arms) > 1:
+        return (), ()
+    left, chosen, lines = list(found.scene.placements), list[Movement](), list[FoundMovement]()
+    data = found.scene.arms[0]
+    candidates = {place: movements_of(data, place) for place in left}
+    while left:
+        tried = [one for place in left for one in candidates[place]]
+        rises = [movement_gain(found, one) - _price(one, tried) for one in tried]
+        ranked = sorted((rise, i) for i, rise in enumerate(rises))
+        best, gain = found, -np.inf
+        for rough, i in ranked[: -CLOSELY - 1 : -1]:
+            if rough < HINT:
+                break
+            with suppress(NotConverged):
+                with_it = fit(found, (*chosen, tried[i]))
+                rise = with_it.log_evidence - found.log_evidence - _price(tried[i], tried)
+                best, gain = (with_it, rise) if rise > gain else (best, gain)
+        if best is found:
+            break
+        new = best.movements[-1][0]
+        gain = gain if new.kind == "step" else INDEPENDENT * gain
+        if gain < TOLD:
+            break
+        left.remove(new.placement)
+        lines.append(_line(best, gain))
+        if gain >= KEPT:
+            found = best
+            chosen.append(new)
+    return tuple(chosen), tuple(lines)
+
+
+def _price(one: Movement, tried: Sequence[Movement]) -> float:
+    """Return what a step at one of many changes needs to gain, since it could be at any."""
+    return log(sum((m.placement, m.kind) == (one.placement, one.kind) for m in tried))
+
+
+def _line(found: JointPosterior, gain: float) -> FoundMovement:
+    """Return what is told of the last movement of a result."""
+    movement, unknowns, _ = found.movements[-1]
+    data = found.scene.arms[0]
+    course = movement.course(data) @ unknowns.reshape(-1, 3)
+    size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
+    follows = "" if movement.clock == "time" else f", with {movement.clock}"
+    if movement.kind == "step":
+        before = int(np.sum(data.clocks["time"][data.rows_of(movement.placement)] < movement.at))
+        follows = f", before its sample {before + 1}"
+    kept = gain >= KEPT
+    share = "; the fit takes it into account" if kept else ", too unsure to be taken into account"
+    return FoundMovement(
+        movement.placement,
+        f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){share}",
+        kept,
+    )

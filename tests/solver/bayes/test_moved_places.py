@@ -1,0 +1,104 @@
+"""Places that moved while they were recorded: told by the evidence, and held by the model."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder import Sample
+from mukca.tools.simulation import Session, SessionFault, with_faults
+
+IN_TURN = [*range(6), *range(12, 18), *range(6, 12), *range(18, 24)]
+
+
+@pytest.fixture(scope="module")
+def robot() -> mukca.Robot:
+    return mukca.load_robot("panda")
+
+
+def recorded(robot: mukca.Robot, fault: str, order: Sequence[int] = IN_TURN) -> tuple:
+    """Return the truth, and 12 + 12 samples in an order, with a fault."""
+    truth, (placement,) = mukca.simulate_recordings(robot, 1, samples=12, seed=3)
+    q, sockets = placement.positions[list(order)], placement.sockets[list(order)]
+    balls = truth.ball(placement.positions)
+    centres = np.array([balls[placement.sockets == k].mean(axis=0) for k in (0, 1)])
+    session = Session(robot, q, sockets, centres, np.random.default_rng(1))
+    found = SessionFault.parse(fault)
+    q = with_faults(session, [found] if found else [])
+    samples = (
+        Sample(tuple(row), k, number=i, time=20.0 * i)
+        for i, (row, k) in enumerate(zip(q.tolist(), sockets.tolist(), strict=True), 1)
+    )
+    return truth, replace(placement, samples=tuple(samples))
+
+
+def error(truth: object, found: mukca.Calibration, q: np.ndarray) -> float:
+    lengths = [
+        np.linalg.norm(p[1:] - p[:-1], axis=1) for p in (truth.ball(q), found.calibrated.ball(q))
+    ]
+    return float(np.mean(np.abs(lengths[1] - lengths[0])))
+
+
+def told(found: mukca.Calibration) -> list[str]:
+    return [d.text for d in found.document.checks or () if d.code == "movement"]
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("base@13:0.5mm", "moved at a change of socket by 0.5"),
+        ("base@13:5mm", "before its sample 13"),
+        ("drift:2mm", "drifted"),
+    ],
+)
+def test_a_base_that_moves_is_told_and_taken_into_account(
+    robot: mukca.Robot, fault: str, words: str
+) -> None:
+    truth, placement = recorded(robot, fault)
+    found = mukca.calibrate(robot, placement)
+    (text,) = told(found)
+    assert words in text
+    q = np.random.default_rng(0).uniform(-1, 1, (50, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
+    silent = replace(
+        placement, samples=tuple(replace(s, number=0, time=None) for s in placement.samples)
+    )
+    without = mukca.calibrate(robot, silent)
+    assert not told(without)
+    assert error(truth, found, q) < 0.7 * error(truth, without, q)
+    assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
+
+
+def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(robot: mukca.Robot) -> None:
+    assert not told(mukca.calibrate(robot, recorded(robot, "none")[1]))
+    _, blocks = recorded(robot, "base@13:0.5mm", range(24))
+    assert not any("change of socket" in text for text in told(mukca.calibrate(robot, blocks)))
+
+
+def test_a_saved_calibration_knows_how_its_places_moved(robot: mukca.Robot, tmp_path: Path) -> None:
+    found = mukca.calibrate(robot, recorded(robot, "base@13:5mm")[1])
+    found.save(tmp_path / "saved")
+    again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
+    assert told(again) == told(found)
+    assert max(np.linalg.norm(s.moved) for s in again.document.data[0].samples) > 4.5e-3
+    verdict = " ".join(row.text for row in again.verdict.limits)
+    assert "moved at a change" in verdict
+
+
+def test_an_instrument_that_follows_the_temperature(robot: mukca.Robot, tmp_path: Path) -> None:
+    truth, _ = mukca.simulate_recordings(robot, 1, seed=3)
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-1, 1, (60, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
+    warm = 21 + np.sin(np.linspace(0, 4, 60)) + rng.normal(0, 0.02, 60)
+    balls = truth.ball(q) + np.outer(warm - 21, [3e-4, 0, -2e-4]) + rng.normal(0, 2e-5, (60, 3))
+    rows = [",".join([*robot.joint_names, "x", "y", "z", "temperature [C]"])]
+    rows += [
+        ",".join(map(repr, [*a.tolist(), *b.tolist(), t]))
+        for a, b, t in zip(q, balls, warm.tolist(), strict=True)
+    ]
+    (tmp_path / "points.csv").write_text("\n".join(rows))
+    points = mukca.read_placements(tmp_path)
+    (text,) = told(mukca.calibrate(robot, points, without=["transmission", "curves"]))
+    assert "temperature" in text

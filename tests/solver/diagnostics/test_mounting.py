@@ -1,0 +1,41 @@
+"""The mounting: a wrong direction of gravity is named with the option that says the right one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.solver.data import Load, measure
+from mukca.solver.diagnostics import Given, inspect_all
+from mukca.tools.simulation import perturb, reachable_bases, realistic_flaws, record
+
+G, SLOPE = 9.80665, 9.80665 / 2**0.5
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5e"])
+@pytest.mark.parametrize(
+    ("gravity", "option"),
+    [
+        ((0.0, 0.0, G), "--gravity 0 0 9.81"),
+        ((G, 0.0, 0.0), "--gravity 9.81 0 0"),
+        ((SLOPE, 0.0, -SLOPE), "--gravity 6.93 0 -6.93"),
+        ((0.0, 0.0, -G), ""),
+    ],
+)
+def test_gravity_that_was_not_said_is_named(
+    name: str, gravity: tuple[float, float, float], option: str
+) -> None:
+    robot, generator = mukca.load_robot(name), np.random.default_rng([0, 5])
+    arm = perturb(robot, generator, 1e-3, 5e-3)
+    how = replace(realistic_flaws(robot, generator), gravity=gravity)
+    bases = reachable_bases(arm, generator, 2, 0.1)
+    data = [measure(record(arm, b, generator, imperfection=how), robot) for b in bases]
+
+    def told(load: Load) -> str:
+        found = inspect_all(robot, data, Given(load=load)).shared
+        return " ".join(str(one) for one in found if one.code == "mounting")
+
+    assert option in told(Load())
+    assert bool(told(Load())) == bool(option)
+    assert not told(Load(gravity))
