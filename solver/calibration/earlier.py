@@ -14,7 +14,18 @@ import numpy as np
 from .. import results
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, GivenPrior, Noise, extend
-from ..data import Measurement, Pose, RobotRecordings, as_point, measure, observe_all, spaced
+from ..data import (
+    IDENTITY,
+    WORLD,
+    Measurement,
+    Pose,
+    RobotRecordings,
+    as_point,
+    base_name,
+    measure,
+    observe_all,
+    spaced,
+)
 from ..robot import Origin, Robot
 from .options import SolveOptions, UsageError, option_table
 from .type_prior import TypePriors, type_priors
@@ -56,17 +67,50 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     return prior.without(moved)
 
 
-def stored_posterior(found: JointPosterior | None) -> results.StoredPosterior | None:
-    """Return what a calibration's file keeps of a posterior; None of none, or several robots."""
-    if found is None or found.arms[1:]:
+def stored_posterior(
+    found: JointPosterior | None, robot: int, recordings: RobotRecordings
+) -> results.StoredPosterior | None:
+    """Return what a robot's file keeps of a posterior: of its unknowns, frames, and sockets.
+
+    None of none, and of a robot among several whose balls an instrument measured.
+    """
+    if found is None or (found.arms[1:] and found.arms[robot].data.instrument is not None):
         return None
-    arm = found.arms[0]
-    kept = np.r_[: arm.model.scalars, arm.model.size : len(found.covariance)]
-    triangle = found.covariance[np.ix_(kept, kept)][np.tril_indices(len(kept))].astype("<f8")
+    arm, own = found.arms[robot], found.own[robot]
+    scalars, end = arm.model.scalars, len(found.covariance)
+    turned = np.zeros((scalars + end - found.own[-1].stop, end))
+    rows = np.arange(scalars)
+    turned[rows, own.start + rows] = 1.0
+    turned[scalars:, found.own[-1].stop :] = np.eye(len(turned) - scalars)
+    centres = arm.centres
+    if found.arms[1:]:
+        turned, centres = _in_own_base(found, robot, recordings, turned[:scalars])
+    sigma = turned @ found.covariance @ turned.T
+    triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
-    centres = tuple(map(as_point, arm.centres))
-    return results.StoredPosterior(covariance=text, noises=noises, centres=centres)
+    places = tuple(map(as_point, centres))
+    return results.StoredPosterior(covariance=text, noises=noises, centres=places)
+
+
+def _in_own_base(
+    found: JointPosterior, robot: int, recordings: RobotRecordings, unknowns: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of unknowns and own sockets by all there is, and these sockets."""
+    arm, base, count = found.arms[robot], found.scene.bases[robot], len(found.arms)
+    pose = IDENTITY if base == WORLD else list(found.frames.values())[base]
+    named = [(base_name(m, count), s) for m in recordings.measurements for s in m.sockets]
+    kept = [arm.data.labels.index(name) for name in named]
+    frames, end = found.own[-1].stop, unknowns.shape[1]
+    first, parts = end - arm.centres.size, [unknowns]
+    for k in kept:
+        own = np.zeros((3, end))
+        own[:, first + 3 * k : first + 3 * k + 3] = pose.rotation.T
+        if base != WORLD:
+            slopes = pose.slopes(arm.centres[k : k + 1])[0]
+            own[:, frames + 6 * base : frames + 6 * base + 6] = -pose.rotation.T @ slopes
+        parts.append(own)
+    return np.concatenate(parts), arm.centres[kept]
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
@@ -89,6 +133,8 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     chained = document.curves is not None and settings.get("prior")
     if kept is not None and not (document.later_zeros or settings.get("zeros") or chained):
         return _stored(document, kept, arm, options, source)
+    if document.arms is not None:
+        raise UsageError(f"{source}: of several arms, or by an older mukca; calibrate it alone")
     (fit,) = fit_robots([arm], options)
     assert fit.posterior is not None
     return fit.posterior
@@ -149,14 +195,17 @@ def _recordings(
     document: results.CalibrationDocument, source: str
 ) -> tuple[RobotRecordings, SolveOptions]:
     """Return what a calibration was fitted to."""
-    if document.method != "auto" or document.arms is not None:
-        raise UsageError(f"{source}: give a calibration of one arm by --method auto")
+    if document.method != "auto":
+        raise UsageError(f"{source}: give a calibration by --method auto")
 
     robot = results.calibrated_robot(document, source).robot
     later = {zero.joint: zero.offset for zero in document.later_zeros}
     zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
     known = {name: value for name, value in document.settings.items() if name in option_table()}
-    options = replace(SolveOptions(**known), accept_distorted=True).validated()
+    options = replace(SolveOptions(**known), accept_distorted=True)
+    if document.arms is not None:  # what ties it to the others is in its posterior
+        options = replace(options, known=(), sockets_at=())
+    options = options.validated()
     train: list[Measurement] = []
     for data in (data for data in document.data if data.role == "train"):
         placement = replace(data.shifted(zeros).placement(robot.joint_names), files=())

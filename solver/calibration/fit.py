@@ -46,11 +46,8 @@ class Fit:
     shape (n, n)."""
     movements: tuple[FoundMovement, ...] = ()
     """How placements moved while they were recorded."""
-
-    @property
-    def stored_posterior(self) -> StoredPosterior | None:
-        """The posterior for a later calibration to begin with; None where there is none."""
-        return stored_posterior(self.joint_posterior)
+    stored_posterior: StoredPosterior | None = None
+    """The posterior for a later calibration to begin with; None where there is none."""
 
 
 def fit_robots(
@@ -144,6 +141,7 @@ def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> F
         chosen.notes[i],
         chosen.full,
         movements=chosen.movements,
+        stored_posterior=stored_posterior(chosen.full, i, arm),
     )
 
 

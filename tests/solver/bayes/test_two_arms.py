@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.calibration import posterior_of
 from mukca.solver.data import Pose, turn
 from mukca.solver.robot import BallModel, rotation_rpy
 from mukca.tools.simulation import Base, measured_points, perturb, recorded_by_both
@@ -135,3 +136,26 @@ def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path: Path) -> None:
         q = np.linspace(-1, -0.5, len(chain.actuated))[None]
         expected = stands.apply(own.geometric_ball(q))
         assert BallModel(chain, []).points(np.empty(0), q) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_each_arm_is_a_prior_of_its_own(noisy: Pair, found, tmp_path: Path) -> None:
+    found.save(tmp_path / "out")
+    for name, robot in noisy.robots.items():
+        (file,) = (tmp_path / "out" / name).glob("calibration.json")
+        kept = mukca.load_calibration(file)
+        posterior = posterior_of(kept.document, str(file))
+        told = [p.standard_deviation for p in kept.document.parameters]
+        deviations = np.sqrt(np.diag(posterior.covariance))
+        assert deviations[: len(told)] == pytest.approx(told)
+        balls = posterior.points
+        assert posterior.centres[0] == pytest.approx(
+            balls[posterior.data.sockets == 0].mean(axis=0), abs=2e-4
+        )
+        of_centres = deviations[posterior.model.size :]
+        assert of_centres.min() > 0 and of_centres.max() < 0.1
+        few = noisy.placements[name][0]
+        again = mukca.calibrate(robot, few, without=WITHOUT, prior=file)
+        alone = mukca.calibrate(robot, few, without=WITHOUT)
+        scales = [one.document.scale.deviation for one in (again, alone)]
+        assert scales[0] < scales[1]
