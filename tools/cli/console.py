@@ -1,4 +1,4 @@
-"""Streams of the verbs: text for people, and one JSON object.
+"""Streams of the verbs, and tables: text for people, and one JSON object.
 
 With ``--json`` standard output carries JSON alone and everything for people goes to standard
 error; without it, people read standard output.
@@ -12,9 +12,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Collection, Generator, Iterable, Sequence
 
     from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
 
     from ...solver.results import Document
 
@@ -78,3 +80,41 @@ class Terminal:
             text = encode(value).decode()
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
+
+
+def table(
+    title: str,
+    heads: "Sequence[str]",
+    rows: "Iterable[Sequence[str | Text]]",
+    *,
+    left: "Collection[int]" = (0,),
+    bold: "Collection[int]" = (),
+    no_wrap: bool = False,
+) -> "Table":
+    """Table with its columns of words to the left and its columns of figures to the right.
+
+    Args:
+        title: Line above it; may be empty.
+        heads: Of the columns.
+        rows: Cells: words taken as they are, or text with a style.
+        left: Columns of words, which are folded where the terminal is narrow.
+        bold: Rows that sum up others.
+        no_wrap: Keep figures on one line.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    drawn = Table(
+        box=SIMPLE_HEAD, title=Text(title) if title else None, title_justify="left",
+        padding=(0, 1, 0, 0),
+    )  # fmt: skip
+    for column, head in enumerate(heads):
+        if column in left:
+            drawn.add_column(Text(head), overflow="fold", min_width=16 if no_wrap else None)
+        else:
+            drawn.add_column(Text(head), justify="right", no_wrap=no_wrap)
+    for number, cells in enumerate(rows):
+        shown = [cell if isinstance(cell, Text) else Text(cell) for cell in cells]
+        drawn.add_row(*shown, style="bold" if number in bold else None)
+    return drawn

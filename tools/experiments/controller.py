@@ -81,10 +81,7 @@ class ImpedanceController:
     def torque(
         self, goal: Pose, q: np.ndarray, dq: np.ndarray, dt: float, *, compensate: bool
     ) -> np.ndarray:
-        """Return tau_c + tau_comp, shape (m,) [N m], for one control step of dt [s].
-
-        Without compensation tau_comp is zero, and the integral starts anew.
-        """
+        """Return tau_c + tau_comp, shape (m,) [N m], in a step of dt [s]; the latter may be off."""
         pose, J = self.model.linearise(q)
         spring = STIFFNESS * pose_error(goal, pose)
         self.offset = self.offset + spring * dt if compensate else np.zeros(6)

@@ -1,9 +1,4 @@
-"""The drawing experiment of Section IV-B.
-
-A person guides the arm, elbow up, so that a pen draws a figure; the poses are written down by the
-model's own forward kinematics. Then the figure is retraced from other postures, and the lines lie
-apart by as much as the model contradicts itself.
-"""
+"""The drawing of Section IV-B: a figure is shown, elbow up, and retraced from other postures."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
@@ -11,9 +6,8 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 
-from .cell import Cell, Trial
 from .controller import Pose
-from .motion import Log, Phase, move, pose_above, reach, shifted, smooth, stratified
+from .motion import Cell, Log, Phase, Trial, move, pose_above, reach, shifted, smooth, stratified
 from .results import Drawing, Retracing
 from .scene import TABLE
 

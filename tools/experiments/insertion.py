@@ -1,9 +1,6 @@
-"""The peg insertion experiment of Section IV-B.
+"""The peg insertion of Section IV-B: a goal is taught once, and reached from other postures.
 
-The goal is taught once, elbow up, in a tight hole, by the model's own forward kinematics; then the
-peg is inserted from other postures. A calibrated model's base frame is free to lean by a degree or
-two, since nothing outside the arm was measured: so the way out of the hole and the axes of the
-table are taught as well, and none is taken from the model's axes.
+A calibrated base frame may lean, so the way out of the hole and the table's axes are taught too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cell import Cell, Trial
 from .controller import Pose
-from .motion import hold, move, shifted, stratified
+from .motion import Cell, Trial, hold, move, shifted, stratified
 from .results import Insertion, Insertions
 from .scene import HOLE_DEPTH, TABLE
 
@@ -81,10 +77,7 @@ def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insert
 
 
 def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
-    """Insert at the first positions of the X, 6 on each of 4 branches, 25 mm apart.
-
-    Taught are the centre and the ends of two branches; all goals follow from these.
-    """
+    """Insert at the first positions of the X; taught are its centre and two branches' ends."""
     generator = np.random.default_rng([seed, 1])
     taught = teach(cell, CENTRE, generator)
     axes: list[np.ndarray] = []

@@ -1,14 +1,16 @@
-"""Motions of the tool, phase after phase, and what was measured in them."""
+"""Motions of the tool, phase after phase, and what was measured; the arm at its table."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
-from ...solver.robot import SimulationError
-from .controller import ArmModel, ImpedanceController, Pose, pose_error
-from .scene import TIME_STEP, Scene
+from ...solver.robot import Robot, SimulationError
+from .controller import WINDOW, ArmModel, ImpedanceController, Pose, pose_error
+from .results import Insertion, Retracing
+from .scene import TIME_STEP, Scene, urdf_of
 
 
 @dataclass(frozen=True)
@@ -164,3 +166,59 @@ def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     up = np.array([0.0, 0.0, 1.0]) - line * line[2]
     side = np.cross(line, up)
     return float(np.arctan2((elbow - shoulder) @ side, (elbow - shoulder) @ up))
+
+
+READY = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
+"""A Panda's usual posture, elbow up."""
+START_ASIDE = 0.02
+"""Largest distance of a start to each side of the first goal [m]; as far and more above."""
+Result = TypeVar("Result", Insertion, Retracing)
+
+
+@dataclass(frozen=True)
+class Trial(Generic[Result]):
+    """One trial: the motion, and what came of it."""
+
+    log: Log
+    result: Result
+
+
+class Cell:
+    """A true arm, the model that its controller is given, and the table; hole in metres."""
+
+    def __init__(self, arm: Robot, urdf: bytes, hole: float | None = None) -> None:
+        # The arm's true kinematics: what hands feel and eyes see. The controller never does.
+        self.truth = ArmModel(urdf_of(arm), arm.joint_names, arm.tip)
+        self.model = ArmModel(urdf, arm.joint_names, arm.tip)
+        self.scene = Scene(arm, hole)
+
+    def guide(self, point: np.ndarray) -> np.ndarray:
+        """Return the configuration, tool upright and elbow up, that puts the true tip there."""
+        return reach(self.truth, READY, pose_above(point))
+
+    def start(
+        self, point: np.ndarray, fraction: float, generator: np.random.Generator
+    ) -> np.ndarray:
+        """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
+        postures = self_motion(self.truth, self.guide(point), pose_above(point))
+        q = postures[int(fraction * len(postures))]
+        aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
+        return reach(self.truth, q, pose_above(point + aside))
+
+    def perform(
+        self, start: np.ndarray, goal: Pose, then: Sequence[Phase], touching: Sequence[str]
+    ) -> tuple[Log, dict[str, float]]:
+        """Go to a goal, compensated there, and on; return the log and the fields of a Motion."""
+        self.scene.reset(start)
+        phases = [
+            move("approach", 3.0, self.model.pose(start), goal),
+            hold("compensate", WINDOW, goal, compensate=True),
+            *then,
+        ]
+        log = run(self.scene, ImpedanceController(self.model), phases)
+        forces = log.forces(*touching)
+        return log, {
+            "elbow": elbow_angle(self.truth, start),
+            "force": float(forces.mean()),
+            "peak_force": float(forces.max()),
+        }

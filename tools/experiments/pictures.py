@@ -12,11 +12,10 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from ...errors import MukcaError
-from .cell import Trial
 from .drawing import CENTRE as PAPER
 from .drawing import figure
 from .insertion import CENTRE as HOLE
-from .motion import ROWS_PER_SECOND
+from .motion import ROWS_PER_SECOND, Trial
 from .results import Insertion
 from .runs import ExperimentRun
 from .scene import HOLE_DEPTH, OPEN_TO, TABLE, Scene

@@ -11,9 +11,9 @@ from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot
 from ..simulation import SEAT_NOISE, Base, demo_bases, record
-from .cell import Cell, Result, Trial
 from .drawing import drawing_results, retrace
 from .insertion import insert_at_centre, insert_on_cross, insertion_results
+from .motion import Cell, Result, Trial
 from .results import ModelTrials
 from .scene import Scene, urdf_of
 

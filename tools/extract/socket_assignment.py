@@ -1,8 +1,4 @@
-"""Socket and placement of each rest, as the nominal model suggests them.
-
-Even the nominal model puts the balls of one socket within some millimetres of each other, and
-those of a base's other socket about the sockets' distance away. Rests elsewhere were pauses.
-"""
+"""Socket and placement of each rest, as the nominal model suggests them to some millimetres."""
 
 import re
 from collections.abc import Sequence

@@ -1,7 +1,9 @@
 # keep: FleetArm, FleetSession
+from .calibrate import ArmFolder as ArmFolder
 from .calibrate import calibrate_arm as calibrate_arm
 from .calibrate import compare_curves as compare_curves
 from .calibrate import compare_parameters as compare_parameters
+from .calibrate import find_arms as find_arms
 from .calibrate import last_sessions as last_sessions
 from .document import FORMAT as FORMAT
 from .document import FleetArm as FleetArm
@@ -11,5 +13,3 @@ from .document import FleetSession as FleetSession
 from .document import fleet_page as fleet_page
 from .document import line_of as line_of
 from .document import summary_of as summary_of
-from .folders import ArmFolder as ArmFolder
-from .folders import find_arms as find_arms

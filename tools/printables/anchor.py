@@ -1,9 +1,6 @@
 """A socket base that clips to an arm's own base plate, so that its place on the arm is known.
 
-A bridge leads from the socket base to a face that meets the front edge of the arm's plate. Two
-springy fingers press on its sides alike, so they hold it in their middle even if its width was
-measured a little wrong. The plate's size is nowhere published: its front edge is taken to be
-straight, and its sides parallel as far as the fingers reach. Lengths are millimetres.
+Two springy fingers hold the plate in their middle even if its width was measured a little wrong.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,4 @@
-"""The ball on its neck, on a mount.
-
-The neck is a cone that widens from the ball to the mount: thin where it must lean over a socket's
-rim, thick where a sideways force bends it most. Lengths are millimetres, forces newtons.
-"""
+"""The ball on its neck, a cone that is thin at the socket's rim and thick at the mount [mm, N]."""
 
 import math
 from dataclasses import dataclass

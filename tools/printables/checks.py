@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .ball import BallPart
-from .mesh import Mesh, to_manifold
+from .kernels import Mesh, to_manifold
 from .socket_base import SocketBase
 from .solid import BED, TILT, PrintableError, Sphere
 

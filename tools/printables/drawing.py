@@ -1,7 +1,4 @@
-"""Dimensioned drawings of parts as SVG, scale 1:1: from the front, as it is printed, and above.
-
-They are for whoever turns a part on a lathe, or checks one with a caliper. Lengths are millimetres.
-"""
+"""Dimensioned drawings of parts as SVG, scale 1:1, from the front, as printed, and above [mm]."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -10,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .mesh import to_manifold
+from .kernels import to_manifold
 from .solid import Solid
 
 if TYPE_CHECKING:
@@ -36,15 +33,7 @@ def drawing_bytes(
     circles: Sequence[tuple[float, str]],
     notes: Sequence[str],
 ) -> bytes:
-    """Return a drawing.
-
-    Args:
-        title: Of the part.
-        solid: The part.
-        levels: Lower and upper height of each dimension along z, beside the part's own height.
-        circles: Diameters of circles of holes about the origin, with what is said of each.
-        notes: Lines below the views.
-    """
+    """Return a drawing with heights between levels, circles of holes by diameter, and notes."""
     body: Any = to_manifold(solid, COARSE)
     low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
     (wide, _, tall), middle = high - low, MARGIN - low[0]

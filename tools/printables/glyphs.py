@@ -1,7 +1,4 @@
-"""Letters to engrave: strokes of constant width, as closed outlines.
-
-A stroke of 0.9 mm is two lines of a common 0.4 mm nozzle, so a printer can draw it.
-"""
+"""Letters to engrave, as outlines of strokes; one of 0.9 mm is two lines of a 0.4 mm nozzle."""
 
 import itertools
 from typing import TYPE_CHECKING, Any, cast

@@ -11,10 +11,9 @@ import numpy as np
 from ..._version import __version__
 from .anchor import ARMS, AnchoredBase
 from .ball import BallPart
-from .brep import step_bytes
 from .checks import check_body, check_tilt
 from .drawing import drawing_bytes, templates
-from .mesh import Mesh, to_manifold, to_mesh
+from .kernels import Mesh, step_bytes, to_manifold, to_mesh
 from .socket_base import SCREW_HOLE, SocketBase
 from .solid import TILT, PrintableError, Solid
 

@@ -1,11 +1,7 @@
 """The socket base: hexagonal posts on a plate, each with a seat for the ball.
 
-A seat touches the ball along three short arcs, 120 degrees apart, on a cone that is tangent to it:
-three contacts fix the centre whatever the print's roundness is. All seats are turned alike, so
-what the pads of one are off, those of the others are off too, and the distance stays.
-
-Frame: x and y in the plane of the table, origin in the middle of the sockets, z up from the table.
-Lengths are millimetres.
+Three short arcs on a cone fix the ball's centre whatever the print's roundness is. Frame: origin in
+the middle of the sockets, z up from the table [mm].
 """
 
 import itertools
@@ -247,9 +243,7 @@ def place_holes(
 ) -> tuple[Point, ...]:
     """Return three or four holes in an area, on one grid, that hold a plate as widely as possible.
 
-    Of the grid's points outside of discs and boxes those are taken that are farthest out in the
-    four diagonal directions. The grid lies symmetrically about the y axis if that leaves three,
-    else anywhere; there are none where fewer than three fit in.
+    None where fewer than three fit; the grid is symmetric about the y axis if that leaves three.
     """
     blocked = [(x0 - margin, y0 - margin, x1 + margin, y1 + margin) for x0, y0, x1, y1 in boxes]
     best: tuple[Point, ...] = ()

@@ -1,7 +1,6 @@
 """Solids as data: primitives and set operations in one small tree, and the limits of all parts.
 
-A part is described once and evaluated by two kernels: :mod:`.mesh` (triangles, to print) and
-:mod:`.brep` (exact surfaces, for a CAD program). Lengths are millimetres; z is up as printed.
+A part is described once, and evaluated by two :mod:`.kernels`. Lengths are millimetres; z is up.
 """
 
 import math

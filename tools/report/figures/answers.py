@@ -194,10 +194,7 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 def _next_answer(
     found: Assessment, checks: Sequence[Diagnostic] | None, advice: NextPlacement | None
 ) -> NextAnswer:
-    """Return the placements to train on and to record next, and the joints to turn more.
-
-    The method's own advice counts; without it, the place farthest from all others.
-    """
+    """Return what to train on and to record next: the method's advice, or the farthest place."""
     placements = found.placements
     names = short_names([row.name for row in placements])
     positions = np.array([row.position for row in placements])

@@ -25,10 +25,7 @@ LARGEST_FILE = 50_000_000
 
 
 def link_meshes(model: Model, robot: Robot) -> tuple[LinkMesh, ...]:
-    """Return the triangles that move with each frame of the chain.
-
-    Mesh files are looked for at the model's source; those not found are left out.
-    """
+    """Return the triangles that move with each frame, of those files that are at the model's."""
     text = model.nominal_urdf
     find = _finder(Path(model.source).parent)
     files = re.findall(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']([^\"']*)", text)

@@ -34,13 +34,7 @@ def solve_command(
     moved: Mapping[str, Role | None] | None = None,
     given: dict[str, str] | None = None,
 ) -> str:
-    """Return the command that makes the calibration again, or a better one.
-
-    Args:
-        document: The calibration; where several robots were calibrated together, of one of them.
-        moved: Placements that get another role; None leaves them out.
-        given: Settings that replace those of the calibration.
-    """
+    """Return the command that makes the calibration again, by other roles (None: out), settings."""
     folders: dict[Role, list[str]] = {"train": [], "test": []}
     for row in document.data:
         role = row.role if moved is None or row.name not in moved else moved[row.name]

@@ -117,10 +117,7 @@ def _train_more(document: CalibrationDocument, placements: Sequence[PlacementRep
 
 
 def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> list[Step]:
-    """Return the step to leave out placements with errors, where others can be trained on.
-
-    The figures are those of Eq. (5), fitted with them and without.
-    """
+    """Return the step to leave out placements with errors, with what Eq. (5) expects of it."""
     document = predictions.document
     names = short_names([row.name for row in placements])
     bad = placements_with_errors(placements, document.checks)

@@ -1,14 +1,17 @@
-"""From a solid to exact surfaces, by Open CASCADE, and to a STEP file.
+"""From a solid to triangles by manifold3d, and to exact surfaces by Open CASCADE as a STEP file.
 
-Needs the extra ``step``; the Python binding is large, and nothing else here uses it.
+The latter needs the extra ``step``; its classes are made at run time, without stubs.
 """
-# The binding's classes are made at run time; its stubs do not come with all of its versions.
 
 import importlib
+import math
 import tempfile
-from functools import reduce
+from dataclasses import dataclass
+from functools import lru_cache, reduce
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .solid import (
     Difference,
@@ -23,6 +26,74 @@ from .solid import (
     Union,
     signed_area,
 )
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+SLIVER = 0.0005
+"""Thinner triangles are merged into their neighbours: single precision may fold them [mm]."""
+
+CHORD = 0.002
+"""Largest distance of a chord from the round surface that it replaces [mm]."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A closed surface."""
+
+    vertices: np.ndarray
+    """Shape (vertices, 3) [mm], in single precision, as an STL file holds them."""
+    triangles: np.ndarray
+    """Vertex numbers, anticlockwise from outside, shape (triangles, 3)."""
+
+
+def to_mesh(manifold: "Manifold") -> Mesh:
+    """Return a body's triangles, without those that single precision folds to nothing."""
+    mesh: Any = manifold.as_original().simplify(SLIVER).to_mesh()
+    rounded = np.asarray(mesh.vert_properties, dtype=np.float32)[:, :3]
+    vertices, number = np.unique(rounded, axis=0, return_inverse=True)
+    corners = number.ravel()[np.asarray(mesh.tri_verts, dtype=np.int64)]
+    folded = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
+    return Mesh(vertices, corners[~folded])
+
+
+@lru_cache(maxsize=128)
+def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
+    """Evaluate a solid's tree, equal ones once; chords are so far from round surfaces [mm]."""
+    from manifold3d import Manifold, OpType
+
+    match solid:
+        case Sphere(radius):
+            return Manifold.sphere(radius, _segments(radius, chord))
+        case Frustum(height, low, high):
+            return Manifold.cylinder(height, low, high, _segments(max(low, high), chord))
+        case Prism():
+            return _prism(solid)
+        case Moved(inner, offset):
+            body = to_manifold(inner, chord)
+            body.num_tri()  # evaluates it: what is moved stands at several places
+            return body.translate(offset)
+        case Union(parts):
+            return Manifold.batch_boolean([to_manifold(p, chord) for p in parts], OpType.Add)
+        case Difference(body, tool):
+            return to_manifold(body, chord) - to_manifold(tool, chord)
+        case Intersection(left, right):
+            return to_manifold(left, chord) ^ to_manifold(right, chord)
+        case _:
+            raise TypeError(f"no such solid: {type(solid).__name__}")
+
+
+def _prism(prism: Prism) -> "Manifold":
+    from manifold3d import CrossSection, Manifold
+
+    section = CrossSection([np.array(outline, dtype=float) for outline in prism.outlines])
+    return Manifold.extrude(section, prism.height)
+
+
+def _segments(radius: float, chord: float) -> int:
+    """Return the number of chords for a circle, the same in every third and quarter of it."""
+    return 12 * math.ceil(math.pi / math.acos(1 - chord / radius) / 12)
+
 
 Shape = Any
 """A ``TopoDS_Shape``."""
@@ -73,7 +144,7 @@ def _shape(solid: Solid) -> Shape:
         case Frustum(height, low, high):
             return primitives.BRepPrimAPI_MakeCone(low, high, height).Shape()
         case Prism():
-            return _prism(solid)
+            return _exact_prism(solid)
         case Moved(inner, offset):
             move = _ocp("gp").gp_Trsf()
             move.SetTranslation(_ocp("gp").gp_Vec(*offset))
@@ -90,7 +161,7 @@ def _shape(solid: Solid) -> Shape:
             raise TypeError(f"no such solid: {type(solid).__name__}")
 
 
-def _prism(prism: Prism) -> Shape:
+def _exact_prism(prism: Prism) -> Shape:
     """Extrude each outline that runs anticlockwise, then cut out those that run clockwise."""
     bodies, holes = (
         [_extruded(o, prism.height) for o in prism.outlines if sign * signed_area(o) > 0]
