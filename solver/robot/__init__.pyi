@@ -7,7 +7,6 @@ from .chain import rpy_axes as rpy_axes
 from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
-from .gravity import gravity_torques as gravity_torques
 from .gravity import moments_function as moments_function
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
@@ -49,3 +48,4 @@ from .urdf_text import relocate_meshes as relocate_meshes
 from .urdf_text import scan as scan
 from .urdf_text import set_origins as set_origins
 from .urdf_text import with_attributes as with_attributes
+from .urdf_text import with_edits as with_edits

@@ -110,14 +110,7 @@ def require_link(text: UrdfText, link: str, source: str, hint: str = "") -> None
 def find_chain(
     text: UrdfText, parents: Mapping[str, str], base: str, tip: str, source: str
 ) -> tuple[Joint, ...]:
-    """Return the joints from base to tip, in that order.
-
-    Args:
-        text: The model's text.
-        parents: The joint above each link.
-        base: The link that the chain begins with.
-        tip: The link that it ends with.
-        source: The file, for messages.
+    """Return the joints from base to tip, in that order, by the joint above each link.
 
     Raises:
         ModelError: There is no such chain, or one of its joints is not of a kind to calibrate.

@@ -16,16 +16,16 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Acceleration in the base frame of an arm that stands upright [m/s^2]."""
 
 
-def gravity_torques(
+def gravity_moments(
     robot: Robot,
     positions: np.ndarray,
     gravity: Sequence[float] = STANDARD_GRAVITY,
     payload: float = 0.0,
 ) -> np.ndarray:
-    """Return the torque by which each joint holds the arm against gravity, tau = dU/dq.
+    """Return the moments by which each joint holds the arm against gravity, about its three axes.
 
-    U is the potential energy of the URDF's masses and of a payload at the ball, by the nominal
-    model.
+    They are slopes of the potential energy of the URDF's masses and of a payload at the ball, by
+    the nominal model.
 
     Args:
         robot: The robot.
@@ -34,24 +34,8 @@ def gravity_torques(
         payload: Mass at the ball's centre [kg].
 
     Returns:
-        Torques [N m] ([N] for a prismatic joint), shape (N, m).
-    """
-    return gravity_moments(robot, positions, gravity, payload)[:, : positions.shape[1]]
-
-
-def gravity_moments(
-    robot: Robot,
-    positions: np.ndarray,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
-) -> np.ndarray:
-    """Return the moments by which each joint holds the arm, about all three of its axes.
-
-    Arguments are those of :func:`gravity_torques`.
-
-    Returns:
-        Moments [N m], shape (N, 3 m): the torques about the joints' own axes, then the moments
-        about the first axis :func:`across` each, then about the second.
+        Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
+        then about the first axis :func:`across` each, then about the second.
     """
     return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
 

@@ -40,8 +40,8 @@ class InverseKinematics:
         # Arms with endless or very wide joints are guided through one turn only.
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
-        self.lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
-        self.upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+        self.lower = np.maximum(robot.lower, -np.pi)
+        self.upper = np.minimum(robot.upper, np.pi)
         slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
         self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
         """No point farther from the base is in reach [m]."""
@@ -169,6 +169,5 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
 
     Joints that turn farther stay within -180 to 180 degrees.
     """
-    lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
-    upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))

@@ -18,8 +18,8 @@ import casadi as ca
 
 from .pose_model import PoseModel
 
-Goal = Literal["pose", "point", "axis"]
-"""What of the target's pose counts: all; its origin; or its origin and the direction of its z."""
+Goal = Literal["pose", "point"]
+"""What of the target's pose counts: all, or its origin."""
 MAX_STEP = 0.5
 """Largest step of a joint [rad, m]."""
 MAX_PULL = 0.3
@@ -34,16 +34,9 @@ FREED = 3
 class NewtonStep:
     """Expressions of one step, and their symbols; poses are rows of [R | p], 12 numbers."""
 
-    tool: Any
-    """Pose of the tool on the link, shape (12,)."""
-    lower: Any
-    """Limits of the joints, shape (m,) [rad]."""
-    upper: Any
-    q: Any
-    target: Any
-    """Pose that the tool is to have, shape (12,)."""
-    prefer: Any
-    """Posture to stay near, shape (m,) [rad]."""
+    symbols: dict[str, Any]
+    """``tool`` on the link and ``target``, shape (12,); limits ``lower`` and ``upper``, positions
+    ``q`` and the posture ``prefer`` to stay near, shape (m,) [rad]."""
     left: Any
     """Distance [m] and angle [rad] that are left at q, shape (2,)."""
     change: Any
@@ -68,8 +61,8 @@ def newton_step(model: PoseModel, joint: int, goal: Goal, *, limited: bool = Tru
     slopes = model.by_corrected(joint, point)[:, :m]
     shift = p_target - point
     e, angle = shift, ca.SX(0)
-    if goal != "point":
-        turn, angle = (_turn if goal == "pose" else _lean)(R @ R_tool, R_target)
+    if goal == "pose":
+        turn, angle = _turn(R @ R_tool, R_target)
         e = ca.vertcat(shift, turn)
     rows = e.numel()
     J = slopes[:rows, :]
@@ -88,7 +81,8 @@ def newton_step(model: PoseModel, joint: int, goal: Goal, *, limited: bool = Tru
             passes = free * (inside != change)
             fixed, free, change = fixed + passes * inside, free * (1 - passes), inside
     left = ca.vertcat(ca.norm_2(shift), angle)
-    return NewtonStep(tool, lower, upper, model.q, target, prefer, left, change)
+    symbols = {"tool": tool, "lower": lower, "upper": upper}
+    return NewtonStep(symbols | {"q": model.q, "target": target, "prefer": prefer}, left, change)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:
@@ -101,18 +95,8 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.vertcat(E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]) / 2
-    return _scaled(sines, (ca.trace(E) - 1) / 2)
-
-
-def _lean(R: Any, target: Any) -> tuple[Any, Any]:
-    """Return the shortest rotation vector from one z axis to another, and its length [rad]."""
-    return _scaled(ca.cross(R[:, 2], target[:, 2]), ca.dot(R[:, 2], target[:, 2]))
-
-
-def _scaled(sines: Any, cosine: Any) -> tuple[Any, Any]:
-    """Return the rotation vector along an axis times the sine of its angle, and the angle."""
     sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)  # of a turn of pi the axis is lost, not the angle
-    angle = ca.atan2(sine, cosine)
+    angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle
 
 

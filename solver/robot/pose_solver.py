@@ -6,7 +6,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from .newton import MAX_STEP, Goal, NewtonStep, newton_step
+from .newton import MAX_STEP, Goal, newton_step
 from .pose_model import PoseModel
 from .row_function import ColumnFunction
 
@@ -35,8 +35,6 @@ class Solutions:
     """Distance [m] and angle [rad] left, shape (N, 2)."""
     rounds: np.ndarray
     """Steps taken, shape (N,)."""
-    restarted: np.ndarray
-    """True where the first start led nowhere, shape (N,)."""
 
     @property
     def reached(self) -> np.ndarray:
@@ -103,7 +101,7 @@ class PoseSolver:
             if not moving.size:
                 break
             rounds[moving] += 1
-        return Solutions(best, least, rounds, np.zeros(N, dtype=bool))
+        return Solutions(best, least, rounds)
 
     def search(
         self,
@@ -137,7 +135,6 @@ class PoseSolver:
             into, chosen = missing[some], chosen[some]
             found.positions[into], found.left[into] = again.positions[chosen], again.left[chosen]
             found.rounds[into] += again.rounds[chosen]
-            found.restarted[into] = True
         return found
 
     def _starts(
@@ -162,21 +159,21 @@ class PoseSolver:
         outside = ((after < self.lower) | (after > self.upper)).any(axis=1)
         outside |= ~(longest <= MAX_STEP)
         if outside.any():
-            change[outside] = self._limited(rows[outside], tool, self.lower, self.upper)[0]
+            change[outside] = self._limited(rows[outside], tool, self.lower, self.upper)[1]
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
         return left, change, longest
 
     @cached_property
     def _free(self) -> ColumnFunction:
-        step = newton_step(self._model, self._joint, self._goal, limited=False)
-        return ColumnFunction("step", [step.tool, _row(step)], [step.left, step.change])
+        return self._function("tool")
 
     @cached_property
     def _limited(self) -> ColumnFunction:
-        step = newton_step(self._model, self._joint, self._goal)
-        inputs = [step.tool, step.lower, step.upper, _row(step)]
-        return ColumnFunction("limited_step", inputs, [step.change])
+        return self._function("tool", "lower", "upper")
 
-
-def _row(step: NewtonStep) -> object:
-    return ca.vertcat(step.q, step.target, step.prefer)
+    def _function(self, *shared: str) -> ColumnFunction:
+        step = newton_step(self._model, self._joint, self._goal, limited="lower" in shared)
+        row = ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
+        return ColumnFunction(
+            "step", [*(step.symbols[name] for name in shared), row], [step.left, step.change]
+        )

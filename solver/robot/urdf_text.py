@@ -194,7 +194,7 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
             begin, end = text.origin_tags.get(joint, (after, after))
             tag = text.data[begin:end] or b"<origin/>"
             edits.append((begin, end, with_attributes(tag, changed)))
-    return _apply(text.data, edits)
+    return with_edits(text.data, edits)
 
 
 def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
@@ -232,7 +232,7 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
         (begin, end, attribute.sub(moved, text.data[begin:end], count=1))
         for begin, end in text.filename_tags
     ]
-    return _apply(text.data, edits)
+    return with_edits(text.data, edits)
 
 
 def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link: str) -> bytes:
@@ -280,16 +280,19 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
         f'    <origin xyz="{xyz}" rpy="{rpy}"/>\n'
         f"  </joint>\n"
     )
-    return _apply(text.data, [(text.robot_end, text.robot_end, new.encode())])
+    return with_edits(text.data, [(text.robot_end, text.robot_end, new.encode())])
 
 
 def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
     """Return the text with a comment before its end."""
     words = "\n       ".join(lines).replace("--", "-")
-    return _apply(text.data, [(text.robot_end, text.robot_end, f"  <!-- {words} -->\n".encode())])
+    return with_edits(
+        text.data, [(text.robot_end, text.robot_end, f"  <!-- {words} -->\n".encode())]
+    )
 
 
-def _apply(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
+def with_edits(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
+    """Return a text with new text between offsets, each of (first, last, new)."""
     for begin, end, new in sorted(edits, reverse=True):
         data = data[:begin] + new + data[end:]
     return data

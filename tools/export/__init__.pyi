@@ -1,2 +1,2 @@
 from .formats import FORMATS as FORMATS
-from .writer import export as export
+from .formats import export as export

@@ -1,9 +1,7 @@
 """The full model as C99 source that needs nothing but <math.h>, for controllers.
 
-Each function's body is what CasADi generates of the model's own expressions
-(:class:`~mukca.solver.robot.PoseModel`): straight arithmetic, no loop, no memory beyond the stack.
-The inverses, ``command`` and ``command_pose``, are short loops round one of them; they and the
-header are in ``templates``.
+Bodies of functions are what CasADi generates of the model's own expressions, straight arithmetic;
+the inverses are short loops round one of them, in ``templates``.
 """
 
 import json
@@ -28,7 +26,7 @@ from ...solver.robot import (
     moments_function,
     newton_step,
 )
-from .request import Exported, ExportError, Request
+from .request import Exported, ExportError, Request, plain
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
 FAR = 1e9
@@ -50,9 +48,14 @@ def write(request: Request) -> Exported:
     curved = _with_curves(calibrated)
     model = curved.model
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
-    place = _flange(request)
+    links = [joint.child for joint in calibrated.robot.joints]
+    if request.flange not in links:
+        raise ExportError(
+            f"--flange {request.flange}: no link of the chain from {calibrated.robot.base!r}; they "
+            f"are: {', '.join(links)}"
+        )
+    place = links.index(request.flange)
     rigid = PoseModel.of(calibrated.robot, calibrated.origins)
-    flange = calibrated.robot.joints[place].child
     values = {
         "ball": model.ball,
         "flange": ca.vec(model.pose(place).T),  # row after row
@@ -90,10 +93,10 @@ def write(request: Request) -> Exported:
             "No function allocates memory or keeps any; all may be called from several threads.",
         ],
         number=len(calibrated.robot.actuated),
-        base=_plain(calibrated.robot.base),
-        flange=_plain(flange),
+        base=plain(calibrated.robot.base),
+        flange=plain(request.flange),
     )
-    usage = f"Compile {name}.c with your program, include {name}.h; the flange is {flange}."
+    usage = f"Compile {name}.c with your program, include {name}.h; the flange is {request.flange}."
     return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
 
 
@@ -131,18 +134,6 @@ def _with_curves(calibrated: CalibratedRobot) -> _Curved:
     return _Curved(PoseModel.of(calibrated.robot, origins, correct), d, dd)
 
 
-def _flange(request: Request) -> int:
-    """Return the chain's joint whose child link is the flange."""
-    robot = request.calibration.robot
-    links = [joint.child for joint in robot.joints]
-    if request.flange not in links:
-        raise ExportError(
-            f"--flange {request.flange}: no link of the chain from {robot.base!r}; they are: "
-            f"{', '.join(links)}"
-        )
-    return links.index(request.flange)
-
-
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
     """Return the limits of the joints as C can write them."""
     return robot.lower.clip(min=-FAR).tolist(), robot.upper.clip(max=FAR).tolist()
@@ -151,12 +142,11 @@ def _limits(robot: Robot) -> tuple[list[float], list[float]]:
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
     """Return the arguments and the value of one step of the inverse kinematics."""
     step = newton_step(model, place, "pose")
-    value = ca.vertcat(step.left, step.change)
-    least, most = _limits(robot)
-    known = ((step.tool, NO_TOOL.tolist()), (step.lower, least), (step.upper, most))
-    for symbol, numbers in known:
-        value = ca.substitute(value, symbol, ca.DM(numbers))
-    return {"q": step.q, "target": step.target, "prefer": step.prefer}, value
+    known = {"tool": NO_TOOL.tolist(), **dict(zip(("lower", "upper"), _limits(robot), strict=True))}
+    symbols = ca.vertcat(*(step.symbols[name] for name in known))
+    numbers = ca.DM([number for numbers in known.values() for number in numbers])
+    value = ca.substitute(ca.vertcat(step.left, step.change), symbols, numbers)
+    return {name: step.symbols[name] for name in ("q", "target", "prefer")}, value
 
 
 def _body(arguments: dict[str, Any], value: Any) -> str:
@@ -183,13 +173,8 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
         loader=folder, keep_trailing_newline=True, trim_blocks=True
     )
     name = request.file.stem
-    lines = [_plain(line) for line in [*request.identity.lines(), *about]]
+    lines = [plain(line) for line in [*request.identity.lines(), *about]]
     names = {"arm": name, "ARM": name.upper()}
     names |= {"rounds": str(ROUNDS), "tolerance": f"{TOLERANCE:g}", "settled": f"{SETTLED:g}"}
     names |= {"stuck": str(STUCK), "near": f"{NEAR:g}"}
     return environment.get_template(template).render(about=lines, **names, **words).encode()
-
-
-def _plain(name: str) -> str:
-    """Return a name as it may stand in a comment."""
-    return name.replace("*/", "")

@@ -1,10 +1,6 @@
-"""Denavit-Hartenberg tables, standard and modified (Craig's), with the transforms that remain.
+"""Denavit-Hartenberg tables, standard and modified (Craig's), and what remains: docs/use.md.
 
-T = Base J(q_1) A_1 J(q_2) A_2 ... J(q_n) Tool, with J the motion of a joint about or along its z
-and A_i, the step to the next axis, one of (docs/use.md)
-
-    A = Rz(theta) Tz(d) Tx(a) Rx(alpha)              Denavit and Hartenberg
-    A = Rz(theta) Tx(a) Rx(alpha) Ry(beta)           Hayati and Mirmirani, d = 0
+A step between axes is Rz(theta) Tz(d) Tx(a) Rx(alpha), or Hayati's with Ry(beta) after it, d = 0.
 """
 
 import csv
@@ -17,8 +13,7 @@ from functools import reduce
 import numpy as np
 
 from ...solver.robot import Joint
-from .losses import losses_without
-from .origins import rigid, to_axis
+from .origins import losses_without, rigid, to_axis
 from .request import Exported, Request
 
 NEARLY_PARALLEL = math.radians(5.0)
@@ -34,12 +29,11 @@ class Row:
     type: str
     """``revolute`` (continuous too) or ``prismatic``."""
     form: str
-    """``dh`` in a standard table, ``mdh`` in a modified one; ``hayati`` where the step whose alpha
-    stands in the row has that form, between nearly parallel axes."""
+    """``dh``, ``mdh`` in a modified table, or ``hayati``: the row's alpha is of such a step."""
     theta: float
-    """[rad], what is added to q for a revolute joint."""
+    """[rad], added to q of a revolute joint."""
     d: float
-    """[m], what is added to q for a prismatic joint."""
+    """[m], added to q of a prismatic joint."""
     a: float
     alpha: float
     beta: float
@@ -56,9 +50,8 @@ class Table:
     base: np.ndarray
     """From the robot's base to the first line's frame, shape (4, 4)."""
     tool: np.ndarray
-    """From the last line's frame to the ball's link, shape (4, 4)."""
     flange: np.ndarray
-    """From the last line's frame to the link that carries the ball, shape (4, 4)."""
+    """From the last line's frame to the ball's link, and to the link that carries it, (4, 4)."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +86,19 @@ def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) ->
             rest = np.linalg.inv(steps[-1].matrix) @ across
         rest, begin = rest @ to_axis(joints[i].axis).T, i + 1
     flange = rest @ _product(origins[begin:-1])
-    rows = _rows([joints[i] for i in moving], steps, convention)
+    standard = convention == "standard"
+    after = [*steps, _Step()]
+    rows = tuple(
+        Row(
+            joints[i].name,
+            "prismatic" if joints[i].type == "prismatic" else "revolute",
+            "hayati" if over.hayati else "dh" if standard else "mdh",
+            *(along.theta, along.d, over.a, over.alpha, over.beta),
+        )
+        for i, along, over in zip(
+            moving, after, after if standard else [_Step(), *steps], strict=False
+        )
+    )
     return Table(convention, rows, base, flange @ rigid(origins[-1]), flange)
 
 
@@ -125,25 +130,6 @@ def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
     return _Step(True, theta, 0.0, sign * math.hypot(x, y), alpha, beta)
 
 
-def _rows(joints: list[Joint], steps: list[_Step], convention: str) -> tuple[Row, ...]:
-    after = [*steps, _Step()]
-    standard = convention == "standard"
-    across = after if standard else [_Step(), *steps]
-    return tuple(
-        Row(
-            joint=joint.name,
-            type="prismatic" if joint.type == "prismatic" else "revolute",
-            form="hayati" if over.hayati else "dh" if standard else "mdh",
-            theta=along.theta,
-            d=along.d,
-            a=over.a,
-            alpha=over.alpha,
-            beta=over.beta,
-        )
-        for joint, along, over in zip(joints, after, across, strict=True)
-    )
-
-
 def write(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
     convention = {"dh": "standard", "mdh": "modified"}[request.format]
@@ -172,7 +158,9 @@ def _as_json(request: Request, table: Table) -> str:
 
 def _as_csv(request: Request, table: Table) -> str:
     text = io.StringIO()
-    for line in [*request.identity.lines(), *_explained(table), *_remaining(table)]:
+    parts = (("base", table.base), ("flange", table.flange), ("tool", table.tool))
+    rest = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in parts]
+    for line in [*request.identity.lines(), *_explained(table), *rest]:
         text.write(f"# {line}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -181,21 +169,13 @@ def _as_csv(request: Request, table: Table) -> str:
 
 
 def _explained(table: Table) -> list[str]:
-    rows = {
-        "standard": "J(q) Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)",
-        "modified": "Tx(a) Rx(alpha) Ry(beta) J(q) Rz(theta) Tz(d)",
-    }
+    along, across = "J(q) Rz(theta) Tz(d)", "Tx(a) Rx(alpha) Ry(beta)"
+    row = f"{along} {across}" if table.convention == "standard" else f"{across} {along}"
     return [
-        f"{table.convention.title()}: T = base * product of [{rows[table.convention]}] * tool",
+        f"{table.convention.title()}: T = base * product of [{row}] * tool",
         "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians.",
         "beta is Hayati's parameter, of rows of the form `hayati`: two axes are nearly parallel.",
     ]
-
-
-def _remaining(table: Table) -> list[str]:
-    """Return the transforms that the table does not hold, row after row."""
-    parts = (("base", table.base), ("flange", table.flange), ("tool", table.tool))
-    return [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in parts]
 
 
 def _printed(table: Table) -> tuple[str, ...]:

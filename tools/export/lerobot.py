@@ -1,9 +1,7 @@
 """lerobot's calibration file of an arm made of servos, with the zeros that were found.
 
-A servo's position is its count less its homing offset (Feetech), or plus it (Dynamixel). A joint
-whose true angle is its reading plus z gets there by n = round(4096 z / 2 pi) ticks:
-homing_offset' = homing_offset - n (Feetech), + n (Dynamixel). The ends of the range stay, since a
-shift of these would cancel that of the zero; what is not written stays in the URDF beside it.
+A joint whose true angle is its reading plus z gets there by n = round(4096 z / 2 pi) ticks less in
+its homing offset (Feetech), or more (Dynamixel); its range stays, or the shift would be cancelled.
 """
 
 import hashlib
@@ -18,7 +16,7 @@ import numpy as np
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...solver.bayes.results import DECIDED, angles_near
 from ...solver.robot import rotation, rotation_rpy
-from .losses import losses_without
+from .origins import losses_without
 from .request import Exported, ExportError, Request
 
 TICK = 2 * math.pi / 4096
@@ -145,8 +143,7 @@ def _origin(request: Request, zeros: list[Zero]) -> bytes:
 def _urdf(request: Request, zeros: list[Zero]) -> bytes:
     """Return the calibrated URDF, less the zeros that the servos hold from now on."""
     calibrated, robot = request.calibration.calibrated, request.calibration.robot
-    values = calibrated.geometry
-    values, origins = values.copy(), request.origins
+    values, origins = calibrated.geometry.copy(), request.origins
     place = {parameter.index: i for i, parameter in enumerate(calibrated.parameters)}
     for joint, zero in zip(robot.actuated, zeros, strict=True):
         j = robot.joints.index(joint)

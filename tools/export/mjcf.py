@@ -1,9 +1,7 @@
 """The user's own MuJoCo model, with the places of the arm's bodies replaced and all else kept.
 
-Bodies may stand elsewhere on the links than the URDF's frames: only the joints' axes are the same.
-With all joints at zero, B_i is the pose of joint i's body, L_i that of its URDF link by the nominal
-arm, laid on the model, and K_i by the calibrated one. B_i^-1 L_i is constant, since both are one
-rigid part; so the body belongs at B'_i = K_i L_i^-1 B_i.
+With all joints at zero, the body of joint i stands at B_i, and its URDF link, laid on the model, at
+L_i by the nominal arm and K_i by the calibrated one: B'_i = K_i L_i^-1 B_i, since B_i^-1 L_i stays.
 """
 
 from dataclasses import dataclass
@@ -14,9 +12,8 @@ import numpy as np
 
 from ...solver.calibration import joints_named
 from ...solver.data import kabsch_rotation, turn
-from .losses import losses_without
 from .mjcf_text import add_text, place_bodies
-from .origins import after_last_exported, rigid
+from .origins import after_last_exported, losses_without, rigid
 from .request import Exported, ExportError, Request
 
 SAME_AXIS = 2e-3
@@ -31,10 +28,7 @@ WEIGHT = 0.1
 
 @dataclass(frozen=True)
 class MjcfJoint:
-    """A joint of the MuJoCo model that is one of the arm's, with all at zero.
-
-    All is in the frame of the body that carries the first of them.
-    """
+    """A joint of the MuJoCo model at zero, in the frame of the body that carries the first."""
 
     name: str
     body: str
@@ -76,9 +70,6 @@ def _links(origins: Any, request: Request) -> list[np.ndarray]:
     poses = accumulate(map(rigid, origins), np.matmul)
     joints = request.calibration.robot.joints
     return [T for T, joint in zip(poses, joints, strict=True) if joint.actuated]
-
-
-# -- the MuJoCo model ------------------------------------------------------------------------------
 
 
 def _joints(request: Request) -> list[MjcfJoint]:
@@ -160,9 +151,6 @@ def _same(name: str, other: str) -> bool:
     return name.endswith(other) or (name != "" and other.endswith(f"_{name}"))
 
 
-# -- one model laid on the other -------------------------------------------------------------------
-
-
 def _laid(
     request: Request, joints: list[MjcfJoint], nominal: list[np.ndarray]
 ) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
@@ -202,10 +190,7 @@ def _laid(
 def _base(
     axes: np.ndarray, others: np.ndarray, across: np.ndarray, places: np.ndarray, links: np.ndarray
 ) -> np.ndarray:
-    """Return the pose of the URDF's base in the model's, which lays its axes on the model's.
-
-    Where the models differ, the axes next to the base count most: it stands still with them.
-    """
+    """Return the pose of the URDF's base in the model's; axes next to it count most."""
     weights = WEIGHT ** np.arange(len(axes))
     T = np.eye(4)
     T[:3, :3] = kabsch_rotation(others, axes, weights)

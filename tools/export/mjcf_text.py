@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...solver.robot import end_of_tag, with_attributes
+from ...solver.robot import end_of_tag, with_attributes, with_edits
 from .request import ExportError
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
@@ -19,11 +19,12 @@ def place_bodies(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
     for file, data, begins in _files(model, model.parent, places):
         if len(begins) < len(places):
             continue
-        for body, begin in sorted(begins.items(), key=lambda item: -item[1]):
+        edits: list[tuple[int, int, bytes]] = []
+        for body, begin in begins.items():
             end = end_of_tag(data, begin)
             tag = with_attributes(_TURNS.sub(b"", data[begin:end]), _attributes(places[body]))
-            data = data[:begin] + tag + data[end:]
-        return file, data
+            edits.append((begin, end, tag))
+        return file, with_edits(data, edits)
     raise ExportError(
         f"{model}: neither it nor a file that it includes holds all bodies of the arm: "
         f"{', '.join(body or '(one without a name)' for body in places)}"
@@ -68,7 +69,7 @@ def add_text(data: bytes, words: str, key: str | None) -> bytes:
     new = f"<custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>" if key else ""
     new = new or f"<!-- {re.sub('--+', '-', words)} -->"
     end = data.rindex(b"</mujoco")
-    return data[:end] + f"  {new}\n".encode() + data[end:]
+    return with_edits(data, [(end, end, f"  {new}\n".encode())])
 
 
 def _attributes(T: np.ndarray) -> dict[str, str]:

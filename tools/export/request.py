@@ -28,8 +28,7 @@ class ExportOptions(TypedDict, total=False):
     like: str | Path | None
     """A file of the user's of the same format, from which the rest is taken."""
     joints: str | None
-    """Names of the arm's joints in that file, see
-    :func:`mukca.solver.calibration.joint_names.joints_named`."""
+    """Names of the arm's joints in that file, between commas; or one word with ``*`` for each."""
     servos: str | None
     """The make of the arm's servos, ``feetech`` or ``dynamixel``."""
     flange: str | None
@@ -46,9 +45,8 @@ class Identity:
 
     made_by: str
     calibration: str
-    """The file that was exported."""
     sha256: str
-    """Of that file."""
+    """Of the file that was exported."""
     robot: str
     created: str
     """Time of the calibration, UTC."""
@@ -128,7 +126,7 @@ class Exported:
 
 
 def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
-    """Return the provenance of exports; the serial number is the given one, or the noted one."""
+    """Return the provenance of exports, with the serial number given, or noted."""
     document, file = calibration.document, Path(calibration.source)
     saved = file.is_file()
     numbers = {number for data in document.data for number in _noted(data.files)}
@@ -137,9 +135,9 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
         made_by=f"mukca {__version__}",
         calibration=file.name if saved else "an unsaved calibration",
         sha256=hashlib.sha256(file.read_bytes() if saved else encode(document)).hexdigest(),
-        robot=_plain(document.model.name),
-        created=_plain(document.provenance.created),
-        serial_number=_plain(serial_number or known),
+        robot=plain(document.model.name),
+        created=plain(document.provenance.created),
+        serial_number=plain(serial_number or known),
     )
 
 
@@ -152,6 +150,6 @@ def _noted(files: Collection[str]) -> list[str]:
         return []
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """Return text that stays on one line in any comment."""
     return "".join(c if c.isprintable() else " " for c in text).replace("--", "-").replace("*/", "")

@@ -1,7 +1,4 @@
-"""Kinematics files of the ROS descriptions of Universal Robots, Franka and UFACTORY (xArm).
-
-Each holds the origins of the joints as a URDF has them, link or joint by its own key.
-"""
+"""Kinematics files of the ROS descriptions of Universal Robots, Franka and UFACTORY (xArm)."""
 
 import json
 import re
@@ -10,8 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from .losses import losses_without
-from .origins import after_last_exported, redistributed_origins
+from .origins import after_last_exported, losses_without, redistributed_origins
 from .request import Exported, ExportError, Request
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -36,10 +32,6 @@ class Vendor:
     """Loading it, in words."""
 
 
-def _numbered(count: int) -> dict[str, str]:
-    return {f"joint{i}": f"joint{i}" for i in range(1, count + 1)}
-
-
 VENDORS = {
     "ur": Vendor(
         "a Universal Robots arm",
@@ -61,7 +53,7 @@ VENDORS = {
     ),
     "franka": Vendor(
         "a Franka arm",
-        _numbered(8),
+        {f"joint{i}": f"joint{i}" for i in range(1, 9)},
         "link0",
         inner=("kinematic",),
         lines=(
@@ -72,7 +64,7 @@ VENDORS = {
     ),
     "xarm": Vendor(
         "an xArm, Lite 6 or 850",
-        _numbered(7),
+        {f"joint{i}": f"joint{i}" for i in range(1, 8)},
         "link_base",
         outer=("kinematics",),
         lines=(
@@ -174,10 +166,9 @@ def _read(request: Request) -> tuple[str, dict[str, dict[str, float]]]:
     assert request.like is not None
     try:
         text = re.sub(r"#.*", "", request.like.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ExportError(f"--like {request.like}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ExportError(f"--like {request.like}: not a text file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a text file"
+        raise ExportError(f"--like {request.like}: {reason}") from None
     sections: dict[str, dict[str, float]] = {}
     section = ""
     words: Sequence[tuple[str, str]] = re.findall(r"([\w-]+)\s*:[ \t]*([-+.\d][-+.\deE]*)?", text)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...recorder import Sample
 from ...solver.data import Load
-from ...solver.robot import BallModel, Robot, gravity_torques, load_robot, shipped_robots
+from ...solver.robot import BallModel, Robot, gravity_moments, load_robot, shipped_robots
 
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
@@ -28,8 +28,8 @@ def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence
         return None
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
-        torques = gravity_torques(robot, np.array([position]), load.gravity, load.payload)
-        return torques[0].tolist()
+        moments = gravity_moments(robot, np.array([position]), load.gravity, load.payload)
+        return moments[0, : len(position)].tolist()
 
     return gravity
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...recorder import DEFAULT_DISTANCE, sample_files
 from ...solver.results import write_files
-from ...solver.robot import Robot, gravity_torques, load_robot
+from ...solver.robot import Robot, gravity_moments, load_robot
 from .simulated_arms import perturb
 from .simulated_worlds import Base, record
 
@@ -59,7 +59,7 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
     generator = np.random.default_rng(0)
     for base in demo_bases(distance):
         led = record(arm, base, generator, noise=SEAT_NOISE)
-        efforts = gravity_torques(arm, led.positions).tolist()
+        efforts = gravity_moments(arm, led.positions)[:, : len(arm.actuated)].tolist()
         pairs = zip(led.samples, efforts, strict=True)
         held = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
         half = len(held) // 2

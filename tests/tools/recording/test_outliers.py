@@ -8,7 +8,7 @@ from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
 from mukca.solver.data import Load
-from mukca.solver.robot import Robot, gravity_torques
+from mukca.solver.robot import Robot, gravity_moments
 
 
 def hand_of(folder: Path, *samples: Sample) -> Path:
@@ -34,7 +34,7 @@ def test_a_hand_is_noticed_by_efforts_beyond_gravity(
     fault: str, told: bool,
 ) -> None:  # fmt: skip
     first = read(session / "front").samples[0]
-    torques = gravity_torques(panda, read(session / "front").positions[:1], load.gravity)[0]
+    torques = gravity_moments(panda, read(session / "front").positions[:1], load.gravity)[0, :7]
     sample = Sample(first.position, 0, tuple(torques.tolist()), number=1)
     hand, out = hand_of(tmp_path / "hand", sample), tmp_path / "front"
     driver = fast(hand, out)[fast(hand, out).index("--driver") + 1] + fault
