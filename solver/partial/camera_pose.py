@@ -53,8 +53,6 @@ class CameraPose(Found):
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Views that fit no other, in words."""
-    notes: tuple[str, ...] = ()
-    """What is to be known of the views, in words."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -95,7 +93,6 @@ class CameraPose(Found):
             "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
             "residuals": self.residuals.tolist(),
             "outliers": list(self.outliers),
-            "notes": list(self.notes),
         }
 
 
@@ -143,7 +140,6 @@ def handeye(
         _held_out(system),
         system.residuals,
         _outliers(system),
-        tuple(note for one in placements for note in one.remarks),
     )
 
 
@@ -180,7 +176,8 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     T = np.tile(np.eye(4), (2, 1, 1))
     for own, pose in zip(T, (start.tool, start.frame), strict=True):
         own[:3, :3], own[:3, 3] = pose.rotation, pose.translation
-    return Task(prior, rows, noise, free, (), T[0], T[1:])
+    warnings = tuple(warning for m in data for warning in m.warnings)
+    return Task(prior, rows, noise, free, (), T[0], T[1:], warnings)
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:

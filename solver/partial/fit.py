@@ -61,6 +61,8 @@ class Task:
     """Where U begins; its place is among the arm's unknowns."""
     start: np.ndarray | None = None
     """Where the places begin, shape (K, 4, 4); None for where the samples' tools are."""
+    warnings: tuple[str, ...] = ()
+    """What is to be known of the samples, in words."""
 
     @cached_property
     def known(self) -> dict[int, int]:

@@ -28,6 +28,8 @@ UNTOLD = 1e-2
 """A zero whose standard deviation is larger is not told [rad], [m]."""
 CHANGED, SURE = 0.02, 0.9
 """Probability before the samples that a joint's zero changed, and after them from which it did."""
+OTHER_ARM = 5.0
+"""Errors beyond so many times those of its calibration are not explained by zeros."""
 MOST_TOGETHER = 128
 """Sets of joints that are compared; of more joints, only the smaller sets."""
 
@@ -53,8 +55,15 @@ class JointZero:
         found, sigma = self.offset, self.standard_deviation
         return (
             f"{self.joint}: {found:+.6f} +- {sigma:.6f} rad to be added to what it reads "
-            f"({math.degrees(found):+.4f} deg; {found / TICK:+.1f} ticks of a servo with 4096)"
+            f"({math.degrees(found):+.4f} deg; of a servo with 4096 counts a turn "
+            f"{self.counts:+d}, its homing_offset {-self.counts:+d} (Feetech), {self.counts:+d} "
+            "(Dynamixel))"
         )
+
+    @property
+    def counts(self) -> int:
+        """The offset in whole counts of a servo."""
+        return round(self.offset / TICK)
 
 
 @dataclass(frozen=True)
@@ -111,11 +120,11 @@ class Zeros:
     @property
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
-        changed = [str(one) for one in self.changed]
-        if self.unchanged is None:
+        changed = [*self.system.task.warnings, *map(str, self.changed)]
+        if self.unchanged is None or not any(zero.told for zero in self.joints):
             return (*changed, *self.untold)
         summed = ", ".join(f"{z.joint} {_percent(z.changed)}" for z in self.joints if z.told)
-        none = [] if changed else [f"No zero changed ({_percent(self.unchanged)})."]
+        none = [] if self.changed else [f"No zero changed ({_percent(self.unchanged)})."]
         if none and self.unchanged < 1 - SURE:
             none = ["Some zero changed, and which one is not clear: record more samples."]
         return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
@@ -128,6 +137,7 @@ class Zeros:
                 "told": one.told,
                 "degrees": math.degrees(one.offset),
                 "ticks": one.offset / TICK,
+                "homing_offset": {"feetech": -one.counts, "dynamixel": one.counts},
             }
             for one in self.joints
         ]
@@ -163,13 +173,26 @@ def rezero(
         distance: Between the sockets' centres [m]; None for the recording's.
 
     Raises:
-        UsageError: No such joint or placement, or a calibration that leaves no posterior.
+        UsageError: No such joint or placement, a calibration that leaves no posterior or is another
+            arm's, or fewer samples than unknowns.
         MeasurementError: Samples of another arm, or too few.
     """
     prior = prior_of(arm)
     measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
     task = socket_task(prior, measured, stood, ball_moved=ball_moved)
+    asked, row = len(joints) or len(prior.robot.joint_names), task.rows
+    if 3 * len(row.q) + len(task.distances) <= 3 * (len(row.names) - len(task.known)) + asked:
+        raise UsageError(
+            f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
+        )
     found, unchanged, system = find_zeros(task, joints)
+    off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
+    if isinstance(arm, Calibration) and any(z.offset for z in found) and off > OTHER_ARM * usual:
+        raise UsageError(
+            f"the samples are still {1e3 * off:.2f} mm off, {1e3 * usual:.2f} when it "
+            "was calibrated: is it another arm's calibration, or did more than zeros change (mukca "
+            "check --calibration)?"
+        )
     named = [one for one in found if not joints or one.joint in joints]
     untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
     return Zeros(arm, found, unchanged, system.state.noise.place, untold, system)

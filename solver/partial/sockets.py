@@ -66,7 +66,8 @@ def socket_task(
     ]
     free = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint)
-    return Task(prior, rows, noise, free, distances)
+    warnings = tuple(warning for m in data for warning in m.warnings)
+    return Task(prior, rows, noise, free, distances, warnings=warnings)
 
 
 def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> str:

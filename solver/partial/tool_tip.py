@@ -1,7 +1,9 @@
 """A tool's tip on the flange, by points that it touched, the calibrated chain held."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,8 @@ LEAST_APART = 2e-3
 """Distance of points of the tool from each other that still tells a direction [m]."""
 UNTOLD = 2e-3
 """A tip that is less known along some direction is not told [m]."""
+LOOSE = 2e-3
+"""Touches that scatter more tell no tip [m]."""
 ELSEWHERE, POSTURES = 6, 8
 """Points elsewhere at which the tip's spread is predicted, and postures at each."""
 NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
@@ -50,7 +54,7 @@ class Tool(Found):
         place = " ".join(
             f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in zip(self.frame.xyz, sigma, strict=True)
         )
-        lines = [f"{self.frame.name} on {self.frame.parent}: x y z {place} mm"]
+        lines = [*self.notes, f"{self.frame.name} on {self.frame.parent}: x y z {place} mm"]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
         lines.append(f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
@@ -79,26 +83,29 @@ def tool(
     *,
     axis: Placement | Sequence[Placement] = (),
     face: tuple[Placement, Placement] | None = None,
+    stood: str = "",
 ) -> Tool:
     """Find where a tool's tip is on the flange, by points that it touched.
 
     Args:
         calibration: The calibration; the arm is held as it left it, within its covariance.
         data: Touches of fixed points, each a socket of a placement: 4 or more of a point, the tool
-            turned as far as it goes between them. The ball is no longer on the flange.
+            turned as far as it goes between them. Samples that hold a point say where it is in a
+            frame of their own. The ball is no longer on the flange.
         name: Of the tool's link in the URDF.
         axis: Touches by a second point of the tool, up its shaft: the link's z points from there to
             the tip.
         face: Touches by two more points of a flat tool, in place of ``axis``: z is normal to the
             three, away from the flange, and x points to the first of the two.
+        stood: Placement of the calibration whose sockets, which stand where they stood, it touched.
 
     Raises:
-        UsageError: Too few touches, or a calibration that leaves no posterior.
+        UsageError: Too few touches, no such placement, or a calibration that leaves no posterior.
         ModelError: The model already has a link of that name.
         MeasurementError: Samples of another arm.
     """
     prior = prior_of(calibration)
-    system = _touched(prior, as_list(data))
+    system = _touched(prior, as_list(data), stood)
     sizes, directions = np.linalg.eigh(system.covariance_on_flange(prior.ball))
     untold: tuple[str, ...] = ()
     if sizes[-1] > UNTOLD**2:
@@ -106,6 +113,11 @@ def tool(
         untold = (
             f"These touches cannot tell the tip along ({along}) on the flange, +- "
             f"{1e3 * sizes[-1] ** 0.5:.1f} mm: turn the tool about two more axes at the point.",
+        )
+    if (noise := system.state.noise.place) > LOOSE:
+        untold += (
+            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, are they several "
+            "points, or is it another arm's calibration?",
         )
     tip = system.state.tool[:3, 3]
     others = [as_list(axis)] if axis else [[one] for one in face or ()]
@@ -120,9 +132,13 @@ def tool(
     )
 
 
-def _touched(prior: ArmPrior, placements: Sequence[Placement]) -> System:
+def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> System:
     """Return the fit of a tip by its touches."""
-    data = [measure(p, prior.robot, sockets=1) for p in placements]
+    known = [tuple(dict.fromkeys(s.point for s in p.samples if s.point)) for p in placements]
+    data = [
+        measure(_by_point(p, own), prior.robot, sockets=1)
+        for p, own in zip(placements, known, strict=True)
+    ]
     counts = [count for m in data for count in m.counts]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         raise UsageError(
@@ -131,7 +147,28 @@ def _touched(prior: ArmPrior, placements: Sequence[Placement]) -> System:
         )
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
     free = dict.fromkeys(prior.ball.tolist(), FAR)
-    return fit(replace(socket_task(prior, data), free=free, noise=noise))
+    task = socket_task(prior, data, stood)
+    distances = [
+        one
+        for one, m in zip(task.distances, (m for m in data if m.has_distance), strict=True)
+        if m.distance_source != "default"
+    ]
+    first = 0
+    for m, own in zip(data, known, strict=True):
+        pairs = combinations(range(len(own)), 2)
+        distances += [(first + i, first + j, math.dist(own[i], own[j])) for i, j in pairs]
+        first += len(m.sockets)
+    return fit(replace(task, free=free, noise=noise, distances=distances))
+
+
+def _by_point(placement: Placement, known: Sequence[tuple[float, ...]]) -> Placement:
+    """Return touches whose points' coordinates are known, each point as a socket."""
+    if not known:
+        return placement
+    samples = [
+        replace(s, point=None, socket=known.index(s.point)) for s in placement.samples if s.point
+    ]
+    return replace(placement, samples=tuple(samples))
 
 
 def _turned(tip: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:

@@ -25,11 +25,13 @@ class Found:
     """Its pose, and the covariance of its place for the arm as the calibration with it has that."""
     calibration: Calibration
     """The calibration with the frame as a link."""
+    notes: tuple[str, ...]
+    """What is to be known of the samples, in words."""
 
     @property
     def of_frame(self) -> dict[str, Any]:
         """Name, parent, pose and covariance of the frame, as JSON has them."""
-        return msgspec.to_builtins(self.frame)
+        return {**msgspec.to_builtins(self.frame), "notes": list(self.notes)}
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json`` with the link.
@@ -42,13 +44,13 @@ class Found:
 
 def framed(
     calibration: Calibration, system: System, link: tuple[str, str], pose: Pose, own: np.ndarray
-) -> tuple[ToolFrame, Calibration]:
-    """Return a link (name, parent) with its covariance, and the calibration with it."""
+) -> tuple[ToolFrame, Calibration, tuple[str, ...]]:
+    """Return a link (name, parent) with its covariance, the calibration with it, and notes."""
     origin, covariance = pose.origin, system.covariance_on_flange(own).tolist()
     frame = ToolFrame(
         name=link[0], parent=link[1], xyz=origin.xyz, rpy=origin.rpy, covariance=covariance
     )
-    return frame, updated(calibration, system, tool=frame)
+    return frame, updated(calibration, system, tool=frame), system.task.warnings
 
 
 def updated(

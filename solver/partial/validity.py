@@ -55,7 +55,8 @@ TRAINED = "all of these were trained on, so their errors prove nothing"
 _NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
-    "everything": "No single joint explains it: record placements, and calibrate again.",
+    "everything": "No single joint explains it: is it another arm's calibration? Else record "
+    "placements, and calibrate again.",
 }
 
 
@@ -113,6 +114,8 @@ class Validity(Weighed):
     """What holds, or changed."""
     advice: str
     """The next step; empty where all is well."""
+    warnings: tuple[str, ...]
+    """What is to be known of the samples, in words."""
 
     @property
     def text(self) -> str:
@@ -181,7 +184,7 @@ def what_changed(
         reason = f"not known; {TRAINED}."
     elif count < FEWEST_SAMPLES:
         reason = f"{count} samples say too little; record 6 in each of two sockets."
-        rows.append(limit_row("samples", "samples", "not enough", reason, text=reason[:-1]))
+        rows = [limit_row("samples", "samples", "not enough", reason, text=reason[:-1])]
     else:
         then = calibration.document.summary.test or calibration.document.summary.train
         before = None if then is None else then.loaded.mean_absolute_error
@@ -195,7 +198,15 @@ def what_changed(
             text = reason.rstrip(".")
             rows.append(limit_row("validity", "what changed", status, text, text=text))
     verdict = judge(rows, (), survey.hypotheses)
-    return Validity(**vars(weighed), errors=errors, verdict=verdict, reason=reason, advice=advice)
+    warnings = tuple(warning for m in measured for warning in m.warnings)
+    return Validity(
+        **vars(weighed),
+        errors=errors,
+        verdict=verdict,
+        reason=reason,
+        advice=advice,
+        warnings=warnings,
+    )
 
 
 def _weigh(

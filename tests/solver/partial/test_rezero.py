@@ -9,6 +9,7 @@ import pytest
 from calibrated_arm import Simulated
 
 import mukca
+from mukca import MukcaError
 from mukca.recorder import sample_files
 from mukca.solver.results import write_files
 
@@ -27,6 +28,21 @@ def test_a_zero_that_such_samples_cannot_tell_is_named_and_not_found(simulated: 
     found = mukca.rezero(simulated.calibration, simulated.read({}), ["panda_joint1"])
     assert not found.changed
     assert "panda_joint1" in found.untold[0] and "--stood" in found.untold[0]
+
+
+def test_another_arms_samples_and_too_few_are_refused(simulated: Simulated) -> None:
+    _, (other,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, seed=77, samples=8)
+    for joints in ([], ["panda_joint4"]):
+        with pytest.raises(MukcaError, match="another arm's calibration"):
+            mukca.rezero(simulated.calibration, other, joints)
+    since = simulated.read({3: 5e-3})
+    q = since.positions[[0, 1, 8, 9]]
+    few = mukca.Placement.of_arrays("few", q, [0, 0, 1, 1], distance=0.05)
+    with pytest.raises(MukcaError, match="4 samples for 7 zeros and 2 sockets"):
+        mukca.rezero(simulated.calibration, few)
+    q = since.positions[[0] * 12] + np.linspace(0, 1e-3, 12)[:, None]
+    alike = mukca.Placement.of_arrays("alike", q, [0] * 6 + [1] * 6)
+    assert not any(zero.told for zero in mukca.rezero(simulated.calibration, alike).joints)
 
 
 def test_where_the_base_still_stands_one_socket_tells_the_first_joint(

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from calibrated_arm import Simulated
 
 import mukca
 from mukca import MukcaError
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 TIP, SHAFT = np.array([0.03, -0.02, 0.2]), np.array([0.03, -0.02, 0.15])
 
@@ -41,6 +43,32 @@ def test_a_second_point_gives_the_axis(simulated: Simulated) -> None:
     found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)
     z = found.calibration.kinematics(tool="spike").tool[:3, 2]
     assert z == pytest.approx([0, 0, 1], abs=0.03)
+
+
+def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated: Simulated) -> None:
+    """Two points, 0.1 m apart where nobody says so, and where it is said."""
+    bases = reachable_bases(simulated.with_tip(TIP), np.random.default_rng(1), 1)
+    how = Imperfection(5e-5, simulated.truth.deflection)
+    wide = [replace(base, distance=0.1) for base in bases]
+    arm, generator = simulated.with_tip(TIP), np.random.default_rng(0)
+    touched = record(arm, wide[0], generator, samples=4, imperfection=how)
+    free = replace(touched, distance=None)
+    at = [(0.0, 0.1 * s.socket, 0.0) for s in touched.samples]
+    samples = [replace(s, socket=0, point=p) for s, p in zip(touched.samples, at, strict=True)]
+    known = replace(free, samples=tuple(samples))
+    one, two = (mukca.tool(simulated.calibration, p) for p in (free, known))
+    assert one.elsewhere is not None and two.elsewhere is not None
+    assert two.elsewhere <= one.elsewhere < 5e-4
+    assert np.array(two.frame.xyz) == pytest.approx(np.array(one.frame.xyz), abs=1e-3)
+
+
+def test_two_more_points_give_the_face(simulated: Simulated) -> None:
+    corners = TIP + 0.03 * np.eye(3)[:2]
+    first, second = (simulated.touched(one, seed=4 + i) for i, one in enumerate(corners))
+    found = mukca.tool(simulated.calibration, simulated.touched(TIP), "plate", face=(first, second))
+    R = found.calibration.kinematics(tool="plate").tool[:3, :3]
+    assert R[:, 2] == pytest.approx([0, 0, 1], abs=0.05)
+    assert R[:, 0] == pytest.approx([1, 0, 0], abs=0.05)
 
 
 def test_an_axis_needs_another_point(simulated: Simulated) -> None:
@@ -75,3 +103,6 @@ def test_the_command_takes_a_csv_file(
     assert status == 0 and said["elsewhere"] < 5e-4
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
+    more = ("--axis", tmp_path / "spike.csv")
+    status, _, error = command(*words[:3], *more)
+    assert status == 2 and "tells no direction" in error and error.count("\n") == 1

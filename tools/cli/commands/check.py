@@ -54,6 +54,7 @@ def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     allowed = metres(settings.repeatability_mm)
     data, stood = read_placements(*options.data), options.stood
     found = partial.what_changed(since, data, stood, settings.distance, repeatability=allowed)
+    terminal.warn(*found.warnings)
     terminal.say(*found.odds, found.text)
     said = {"probabilities": found.probabilities, "likeliest": found.likeliest}
     verdict = found.as_dict()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.calibration import UsageError
-from ....solver.results import refuse_existing
+from ....solver.results import refuse_existing, write_files
 from .. import OutputOptions, Terminal, argument, option
 from .command import read_rows
 
@@ -31,6 +31,11 @@ class Options(OutputOptions):
     face: tuple[Path, Path] | None = option(
         "touches by two more points of a flat tool: z is normal to the three", ("DATA", "DATA")
     )
+    stood: str = option(
+        "placement of the calibration whose sockets, which stand where they stood, were touched",
+        "PLACEMENT",
+        "",
+    )
 
 
 def run(options: Options, terminal: Terminal) -> int:
@@ -52,6 +57,7 @@ def run(options: Options, terminal: Terminal) -> int:
         options.name,
         axis=touches(options.axis, robot) if options.axis else (),
         face=face,
+        stood=options.stood,
     )
     keep(found, options, terminal)
     return 3 if found.untold else 0
@@ -59,10 +65,16 @@ def run(options: Options, terminal: Terminal) -> int:
 
 def keep(found: "CameraPose | Tool | Zeros", options: OutputOptions, terminal: Terminal) -> None:
     """Print what was found, write it if it is to be kept, and emit it."""
+    from ...report.page import found_page
+
     terminal.say(*found.text)
     outputs: dict[str, str] = {}
     if options.out is not None:
         outputs = found.save(options.out, force=options.force)
+        title = f"mukca {type(options).__module__.rpartition('.')[2]}"
+        page = found_page(title, found.text, found.as_dict())
+        written = write_files(options.out, {"report.html": page.encode()})
+        outputs["report"] = str(written["report.html"])
         terminal.say(*(f"Wrote {file}" for file in outputs.values()))
     else:
         terminal.say("Nothing was written; add --out DIR for a calibration and a URDF with it.")
@@ -70,7 +82,7 @@ def keep(found: "CameraPose | Tool | Zeros", options: OutputOptions, terminal: T
 
 
 def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
-    """Return placements by their folders; of a CSV file each ``point`` is a socket."""
+    """Return placements by their folders; a CSV file's points are its sockets."""
     from ....recorder import Placement, Sample, read_placements
 
     found: list[Placement] = []
@@ -83,10 +95,11 @@ def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
                 f"{file}: give a placement's folder, or a CSV file with a column for each joint"
             )
         names = robot.joint_names
-        rows, wheres = read_rows(file, [names, (*names, "point")])
-        samples = [
-            Sample(tuple(row[: len(names)]), int(sum(row[len(names) :])), where=where)
-            for row, where in zip(rows.tolist(), wheres, strict=True)
-        ]
+        rows, wheres = read_rows(file, [names, (*names, "point"), (*names, "x", "y", "z")])
+        m, samples = len(names), list[Sample]()
+        for row, where in zip(rows.tolist(), wheres, strict=True):
+            q, rest = tuple(row[:m]), row[m:]
+            at = (rest[0], rest[1], rest[2]) if len(rest) == 3 else None
+            samples.append(Sample(q, 0 if at else int(sum(rest)), where=where, point=at))
         found.append(Placement(file.stem, tuple(samples), names, files=(file,)))
     return found

@@ -124,6 +124,22 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
     )
 
 
+class Found(Document, kw_only=True, frozen=True):
+    """One thing found with the calibrated arm held: words, and its figures."""
+
+    title: str
+    lines: tuple[str, ...]
+    """As the terminal says them."""
+    result: dict[str, Any]
+    """As ``--json`` has it."""
+
+
+def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> str:
+    """Return the page of one thing found with the calibrated arm held, in the terminal's words."""
+    found = Found(title=title, lines=tuple(lines), result=dict(result))
+    return render("found.html.j2", found, found=found)
+
+
 def comparison_page(result: ComparisonDocument) -> str:
     """Return the comparison of calibrations as HTML."""
     return render(
