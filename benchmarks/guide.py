@@ -4,6 +4,7 @@
     python benchmarks/guide.py --arms 6             fewer
     python benchmarks/guide.py --goal-mm 1          sessions that go on to, or stop at, this goal
     python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
+    python benchmarks/guide.py --enough             ENOUGH of two placements, and what solve says
     python benchmarks/guide.py --travel             how far a hand leads the arm from pose to pose
 
 A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
@@ -19,7 +20,7 @@ over its predicted deviation is squared and averaged over all arms, and should c
 
 import argparse
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +31,7 @@ import numpy as np
 from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
+from mukca.solver.calibration import calibrate
 from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
 from mukca.solver.design import Workspace, expected_groups, from_fit, from_prior, workspace_of
 from mukca.solver.robot import (
@@ -43,8 +45,8 @@ from mukca.solver.robot import (
 )
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.recording import PoseSelector, goal_for
-from mukca.tools.simulation import Base, perturb, reachable_bases, record
+from mukca.tools.recording import PoseSelector
+from mukca.tools.simulation import Base, perturb, reachable_bases, realistic_flaws, record
 
 NOISE = 1e-4
 STEP = 0.8
@@ -131,6 +133,50 @@ def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, 
     return float(np.mean(errors)), _rms(off), _rms(off / predicted)
 
 
+LOOKED = (20, 24, 30)
+"""Numbers of samples at which a session is asked for its advice."""
+
+
+def enough(names: list[str], i: int) -> tuple[int, bool, bool]:
+    """Return samples until ENOUGH at two places of 15 + 15, its scope, and a NOT ENOUGH after it.
+
+    No samples are none; the poses are those of a hand that nobody guides.
+    """
+    robot = load_robot(names[i % len(names)])
+    generator = np.random.default_rng([i, 6])
+    arm, flaws = perturb(robot, generator, 2e-3, 5e-3), realistic_flaws(robot, generator)
+    earlier: list[Placement] = []
+    said, near, contradicted = 0, False, False
+    for base in reachable_bases(arm, generator, 2, 0.1):
+        whole = record(arm, base, generator, samples=15, imperfection=flaws)
+        coach = PoseSelector(robot, 0.1, earlier=earlier)
+        zero, one = ([s for s in whole.samples if s.socket == k] for k in (0, 1))
+        order = [s for a in (0, 6, 12) for s in (*zero[a : a + 6], *one[a : a + 6])]
+        for count in LOOKED:
+            samples = [replace(s, number=n) for n, s in enumerate(order[:count], 1)]
+            advice = coach.advise(samples, samples[-1].socket)
+            here = replace(whole, samples=tuple(samples))
+            if advice.enough:
+                said = said or count + sum(len(p.samples) for p in earlier)
+                near = advice.near_only
+                verdict = calibrate(robot, [*earlier, here]).verdict
+                contradicted |= verdict.kind == "not_enough" or verdict.status == "fail"
+        earlier.append(whole)
+    if said:
+        contradicted |= calibrate(robot, earlier).verdict.kind == "not_enough"
+    return said, near, contradicted
+
+
+def compare_enough(count: int, names: list[str], workers: Workers) -> None:
+    found = workers.map(partial(enough, names), range(count * len(names)))
+    print("arm           ENOUGH by 15 + 15 twice   samples until   near only   then NOT ENOUGH")
+    for i, name in enumerate([*names, "all"]):
+        own = found[i :: len(names)] if i < len(names) else found
+        said = [until for until, _, _ in own if until]
+        print(f"{name:<14} {len(said):>10} of {len(own):<10} {np.median(said or [0]):>10.0f} "
+              f"{sum(near for _, near, _ in own):>12} {sum(no for *_, no in own):>14}")  # fmt: skip
+
+
 TRAVELLED = ("panda", "ur5e", "iiwa14", "xarm7")
 
 
@@ -151,7 +197,7 @@ def travel(names: list[str], i: int) -> np.ndarray:
     figures = []
     for planned, order in ((True, blocks * 2), (False, sorted(blocks * 2))):
         hand = Hand(arm, np.random.default_rng([i, 5]))
-        coach = PoseSelector(robot, 0.05, goal_for(robot))
+        coach = PoseSelector(robot, 0.05)
         samples: list[Sample] = []
         q, target, lifted = None, None, 0
         for socket in order:
@@ -219,7 +265,7 @@ def one_arm(names: list[str], goal_mm: float | None, i: int) -> tuple[str, tuple
     arm = perturb(robot, generator, 2e-3, 5e-3)
     first, second = reachable_bases(arm, generator, 2)
     hand = Hand(arm, generator)
-    coach = PoseSelector(robot, 0.05, goal_for(robot, goal_mm))
+    coach = PoseSelector(robot, 0.05, goal_mm and 1e-3 * goal_mm)
     samples, gauge = guided(hand, first, coach)
     test = record(arm, second, generator, samples=30)
     a = truth(arm, fitted(robot, samples), test)
@@ -308,6 +354,7 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=24)
     parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
+    parser.add_argument("--enough", action="store_true", help="--arms of each robot")
     parser.add_argument("--travel", action="store_true", help="--arms of each robot")
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
@@ -316,6 +363,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.recordings:
         recorded(arguments.recordings, arguments.each, arguments.draws)
+    elif arguments.enough:
+        names = arguments.robots or list(shipped_robots())
+        compare_enough(arguments.arms, names, read_options(arguments).workers)
     elif arguments.travel:
         names = arguments.robots or list(TRAVELLED)
         compare_travel(arguments.arms, names, read_options(arguments).workers)

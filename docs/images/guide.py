@@ -18,7 +18,7 @@ from mukca.recorder import Sample
 from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
 from mukca.recorder.terminal import render
 from mukca.solver.robot import InverseKinematics, load_robot
-from mukca.tools.recording import BLOCK, SHARE, PoseSelector, goal_for, joints_of
+from mukca.tools.recording import BLOCK, SHARE, PoseSelector, joints_of
 from mukca.tools.simulation import Base, perturb
 
 COLUMNS, ROWS = 84, 24
@@ -29,7 +29,7 @@ def main() -> None:
     generator = np.random.default_rng(2)
     arm = perturb(robot, generator, 2e-3, 5e-3)
     base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-    coach, guide = PoseSelector(robot, 0.05, goal_for(robot)), InverseKinematics(arm)
+    coach, guide = PoseSelector(robot, 0.05), InverseKinematics(arm)
     session, advice = Session(joints_of(robot)), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
     for number in range(1, 2 * SHARE + 1):

@@ -80,6 +80,8 @@ class Advice:
     """True if this socket has enough, and another has not."""
     enough: bool = False
     """True if the goal is reached, and no fault is seen."""
+    near_only: bool = False
+    """True if that is so near the recorded places, and not yet in the whole workspace."""
     exhausted: bool = False
     """True if it is not reached, and more samples at this placement would hardly help."""
     target: tuple[float, ...] | None = None

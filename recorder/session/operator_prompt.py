@@ -116,6 +116,9 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
         why = "more poses here hardly help: n, base elsewhere"
         return OperatorPrompt("NEXT PLACE", _NEXT, why)
     if now.advice and now.advice.enough:
+        if now.advice.near_only:
+            why = "near the recorded places: q finishes; for the rest n, base elsewhere"
+            return OperatorPrompt("ENOUGH", _GOOD, why)
         return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}; the goal is reached")
     if session.complete:
         return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{more}")

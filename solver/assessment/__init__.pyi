@@ -2,6 +2,7 @@ from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .coverage import Coverage as Coverage
+from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import samples_row as samples_row
 from .errors import PlacementReport as PlacementReport

@@ -21,7 +21,7 @@ SWEEPS, AGAIN = 60, 12
 """Times that each pose is drawn anew, at first, and where an earlier way is improved."""
 HOT, WARM, COLD = 0.3, 0.02, 0.003
 """Temperatures: at first, of an earlier way, and at the end."""
-SLACK = np.array([1.04, 1.1]) ** 2
+SLACK = np.array([1.05, 1.12]) ** 2
 """Mean variances may be so many times those of the poses that teach most: with the arm's scale, and
 without it."""
 HARD = 30.0
@@ -34,8 +34,8 @@ def _costs(ways: np.ndarray, usual: np.ndarray) -> np.ndarray:
     """Return the costs of ways of shape (K, T, m), where another turns the joints as usual."""
     turned = np.abs(np.diff(ways, axis=1))
     total, most = turned.sum(axis=1), turned.max(axis=2)
-    shares = total[:, 0] / usual[0] + total.max(axis=1) / usual.max()
-    steps = 0.5 * np.maximum(most / LONG - 0.9, 0).sum(axis=1) + 2 * np.sqrt(most).mean(axis=1)
+    shares = 1.2 * total[:, 0] / usual[0] + total.max(axis=1) / usual.max()
+    steps = np.maximum(most / LONG - 0.9, 0).sum(axis=1) + 2 * np.sqrt(most).mean(axis=1)
     return shares + total.sum(axis=1) / usual.sum() + steps
 
 

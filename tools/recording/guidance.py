@@ -1,17 +1,15 @@
 """Pose selection: the predicted error of a calibration on the samples, and the best next pose."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import takewhile
 
 import numpy as np
 
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice
-from ...solver.bayes.inference import Posterior, estimate
+from ...solver.bayes.inference import Posterior
 from ...solver.bayes.model import Noise, extend
-from ...solver.bayes.results import scale
-from ...solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
+from ...solver.data import CALIPER_DEVIATION
 from ...solver.design import (
     ParameterCovariance,
     Reach,
@@ -23,23 +21,18 @@ from ...solver.design import (
     plan_poses,
     workspace_of,
 )
-from ...solver.paper import NotConverged
 from ...solver.robot import Robot, choose_parameters
+from .guidance_process import goal_for
 from .session_alarms import SessionAlarms
+from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
-MIN_ENOUGH = 10
-"""Samples in a socket that are the fewest to be enough, however easy the goal; ``mukca check`` asks
-for as many."""
 BLOCK = 6
 """Samples after which it is the next socket's turn: in the order 0 1 0 1 a base that moved, or a
 ball in the wrong socket, is told from a wrong distance of the sockets."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
-MARGIN = 1.25
-"""The full model of ``mukca solve``, which knows more effects, predicts up to so many times the
-error that the rigid one here does."""
 MORE = 12
 """Further samples in each socket: a goal that so many would reach is worth staying for."""
 MIN_GAIN = 0.03
@@ -58,7 +51,7 @@ class PoseSelector:
     Args:
         robot: The nominal robot.
         distance: Between sockets 0 and 1 [m].
-        goal: Of the predicted error of distances [m].
+        goal: Of the predicted error of distances [m]; None for what ``mukca solve`` asks.
         sockets: Number of the base's sockets.
         earlier: Placements that were recorded before with this arm.
         turn: Farthest that a joint is led from where the session began [rad].
@@ -68,14 +61,14 @@ class PoseSelector:
         self,
         robot: Robot,
         distance: float,
-        goal: float,
+        goal: float | None = None,
         sockets: int = 2,
         earlier: Sequence[Placement] = (),
         turn: float = np.inf,
     ) -> None:
         self._robot = robot
         self._distance = distance
-        self._goal = goal
+        self._given, self._goal = goal, goal_for(robot) if goal is None else goal
         self._sockets = sockets
         self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
@@ -95,41 +88,54 @@ class PoseSelector:
         posterior = self._fitted(samples, counts)
         known = self._covariance(samples, posterior)
         where = workspace_of(self._model, self._nominal if posterior is None else posterior.x)
-        predicted = known.error(where)
-        self._history[len(samples)] = predicted if posterior is not None else np.inf
+        rigid = known.error(where)
+        self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
         target, gain = self._next(known, where, samples, order, position)
-        predicted = predicted if posterior is None else MARGIN * predicted
-        alarms = self._alarms([*self._earlier, self._placement(samples)])
+        here = self._placement(samples)
+        alarms = self._alarms([*self._earlier, here])
+        solved = posterior and sufficiency_of(self._model, [*self._earlier, here])
+        predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
+        goal = self._given or goal or self._goal
         fewest = 0 if posterior is None else min(counts[:2])
-        reached = fewest >= MIN_ENOUGH and predicted <= self._goal
-        spent = fewest >= SHARE and self._exhausted(known, where, samples, gain)
+        enough = solved is not None and solved.enough and not alarms
+        reached = enough and predicted <= goal
+        more = goal * rigid / predicted
+        spent = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
+        # near the recorded places, if no more can be had here; a goal that was given stands
+        enough = reached or (enough and spent and self._given is None)
         stays = bool(samples) and samples[-1].socket == order[0]
         lift = stays and target is not None and self._lifted(samples, position, target)
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
-            goal=self._goal,
-            leave=not (reached or spent) and self._sockets > 1 and _run(samples, socket) >= BLOCK,
-            enough=reached and not alarms,
-            exhausted=spent and not reached,
+            goal=goal,
+            leave=not (enough or spent) and self._sockets > 1 and _run(samples, socket) >= BLOCK,
+            enough=enough,
+            near_only=enough and not reached,
+            exhausted=spent and not enough,
             target=target,
             lift=lift,
             gain=gain,
             alarms=alarms,
         )
-        return advice if posterior is None else _with_fit(advice, posterior, samples)
+        return advice if posterior is None else with_fit(advice, posterior, samples)
 
     def _exhausted(
-        self, known: ParameterCovariance, where: Workspace, samples: Sequence[Sample], gain: float
+        self,
+        known: ParameterCovariance,
+        where: Workspace,
+        samples: Sequence[Sample],
+        gain: float,
+        goal: float,
     ) -> bool:
         """Return whether more samples here would hardly help, and not reach the goal either."""
         if gain >= MIN_GAIN and not self._plateaued(len(samples)):
             return False
         for socket in (0, 1):
             known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
-        return MARGIN * known.error(where) > self._goal
+        return known.error(where) > goal
 
     def _plateaued(self, count: int) -> bool:
         """Return whether the last few samples hardly lowered the predicted error."""
@@ -144,13 +150,7 @@ class PoseSelector:
         """Return a fit to the samples; None if there are too few, or it does not converge."""
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
             return None
-        try:
-            some = [self._placement(samples), *filter(_is_whole, self._earlier)]
-            measured = [measure(placement, self._robot) for placement in some]
-            data = observe_all([RobotRecordings(self._robot, measured)])
-            return estimate([self._model], data).arms[0]
-        except (NotConverged, np.linalg.LinAlgError):
-            return None
+        return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
     def _placement(self, samples: Sequence[Sample]) -> Placement:
         return Placement("here", tuple(samples), self._robot.joint_names, self._distance)
@@ -254,25 +254,5 @@ def _run(samples: Sequence[Sample], socket: int) -> int:
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))
 
 
-def _is_whole(placement: Placement) -> bool:
-    """Return whether two sockets have samples, and none a single one."""
-    counts = np.bincount(placement.sockets)
-    return bool(np.count_nonzero(counts) > 1 and not np.any(counts == 1))
-
-
 def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
     return np.array([s.position for s in samples if s.socket == socket])
-
-
-def _with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
-    """Return advice with the errors, scale and distance of a fit to the samples."""
-    order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
-    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[np.argsort(order)]
-    return replace(
-        advice,
-        fitted=True,
-        last_error=float(errors[-1]),
-        mean_error=float(errors.mean()),
-        scale=scale(posterior)[0],
-        distance=float(np.linalg.norm(posterior.centres[1] - posterior.centres[0])),
-    )

@@ -90,9 +90,9 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
         work(pipe, *setup)
 
 
-def goal_for(robot: Robot, goal_mm: float | None = None) -> float:
-    """Return the goal of the predicted error of distances [m]: what ``mukca solve`` asks."""
-    return predicted_limit(limit_for(robot)) if goal_mm is None else 1e-3 * goal_mm
+def goal_for(robot: Robot) -> float:
+    """Return the goal of the predicted error of distances [m], before anything is solved."""
+    return predicted_limit(limit_for(robot))
 
 
 def limit_for(robot: Robot) -> float:
@@ -112,7 +112,7 @@ class BackgroundGuidance(WorkerProcess):
         robot: Options of the robot.
         distance: Between the sockets [m].
         sockets: Number of sockets.
-        goal: Of the predicted error of distances [m].
+        goal: Of the predicted error of distances [m]; None for what ``mukca solve`` asks.
         earlier: Placements that were recorded before with this arm.
         turn: Farthest that a joint is led from where the session began [deg]; None for any.
     """
@@ -122,7 +122,7 @@ class BackgroundGuidance(WorkerProcess):
         robot: RobotOptions,
         distance: float,
         sockets: int,
-        goal: float,
+        goal: float | None,
         earlier: Sequence[Placement] = (),
         turn: float | None = None,
     ) -> None:
@@ -143,7 +143,7 @@ def _advise(
     pipe: Connection,
     robot: Mapping[str, Any],
     distance: float,
-    goal: float,
+    goal: float | None,
     sockets: int,
     earlier: Sequence[Placement],
     turn: float,

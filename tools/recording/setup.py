@@ -10,7 +10,7 @@ from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, Stre
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal
-from .guidance_process import BackgroundGuidance, goal_for
+from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
 from .outlier_checks import gravity_of, outlier_check
 from .page import PageProcess
@@ -64,7 +64,7 @@ def record_session(
             stack.enter_context(closing(page))
             session = with_address(session, page.url, options.page_host)
         guided = keyboard is not None and live and not options.no_guide
-        guidance = _guidance(options, robot, earlier, stack) if guided else None
+        guidance = _guidance(options, earlier, stack) if guided else None
         return Recorder(
             session=session,
             stream=stream,
@@ -88,10 +88,8 @@ def record_session(
         ).run()
 
 
-def _guidance(
-    options: SettledOptions, robot: Robot, earlier: Before, stack: ExitStack
-) -> BackgroundGuidance:
-    goal = goal_for(robot, options.goal_mm)
+def _guidance(options: SettledOptions, earlier: Before, stack: ExitStack) -> BackgroundGuidance:
+    goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
     guidance = BackgroundGuidance(
         options, options.distance, options.sockets, goal, earlier.placements, options.turn
     )

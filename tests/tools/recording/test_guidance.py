@@ -13,6 +13,7 @@ import pytest
 from record_commands import read
 from terminal_session import PATIENCE
 
+import mukca
 from mukca.recorder import Sample
 from mukca.recorder.session import Advice, GuidanceRequest
 from mukca.solver.design import Reach, skeleton
@@ -108,12 +109,22 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     assert asked(1.01 * beyond.predicted).enough
 
 
-@pytest.mark.parametrize(
-    ("name", "mm", "goal"),
-    [("panda", None, 9e-4), ("ur5e", None, 9e-4), ("gen3_lite", None, 3e-3), ("panda", 0.5, 5e-4)],
-)
-def test_the_goal_is_what_solve_asks(name: str, mm: float | None, goal: float) -> None:
-    assert goal_for(load_robot(name), mm) == pytest.approx(goal)
+@pytest.mark.parametrize(("name", "goal"), [("panda", 9e-4), ("ur5e", 9e-4), ("gen3_lite", 3e-3)])
+def test_the_goal_is_what_solve_asks(name: str, goal: float) -> None:
+    assert goal_for(load_robot(name)) == pytest.approx(goal)
+
+
+@pytest.mark.slow
+def test_what_is_predicted_and_asked_is_what_solve_says(
+    panda: Robot, samples: list[Sample]
+) -> None:
+    advice = PoseSelector(panda, 0.05).advise(samples, 1)
+    placement = mukca.Placement("here", tuple(samples), panda.joint_names, 0.05)
+    verdict = mukca.calibrate(panda, placement).verdict
+    (row,) = (row for row in verdict.limits if row.name == "predicted_distance")
+    assert (advice.predicted, advice.goal) == (row.found, row.limit)
+    assert advice.enough == (verdict.kind != "not_enough")
+    assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
 
 
 @pytest.mark.slow

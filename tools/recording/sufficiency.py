@@ -1,0 +1,87 @@
+"""Sufficiency of samples, while recording: what ``mukca solve`` would say of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...errors import MukcaError
+from ...recorder import Placement, Sample
+from ...recorder.session import Advice
+from ...solver.assessment import LEAST_SAMPLES, Verdict
+from ...solver.bayes.inference import Posterior, estimate
+from ...solver.bayes.model import ExtendedModel
+from ...solver.bayes.results import scale
+from ...solver.calibration import calibrate
+from ...solver.data import RobotRecordings, measure, observe_all
+from ...solver.paper import NotConverged
+
+WORKSPACE = "predicted_distance"
+"""Row of a verdict on the predicted error of distances in the workspace."""
+
+
+@dataclass(frozen=True)
+class Sufficiency:
+    """The part of a verdict that rests on how much was recorded."""
+
+    verdict: Verdict
+    predicted: float
+    """Predicted error of distances in the workspace, as the verdict has it [m]."""
+    asked: float | None
+    """The limit on it [m]; None where nothing is known of the arm's repeatability."""
+
+    fewest: int
+    """Samples in a socket of the last placement."""
+
+    @property
+    def enough(self) -> bool:
+        """Whether no row fails, and none says that the data are not enough."""
+        verdict = self.verdict
+        sound = verdict.status != "fail" and verdict.kind != "not_enough"
+        return sound and self.fewest >= LEAST_SAMPLES
+
+
+def sufficiency_of(model: ExtendedModel, placements: Sequence[Placement]) -> Sufficiency | None:
+    """Return what ``mukca solve`` would say of placements; None where it cannot solve them."""
+    try:
+        verdict = calibrate(model.robot, _whole(placements)).verdict
+    except MukcaError:
+        return None
+    row = next((row for row in verdict.limits if row.name == WORKSPACE), None)
+    if row is None or row.found is None:
+        return None
+    fewest = int(np.bincount(placements[-1].sockets)[:2].min())
+    return Sufficiency(verdict, row.found, row.limit, fewest)
+
+
+def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterior | None:
+    """Return a fit of the geometry, the last placement first; None where it does not converge."""
+    try:
+        some = _whole(placements)
+        measured = [measure(placement, model.robot) for placement in (some[-1], *some[:-1])]
+        data = observe_all([RobotRecordings(model.robot, measured)])
+        return estimate([model], data).arms[0]
+    except (NotConverged, np.linalg.LinAlgError):
+        return None
+
+
+def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
+    """Return advice with the errors, scale and distance of a fit to the samples."""
+    order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
+    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[np.argsort(order)]
+    return replace(
+        advice,
+        fitted=True,
+        last_error=float(errors[-1]),
+        mean_error=float(errors.mean()),
+        scale=scale(posterior)[0],
+        distance=float(np.linalg.norm(posterior.centres[1] - posterior.centres[0])),
+    )
+
+
+def _whole(placements: Sequence[Placement]) -> list[Placement]:
+    """Return the last placement, and those before with two sockets, none with a single sample."""
+    *earlier, here = placements
+    counts = [np.bincount(placement.sockets) for placement in earlier]
+    some = zip(earlier, counts, strict=True)
+    return [*(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)), here]
