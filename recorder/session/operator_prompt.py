@@ -143,8 +143,12 @@ def _by_place(now: OperatorContext) -> OperatorPrompt | None:
     refusal = session.refusal(now.position) or now.implausible
     if refusal is None or now.fast:
         return None
-    repeated = session.repeated(now.position) is not None
-    return OperatorPrompt("NEXT POSE" if repeated else "MOVE", _CALM, refusal)
+    if session.repeated(now.position) is None:
+        return OperatorPrompt("MOVE", _CALM, refusal)
+    last = session.last
+    if last and session.same(last.position, now.position):
+        refusal = f"sample {last.number} is taken; lead the arm to another pose"
+    return OperatorPrompt("NEXT POSE", _CALM, refusal)
 
 
 def _by_motion(now: OperatorContext) -> OperatorPrompt:
@@ -156,4 +160,8 @@ def _by_motion(now: OperatorContext) -> OperatorPrompt:
     number = now.session.next_number
     if now.hands_free:
         return OperatorPrompt("HOLD", _STEADY, f"sample {number} is captured by itself")
-    return OperatorPrompt("PRESS", _GOOD, f"{now.capture_key} captures sample {number}")
+    press = f"{now.capture_key} captures sample {number}"
+    last, socket = now.session.last, now.session.socket
+    if last is None or last.socket != socket:
+        press += f", with the ball in socket {socket}"
+    return OperatorPrompt("PRESS", _GOOD, press)

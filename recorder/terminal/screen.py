@@ -82,7 +82,8 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
     large = banner(view.prompt.words, view.prompt.colour, width)
     counts = _counts(view.session, width)
-    top = [*title, *large, _status(view, width), counts, *facts]
+    status = _status(view, width, max(1, spare - 4))
+    top = [*title, *large, *status, counts, *facts]
     room = height - len(top) - len(keys)
     middle = _help(width) if view.help else _middle(view, width, room)
     return [*top, *(middle + [Text()] * room)[:room], *keys]
@@ -93,12 +94,14 @@ def _title(view: View, width: int) -> Text:
     return Text(_fit(words, width).ljust(width), style="reverse")
 
 
-def _status(view: View, width: int) -> Text:
-    """The banner's words again with the reason, and the socket that is active."""
-    start, text = f" SOCKET {view.session.socket}  ", view.prompt.text
-    if width < _USUAL and len(start + text) > width:  # the words stand in the banner
+def _status(view: View, width: int, most: int) -> list[Text]:
+    """The active socket, the banner's words again, and the whole reason, if it fits some lines."""
+    start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
+    if len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
-    return Text(start + text, style="bold")
+    lines = textwrap.wrap(start + text, width - 2)
+    kept = lines if len(lines) <= most else [start + text]
+    return [Text(_fit(f" {line}", width), style="bold") for line in kept]
 
 
 def _gauge(view: View, width: int) -> Text:

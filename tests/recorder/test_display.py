@@ -112,7 +112,7 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
     keys, *told = text.getvalue().splitlines()
     assert keys.startswith("space capture")
     assert told == [
-        "socket 0  PRESS: space captures sample 1",
+        "socket 0  PRESS: space captures sample 1, with the ball in socket 0",
         "socket 0  HOLD: still moving",
         "socket 0  WHICH?: delete: _",
         "socket 0  WHICH?: delete: 2_",

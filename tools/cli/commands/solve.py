@@ -43,7 +43,8 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
-    terminal.say(*_closing_lines(outputs) if not refused else ())
+    failed = any(verdict.status == "fail" for verdict in verdicts.values())
+    terminal.say(*_closing_lines(outputs, failed=failed) if not refused else ())
     if options.json and isinstance(found, Mapping):
         said = {name: verdict.as_said() for name, verdict in verdicts.items()}
         terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
@@ -168,15 +169,20 @@ def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
     return lines
 
 
-def _closing_lines(outputs: dict[str, str]) -> list[str]:
+def _closing_lines(outputs: dict[str, str], *, failed: bool) -> list[str]:
     """Lines on the files and their use."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:
         return [f"Wrote {outputs['urdf']}, all robots in one URDF, and a folder for each robot."]
-    lines = [
+    written = (
         f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
-        "holds the same figures for scripts",
+        "holds the same figures for scripts"
+    )
+    if failed:
+        return [written, f"Wrote {outputs['urdf']}: keep to the nominal URDF until this passes."]
+    lines = [
+        written,
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
     ]

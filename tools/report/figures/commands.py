@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from ....recorder import METADATA, RecordingError, read_keys, read_metadata
 from ....solver.results import ArmsDocument, CalibrationDocument, Role
 from ....solver.robot import BALL_LINK
 
@@ -20,12 +21,26 @@ def check_command(document: CalibrationDocument) -> str:
 
 
 def record_command(document: CalibrationDocument) -> str:
-    """Return the command that records another placement."""
-    words = ["mukca", "record", *_one_robot(document), "--driver", "NAME:ADDRESS"]
+    """Return the command that records another placement, as the last one was recorded."""
+    driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
+    words = ["mukca", "record", *_one_robot(document), "--driver", driver or "NAME:ADDRESS"]
+    words += as_options({"distance": document.settings.get("distance") or distance})
     if document.arms is None:
         return shlex.join([*words, "--out", "recordings/another"])
     beside = Path(document.data[0].folder).parent / "another"
     return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(beside)])
+
+
+def _recorded(file: Path) -> tuple[str, float | None]:
+    """Return the driver of a placement's last session, and the distance that was measured [m]."""
+    try:
+        sessions: Any = read_metadata(file).get("sessions")
+        keys = read_keys(file)
+    except RecordingError:
+        return "", None
+    rows = cast("list[Any]", sessions) if isinstance(sessions, list) else []
+    last = cast("dict[str, Any]", rows[-1]) if rows and isinstance(rows[-1], dict) else {}
+    return str(last.get("driver") or ""), None if keys.distance_assumed else keys.distance
 
 
 def solve_command(
