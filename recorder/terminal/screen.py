@@ -97,7 +97,7 @@ def _title(view: View, width: int) -> Text:
 def _status(view: View, width: int, most: int) -> list[Text]:
     """The active socket, the banner's words again, and the whole reason, if it fits some lines."""
     start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
-    if len(start + text) >= width:  # the words stand in the banner
+    if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
     lines = textwrap.wrap(start + text, width - 2)
     kept = lines if len(lines) <= most else [start + text]

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mukca
+from mukca.recorder import sample_files
 from mukca.tools.cli import main
 
 
@@ -101,3 +103,22 @@ def test_error_curves_of_arms_of_one_type_are_compared(
     (pair,) = json.loads(capsys.readouterr().out)["curves"]
     assert (pair["a"], pair["b"]) == ("a", "b")
     assert all(row["difference"] == 0 for row in pair["joints"])
+
+
+def test_two_arms_in_one_folder_fail_with_their_cause(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, seed in (("a", 1), ("b", 2)):
+        robot = mukca.load_robot("panda")
+        _, (one,) = mukca.simulate_recordings(robot, 1, samples=12, seed=seed, rotation=0.012)
+        folder = tmp_path / "fleet" / "mixed" / name
+        folder.mkdir(parents=True)
+        for file, content in sample_files(one).items():
+            (folder / file).write_bytes(content)
+    words = ["fleet", str(tmp_path / "fleet"), "--robot", "panda", "--processes", "1"]
+    assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 1
+    (row,) = json.loads(capsys.readouterr().out)["arms"]
+    (last,) = row["sessions"]
+    assert last["status"] == "fail"
+    assert "See what is wrong" in row["again"] and "Most probable cause" in row["again"]
+    assert ("worse than before" in row["again"]) == (last["calibrated"] > last["nominal"])

@@ -11,6 +11,7 @@ import msgspec
 
 from ...errors import MukcaError
 from ...recorder import Placement, is_placement, read_placement
+from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.partial import what_changed
 from ...solver.results import agreement
@@ -173,6 +174,11 @@ def _again(arm: FleetArm) -> str | None:
     last = arm.sessions[-1]
     if last.status == "refused":
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
+    if last.status == "fail":
+        worse = f"worse than before, {mm(last.nominal)} > {mm(last.calibrated)}; "
+        cause = last.text.partition(": ")[2].partition(". ")[0]
+        todo = last.todo.text if last.todo else "Look at its report"
+        return f"{todo}: {worse if last.calibrated > last.nominal else ''}{cause}"
     if last.status != "pass":
         return last.todo.text if last.todo else last.text
     if last.drift is not None and last.drift.status == "fail":
