@@ -1,8 +1,4 @@
-"""The file ``samples.csv``: one line an event, written as bytes and parsed.
-
-An event is a capture, or a mark on an earlier one: ``undo``, ``redo``, ``relabel``. A line counts
-once its line break is written; bytes after the last one were torn off by a crash, and are no event.
-"""
+"""The file ``samples.csv``: one line an event, written as bytes and parsed."""
 
 import csv
 import io

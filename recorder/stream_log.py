@@ -2,8 +2,7 @@
 
 A line of JSON holds the format, the joints' names, and the numbers' resolution. Then come blocks of
 up to :data:`BLOCK` states, each with its length in four bytes: columns of whole numbers as
-differences from state to state, their bytes sorted by weight and packed by zlib. A block that is
-damaged costs itself alone. The resolution is just below the sensors' noise, which cannot be packed.
+differences from state to state, their bytes sorted by weight and packed by zlib.
 """
 
 import json
@@ -79,10 +78,7 @@ class StreamLog:
             raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
 
     def add(self, state: JointState, connection: int) -> None:
-        """Keep a state; one with another number of joints, or with no numbers, is passed over.
-
-        Where the disk is full, :attr:`trouble` says so, and no more is kept: a session goes on.
-        """
+        """Keep a state; one with another number of joints, or with no numbers, is passed over."""
         second, radian, newton_metre = (1 / digit for digit in DIGITS)
         try:
             row = [round(state.stamp * second), connection, state.effort is not None]

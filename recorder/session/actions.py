@@ -92,12 +92,7 @@ class SessionActions:
         return f"this pose {odd}" if odd else None
 
     def capture(self, rest: StationaryPose, contact: str | None = None) -> Sample | None:
-        """Save a rest as a sample; None if that failed, and the operator was told.
-
-        Args:
-            rest: Pose of the arm.
-            contact: Evidence that the arm is being pushed.
-        """
+        """Save a rest as a sample; None if that failed, and the operator was told."""
         sample = self.session.sample_at(rest, time.time())
         try:
             self._recording.capture(sample)

@@ -1,8 +1,4 @@
-"""A placement's files, open for recording: append-only, locked, and safe against a crash.
-
-A line that could be written only in part, as on a full disk, is cut off again. If the recorder is
-killed in the middle of a line, the next one to open the recording moves that part to a file beside.
-"""
+"""A placement's files, open for recording: append-only, locked, and safe against a crash."""
 
 import os
 from collections.abc import Sequence
@@ -69,32 +65,15 @@ class Recording:
             raise
 
     def capture(self, sample: Sample) -> None:
-        """Append a capture; it is on the disk when this returns.
-
-        Raises:
-            RecordingError: It cannot be saved; the file is as it was before.
-        """
+        """Append a capture; it is on the disk when this returns."""
         self._append(capture_line(sample))
 
     def mark(self, event: str, sample: Sample, time: float) -> None:
-        """Append a mark on an earlier sample; its line stays in the file.
-
-        Args:
-            event: See :func:`~mukca.recorder.samples.mark_line`.
-            sample: The sample, in the socket that it has from now on.
-            time: When [s since 1970, UTC].
-
-        Raises:
-            RecordingError: The mark cannot be saved; the file is as it was before.
-        """
+        """Append a mark on an earlier sample; its line stays in the file."""
         self._append(mark_line(event, sample, time))
 
     def set_socket(self, socket: int) -> None:
-        """Remember in which socket the ball is, so that a later start goes on there.
-
-        Raises:
-            RecordingError: It cannot be saved.
-        """
+        """Remember in which socket the ball is, so that a later start goes on there."""
         if socket == self._metadata.get("socket"):
             return
         self._check_place()

@@ -1,9 +1,6 @@
 """Detection of a hand that pushes the arm, from the joint torques of an arm at rest.
 
-With tau the measured torque of a joint and g its gravity torque by the model's masses [N m], a
-*load* is ``|tau - g| > 2 N m + 0.1 |g|``: masses in models are some percent off, and a small tool
-is often missing. A *tremor* is a standard deviation of tau over the window above 0.1 N m and above
-four times that of the session's quietest rest. No capture is refused for these hints.
+Torque beyond gravity, |tau - g| > 2 N m + 0.1 |g|, or a tremor of it; no capture is refused for it.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,9 +1,6 @@
 """Distinction of a frozen stream, which repeats an old state, from an arm at rest.
 
-A stream counts as frozen when its states are the same to the last digit for :data:`LONG` seconds
-and its sensors are noisy, so that even an arm at rest does not send the same state twice, or the
-arm was moving fast just before. Noise is told from motion by the direction of the steps: noise
-goes to and fro, a motion goes on.
+Sensors' noise goes to and fro, a motion goes on; a stream with neither counts as frozen.
 """
 
 import math
@@ -30,11 +27,7 @@ SLOW = 0.05
 
 
 class FrozenStreamDetector:
-    """Detector of a frozen stream, fed state by state.
-
-    Args:
-        resolution: The smallest step of a position that the stream can tell [rad].
-    """
+    """Detector of a frozen stream, fed state by state."""
 
     def __init__(self, resolution: float = 0.0) -> None:
         self._goes_on = max(GOES_ON, 1.5 * resolution)

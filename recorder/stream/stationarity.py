@@ -1,10 +1,4 @@
-"""Stationarity of the arm, and the average over a window of an arm that is still.
-
-The arm is *still* when the standard deviation of every joint's position over the last window
-(0.3 s by default) is at most ``still`` (5e-4 rad by default). For scale: a joint that drifts by D
-at constant speed within the window has the standard deviation D / sqrt(12). Time is the robot's
-own (:attr:`JointState.stamp`), so that the answer does not depend on how busy this computer is.
-"""
+"""Stationarity of the arm, and the average over a window of an arm that is still."""
 
 import math
 from collections import deque
@@ -48,14 +42,7 @@ class StationaryPose:
 
 
 class StationarityDetector:
-    """Window of the last states, and their average while the arm is still.
-
-    Args:
-        joints: The model's actuated joints, in chain order.
-        length: Of the window [s].
-        still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
-            prismatic joint.
-    """
+    """Window of the last states, and their average while the arm is still."""
 
     def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
         self._joints = tuple(joints)

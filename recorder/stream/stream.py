@@ -67,12 +67,7 @@ class Stream:
         return len(self._waiting)
 
     def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
-        """Return the oldest states that were not taken yet, at most so many.
-
-        Returns:
-            For each state a tuple of its time of arrival by the host's monotonic clock [s], the
-            state, and the number of connections that had been lost by then.
-        """
+        """Return the oldest states that were not taken yet, at most so many."""
         waiting = self._waiting
         taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
         if self.log is not None:

@@ -1,9 +1,4 @@
-"""Monitor of the stream of joint states: sound or faulty, still or moving, and its average.
-
-Faults and their limits are in the constants below and in docs/recording.md. No average is taken
-across a faulty state. A new connection is compared with nothing from before it: meanwhile the arm
-may have been led anywhere, and the robot's clock may have been set.
-"""
+"""Monitor of the stream of joint states: sound or faulty, still or moving, and its average."""
 
 import math
 from collections import deque
@@ -70,13 +65,7 @@ class StreamMonitor:
         self._connection = 0
 
     def feed(self, state: JointState, arrival: float, connection: int = 0) -> bool:
-        """Take in a state; return whether the average was computed anew.
-
-        Args:
-            state: The state.
-            arrival: Its time of arrival, by the host's monotonic clock [s].
-            connection: The number of the connection that it came over.
-        """
+        """Take in a state; return whether the average was computed anew."""
         if connection != self._connection:
             self._connection = connection
             self._reset()

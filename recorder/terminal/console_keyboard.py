@@ -1,8 +1,4 @@
-"""Single key presses from a console of Windows, by the contract of :class:`.keyboard.Keyboard`.
-
-Not run on Windows yet. A console is nothing to wait on with sockets, so a thread looks for keys and
-passes them on as the bytes that a terminal elsewhere sends for them.
-"""
+"""Single key presses from a console of Windows, by the contract of :class:`.keyboard.Keyboard`."""
 
 import socket
 from typing import Protocol

@@ -12,17 +12,7 @@ MOVED = "MOVED?: is the base elsewhere now, or will it be?   y new placement   n
 
 
 class KeyHandler:
-    """Handler of one key after the other.
-
-    Args:
-        actions: On the session.
-        keys: Action of each key.
-        guidance: Knows what alarm there is.
-        capture: Captures now, or tells why not.
-        question: Asked first; empty for none.
-        hands_free: True where there is capturing without a key.
-        paused: True to await a key before anything is captured.
-    """
+    """Handler of one key after the other."""
 
     def __init__(
         self,

@@ -1,8 +1,4 @@
-"""Key scripts: keys from a file or a pipe, so that a session needs no person.
-
-``mukca record --help`` lists the words. The effect of a script depends on the stream alone, not on
-how busy the computer is. At its end the session is finished as by ``q``.
-"""
+"""Key scripts: keys from a file or a pipe, so that a session needs no person."""
 
 import os
 import re
@@ -73,16 +69,7 @@ class Script:
         return not self._steps and self._read_all
 
     def due(self, now: float, stamp: float, trouble: str | None) -> str | None:
-        """Return the next key if its time has come, and go on to the step after it.
-
-        Args:
-            now: The host's clock [s, monotonic].
-            stamp: The robot's clock [s].
-            trouble: Reason why the arm does not rest at a new place; None if it does.
-
-        Raises:
-            ScriptError: A step has waited for too long.
-        """
+        """Return the next key if its time has come, and go on to the step after it."""
         while self._steps:
             self._begun = self._begun or (now, stamp)
             step = self._steps[0]

@@ -108,11 +108,7 @@ class Recorder:
         self._next_frame = 0.0
 
     def run(self) -> Outcome:
-        """Record until the operator finishes, a signal comes, or the terminal is gone.
-
-        Raises:
-            ScriptError: The key script is wrong, or waits for what does not come.
-        """
+        """Record until the operator finishes, a signal comes, or the terminal is gone."""
         with Signals() as signals:  # first, so that no signal leaves the terminal as it is now
             received: int | None = None
             try:

@@ -1,8 +1,4 @@
-"""Signals that a loop looks at between two steps, instead of being interrupted by them.
-
-A signal handler that raises an exception may do so anywhere, for instance between a write and its
-sync. Here a signal is only noted, and wakes the loop if it waits.
-"""
+"""Signals that a loop looks at between two steps, instead of being interrupted by them."""
 
 import signal
 import socket

@@ -24,11 +24,7 @@ GOAL = 3.0
 
 
 class WorkerProcess:
-    """A process that answers each message, and that a recorder never waits for.
-
-    It gets a message only after it has answered the one before, so the pipe between them never
-    fills. It ends by itself when the recorder does, however that comes.
-    """
+    """A process that answers each message, and that a recorder never waits for."""
 
     def __init__(self, work: Callable[..., None], *setup: Any) -> None:
         self.trouble: str | None = None

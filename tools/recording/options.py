@@ -109,11 +109,7 @@ class RecordOptions(RobotOptions):
     notes: str | None = _notes("", "TEXT")
 
     def settled(self) -> "SettledOptions":
-        """Return the options with defaults, of the recording that is continued if there is one.
-
-        Raises:
-            RecordingError: ``placement.json`` cannot be read.
-        """
+        """Return the options with defaults, of the recording that is continued if there is one."""
         file = self.out / METADATA
         sockets: object = 1 if self.quick else self.sockets
         if sockets is None:

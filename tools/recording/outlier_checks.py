@@ -35,11 +35,7 @@ def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence
 
 
 def outlier_check(robot: Robot, distance: float) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a check that says what is odd in the last of some poses by the nominal model.
-
-    By it the ball's centres of one socket lie within a few millimetres up to some 20 mm, and those
-    of the other socket as far away as the sockets are apart.
-    """
+    """Return a check that says what is odd in the last of some poses by the nominal model."""
     model = BallModel(robot, [])
     points: dict[int, np.ndarray] = {}
 

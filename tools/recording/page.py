@@ -1,8 +1,4 @@
-"""A read-only page for a tablet beside the arm, and the worker process that serves it.
-
-GET alone, under an address that holds a random token; nothing is loaded from elsewhere. Browsers
-get each view as a server-sent event.
-"""
+"""A read-only page for a tablet beside the arm, and the worker process that serves it."""
 
 import json
 import secrets
@@ -35,15 +31,7 @@ HEADERS = {
 
 
 class PageProcess(WorkerProcess):
-    """Worker process that serves the page; call it with a view to show it.
-
-    Args:
-        robot: Options of the robot.
-        host: Address where the page is served.
-
-    Raises:
-        UsageError: It cannot be served there.
-    """
+    """Worker process that serves the page; call it with a view to show it."""
 
     def __init__(self, robot: RobotOptions, host: str) -> None:
         super().__init__(_serve, robot.model_arguments(), host)

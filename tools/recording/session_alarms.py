@@ -34,11 +34,7 @@ class SessionAlarms:
         self._check = LiveCheck(robot, repeatability_of(robot, None))
 
     def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
-        """Return the alarms, the most probable fault first.
-
-        Args:
-            placements: In the order of recording, the last one still going on.
-        """
+        """Return the alarms, the most probable fault first."""
         here, last = placements[-1].samples, len(placements) - 1
         if here and (wrong := self._wrong_model(here)):
             return (Alarm("other", "WRONG ARM?", wrong),)

@@ -116,11 +116,7 @@ class SessionFault:
 
     @classmethod
     def parse(cls, text: str) -> "SessionFault | None":
-        """Return the fault that a text names; None where it is none of a session's.
-
-        Raises:
-            ValueError: It is one, wrongly written.
-        """
+        """Return the fault that a text names; None where it is none of a session's."""
         kind = re.split(r"[@:]", text)[0]
         if kind not in SESSION_FAULTS:
             return None
