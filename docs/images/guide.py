@@ -28,8 +28,8 @@ def main() -> None:
     robot = load_robot("panda")
     generator = np.random.default_rng(2)
     arm = perturb(robot, generator, 2e-3, 5e-3)
-    base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-    coach, guide = PoseSelector(robot, 0.05), InverseKinematics(arm)
+    base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]), 0.1)
+    coach, guide = PoseSelector(robot, 0.1), InverseKinematics(arm)
     session, advice = Session(joints_of(robot)), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
     for number in range(1, 2 * SHARE + 1):
@@ -86,7 +86,7 @@ def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarra
     moment = OperatorContext(
         session, tuple(q.tolist()), advice=advice,
     )  # fmt: skip
-    title = "panda  data/front  sockets 50 mm  franka:172.16.0.2"
+    title = "panda  data/front  sockets 100 mm  franka:172.16.0.2"
     view = View(session, title, prompt_for(moment), tuple(q.tolist()), advice, 1000.0, 0.001)
     console.print(render(view, COLUMNS, ROWS))
     console.print(Text())
