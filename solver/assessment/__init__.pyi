@@ -21,7 +21,6 @@ from .formatting import percent as percent
 from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
-from .held_out import error_rows as error_rows
 from .known_distances import KnownDistanceErrors as KnownDistanceErrors
 from .limits import ARMS as ARMS
 from .limits import RESOLUTION as RESOLUTION
@@ -45,6 +44,7 @@ from .scale_check import distance_text as distance_text
 from .scale_check import distortion_row as distortion_row
 from .scale_check import joints_wrong as joints_wrong
 from .scale_check import scale_text as scale_text
+from .since import rows_since as rows_since
 from .verdict import Kind as Kind
 from .verdict import Outcome as Outcome
 from .verdict import Premise as Premise

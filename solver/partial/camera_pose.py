@@ -18,7 +18,6 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
 from .fit import FAR, NoiseBelief, System, Task, fit
-from .flange_poses import joints_of
 from .prior import ArmPrior, prior_of
 from .rows import Rows, flanges
 from .updated import Found, framed
@@ -101,7 +100,6 @@ def handeye(
     data: Placement | Sequence[Placement],
     camera: Camera,
     name: str = "camera",
-    near: Sequence[float] | None = None,
 ) -> CameraPose:
     """Find where a camera is, by poses of a board in it.
 
@@ -111,12 +109,9 @@ def handeye(
             about two axes at least.
         camera: ``on-arm`` with the board fixed, ``beside`` with the board on the arm.
         name: Of the camera's link in the URDF.
-        near: Posture near which the views were taken, shape (m,) [rad]; for poses of the flange in
-            place of joints, which it alone may tell.
 
     Raises:
-        UsageError: Too few views, the other kind of camera, poses the other way round, or poses of
-            a flange that do not tell how the joints stood.
+        UsageError: Too few views, the other kind of camera, or poses the other way round.
         FrameError: The flange turns about one axis only.
         ModelError: The model already has a link of that name.
         MeasurementError: Samples of another arm.
@@ -124,8 +119,7 @@ def handeye(
     if camera not in get_args(Camera):
         raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
     prior = prior_of(calibration)
-    placements = [joints_of(calibration, one, near) for one in as_list(data)]
-    task = camera_task(prior, placements, camera)
+    task = camera_task(prior, as_list(data), camera)
     system = fit(task)
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))

@@ -72,7 +72,7 @@ def _gain(
 
 
 def explanations(task: Task) -> list[Explanation]:
-    """Return what may have changed of an arm: nothing, a joint, the tool, the base, everything."""
+    """Return explanations: nothing, a joint, the tool, the base, everything."""
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
     base = [i for k in task.known for i in task.place(k).tolist()]

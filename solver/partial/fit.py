@@ -62,7 +62,7 @@ class Task:
     start: np.ndarray | None = None
     """Where the places begin, shape (K, 4, 4); None for where the samples' tools are."""
     warnings: tuple[str, ...] = ()
-    """What is to be known of the samples, in words."""
+    """Remarks on the samples."""
 
     @cached_property
     def known(self) -> dict[int, int]:
@@ -202,22 +202,23 @@ def linear(task: Task, state: State) -> System:
     prior, rows = task.prior, task.rows
     x, n = state.x[: prior.model.size], prior.model.size
     at = flanges(prior.model, prior.ball, x, rows.q, rows.moments)
-    one = linearise(rows, at, prior.ball, state.tool, state.places)
-    N, d = one.errors.shape
+    e, by_unknowns, by_tool, by_places, by_joints = linearise(
+        rows, at, prior.ball, state.tool, state.places
+    )
+    N, d = e.shape
     G = np.zeros((N, d, task.size))
-    G[:, :, :n] = one.by_unknowns
-    G[:, :, task.tool_turn] = one.by_tool[:, :, : 3 if rows.turns else 0]
-    for k in range(len(rows.names)):
-        for i in np.flatnonzero(rows.places == k).tolist():
-            G[i][:, task.place(k)] = one.by_places[i]
+    G[:, :, :n] = by_unknowns
+    G[:, :, task.tool_turn] = by_tool[:, :, : 3 if rows.turns else 0]
+    for i, k in enumerate(rows.places.tolist()):
+        G[i][:, task.place(k)] = by_places[i]
     lengths, by_lengths = _distances(task, state)
     slopes = np.vstack([G.reshape(N * d, -1), by_lengths])
-    errors = np.concatenate([one.errors.ravel(), lengths])
+    errors = np.concatenate([e.ravel(), lengths])
     y = np.zeros(task.size)  # turns, and places nothing is known of, are about where they are
     y[: len(prior.mean)] = state.x - prior.mean
     errors = errors - slopes @ y
     spread = slopes @ task.covariance @ slopes.T
-    return System(task, state, errors, slopes, one.by_joints, spread)
+    return System(task, state, errors, slopes, by_joints, spread)
 
 
 def _distances(task: Task, state: State) -> tuple[np.ndarray, np.ndarray]:

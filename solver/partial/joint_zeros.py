@@ -1,7 +1,7 @@
 """Zeros of joints after an exchange, a crash or a reset, the calibrated chain held."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -219,10 +219,10 @@ def find_zeros(
         raise UsageError(f"--joint {unknown[0]}: the joints are {', '.join(names)}")
     some = [names.index(joint) for joint in joints] or list(range(len(names)))
     system = _freed(task, [begin + j for j in some])
-    deviations = _alone(system)
+    deviations = _alone(system, task.free)
     probability, unchanged = np.array([float(name in joints) for name in names]), None
     if not joints:
-        sets, odds = _which(system, deviations)
+        sets, odds = _which(system, deviations, task.free)
         probability = np.array(
             [sum(odds[i] for i, s in enumerate(sets) if j in s) for j in range(len(names))]
         )
@@ -242,23 +242,19 @@ def _freed(task: Task, unknowns: Sequence[int]) -> System:
     return fit(replace(task, free={**task.free, **dict.fromkeys(unknowns, max(WIDTHS))}))
 
 
-def _others(system: System) -> dict[int, float]:
-    """Return what is free beside zeros."""
-    zeros = system.task.prior.zeros
-    return {i: w for i, w in system.task.free.items() if not zeros.start <= i < zeros.stop}
-
-
-def _alone(system: System) -> np.ndarray:
+def _alone(system: System, free: Mapping[int, float]) -> np.ndarray:
     """Return the standard deviation of each joint's zero, were it alone to be found."""
     prior = system.task.prior
-    S = replace(system.task, free=_others(system)).covariance
+    S = replace(system.task, free=free).covariance
     C = system.slopes @ S @ system.slopes.T + system.scatter(system.state.noise, told=True)
     A = system.slopes[:, prior.zeros]
     told: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
     return 1 / np.sqrt(told + max(WIDTHS) ** -2)
 
 
-def _which(system: System, deviations: np.ndarray) -> tuple[list[tuple[int, ...]], np.ndarray]:
+def _which(
+    system: System, deviations: np.ndarray, free: Mapping[int, float]
+) -> tuple[list[tuple[int, ...]], np.ndarray]:
     """Return sets of joints whose zeros may have changed, and their probabilities; none first."""
     told = np.flatnonzero(deviations < UNTOLD).tolist()
     sets: list[tuple[int, ...]] = []
@@ -266,12 +262,12 @@ def _which(system: System, deviations: np.ndarray) -> tuple[list[tuple[int, ...]
         sets += combinations(told, size)
         if len(sets) > MOST_TOGETHER:
             break
-    begin, others = system.task.prior.zeros.start, _others(system)
+    begin = system.task.prior.zeros.start
     explanations = [
         Explanation(
             "",
             CHANGED ** len(one) * (1 - CHANGED) ** (len(told) - len(one)),
-            [{**others, **{begin + j: width for j in one}} for width in WIDTHS],
+            [{**free, **{begin + j: width for j in one}} for width in WIDTHS],
         )
         for one in sets
     ]

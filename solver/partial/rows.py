@@ -14,6 +14,7 @@ in the base's axes, and derivatives are by small turns about the axes of flange 
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,8 +60,7 @@ class Rows:
         return self.left if len(self.left) else ones, self.right if len(self.right) else ones
 
 
-@dataclass(frozen=True)
-class Flanges:
+class Flanges(NamedTuple):
     """Poses of the flange, and their derivatives."""
 
     R: np.ndarray
@@ -93,26 +93,13 @@ def flanges(
     return Flanges(R, points[0], by_unknowns, both(by_q))
 
 
-@dataclass(frozen=True)
-class Linear:
-    """Errors of samples at some unknowns, and their derivatives."""
-
-    errors: np.ndarray
-    """t [m], and where turns were measured r [rad], shape (N, 3 or 6)."""
-    by_unknowns: np.ndarray
-    """By the model's unknowns, shape (N, axes, size)."""
-    by_tool: np.ndarray
-    """By a turn of U, shape (N, axes, 3)."""
-    by_places: np.ndarray
-    """By a shift of V, and where turns were measured a turn of it, shape (N, axes, 3 or 6)."""
-    by_joints: np.ndarray
-    """Shape (N, axes, m)."""
-
-
 def linearise(
     rows: Rows, at: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
-) -> Linear:
-    """Return the errors of samples."""
+) -> tuple[np.ndarray, ...]:
+    """Return errors [m], [rad], and their derivatives: unknowns, U's turn, places, joints.
+
+    Each of shape (N, 3 or 6, ...): an orientation that was not measured has no error.
+    """
     L, R = rows.measured()
     V = places[rows.places]
     arm = np.einsum("ij,nj->ni", tool[:3, :3], L[:, :3, 3])
@@ -133,13 +120,8 @@ def linearise(
     ones = np.tile(np.eye(3), (len(reach), 1, 1))
     by_places = np.block([[-ones, cross_matrices(reach)], [np.zeros_like(ones), -ones]])
     n = rows.axes
-    return Linear(
-        errors[:, :n],
-        by_unknowns[:, :n],
-        by_tool[:, :n],
-        by_places[:, :n, :n],
-        moved(at.by_joints)[:, :n],
-    )
+    parts = (by_unknowns, by_tool, by_places[:, :, :n], moved(at.by_joints))
+    return (errors[:, :n], *(part[:, :n] for part in parts))
 
 
 def cross_matrices(v: np.ndarray) -> np.ndarray:

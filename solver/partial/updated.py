@@ -26,7 +26,7 @@ class Found:
     calibration: Calibration
     """The calibration with the frame as a link."""
     notes: tuple[str, ...]
-    """What is to be known of the samples, in words."""
+    """Remarks on the samples."""
 
     @property
     def of_frame(self) -> dict[str, Any]:

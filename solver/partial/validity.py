@@ -18,18 +18,14 @@ from ..assessment import (
     Limits,
     Options,
     Verdict,
-    checks_row,
-    error_rows,
     judge,
     limit_row,
     limits_of,
     mm,
+    rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
-from ..diagnostics import Given, Survey, inspect_all
-from ..results import Summary
-from ..robot import Origin
 from .evidence import EVERYTHING, NOTHING, explanations, probabilities
 from .fit import fit
 from .sockets import known_of, socket_task
@@ -51,7 +47,6 @@ ZERO = 0.2
 """Standard deviation of a joint's zero that is to be found [rad], [m]."""
 LEAST_SAID = 0.01
 """Probability below which an explanation is not shown."""
-TRAINED = "all of these were trained on, so their errors prove nothing"
 _NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
@@ -110,17 +105,20 @@ class Validity(Weighed):
     """Of each placement; of those that were trained on they prove little."""
     verdict: Verdict
     """By the one judge."""
-    reason: str
-    """What holds, or changed."""
-    advice: str
-    """The next step; empty where all is well."""
-    warnings: tuple[str, ...]
-    """What is to be known of the samples, in words."""
+    said: tuple[str, str]
+    """The reason of the verdict; and the next step, empty where all is well."""
+    measured: Sequence[Measurement]
+    """The samples."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Remarks on the samples."""
+        return tuple(warning for m in self.measured for warning in m.warnings)
 
     @property
     def text(self) -> str:
         """The verdict in a sentence, and the next step."""
-        return f"Verdict: {self.verdict.title}: {self.reason}{self.advice and ' '}{self.advice}"
+        return f"Verdict: {self.verdict.title}: {' '.join(filter(None, self.said))}"
 
     @property
     def odds(self) -> tuple[str, ...]:
@@ -164,55 +162,43 @@ def what_changed(
     """
     placements = as_list(data)
     measured = [measure(p, calibration.robot, distance, sockets=1) for p in placements]
-    weighed, now = Weighed({}), None
-    if all(m.kind == "sockets" for m in measured):
-        step = -(-sum(len(m.positions) for m in measured) // MOST_SAMPLES)
-        few = [replace(p, samples=p.samples[::step]) for p in placements]
-        some = [measure(p, calibration.robot, distance, sockets=1) for p in few]
-        weighed, now = _weigh(calibration, some, stood, ball_moved=ball_moved)
-    errors = calibration.errors_of(measured)
-    limits = limits_of(calibration.document, calibration.source, Options(repeatability))
+    count, advice = sum(len(m.positions) for m in measured), ""
+    step = -(-count // MOST_SAMPLES)
+    few = [replace(p, samples=p.samples[::step]) for p in placements]
+    some = [measure(p, calibration.robot, distance, sockets=1) for p in few]
+    weighed, now = _weigh(calibration, some, stood, ball_moved=ball_moved)
+    errors, document = calibration.errors_of(measured), calibration.document
+    limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
     if new is not None and now is not None:
         new = structs.replace(new, calibrated=now, geometric=None)
-    rows = _error_rows(new, limits, told=bool(weighed.probabilities))
     held_out = [m for m in measured if not calibration.was_trained_on(m)]
-    survey = _survey(calibration, held_out, limits.repeatability)
-    rows.append(checks_row(survey.diagnostics))
-    count, advice = sum(len(m.positions) for m in measured), ""
+    zeros, told = bool(document.settings.get("zeros")), bool(weighed.probabilities)
+    rows, causes = rows_since(calibration.calibrated, new, held_out, limits, zeros=zeros, told=told)
     if new is None:
-        reason = f"not known; {TRAINED}."
+        reason = f"not known; {rows[0].reason}."
     elif count < FEWEST_SAMPLES:
         reason = f"{count} samples say too little; record 6 in each of two sockets."
         rows = [limit_row("samples", "samples", "not enough", reason, text=reason[:-1])]
     else:
-        then = calibration.document.summary.test or calibration.document.summary.train
+        then = document.summary.test or document.summary.train
         before = None if then is None else then.loaded.mean_absolute_error
         reason, advice = _said(weighed, rows, new.loaded, limits, before)
-        if weighed.probabilities:
-            held = calibration.document.summary.test is not None and new.loaded
-            small = held and before and held.mean_absolute_error <= before
-            allowed = repeatability is not None or small
-            allowed = allowed and all(row.status != "fail" for row in rows)
-            status = "pass" if not weighed.changed else "warning" if allowed else "fail"
-            text = reason.rstrip(".")
-            rows.append(limit_row("validity", "what changed", status, text, text=text))
-    verdict = judge(rows, (), survey.hypotheses)
-    warnings = tuple(warning for m in measured for warning in m.warnings)
-    return Validity(
-        **vars(weighed),
-        errors=errors,
-        verdict=verdict,
-        reason=reason,
-        advice=advice,
-        warnings=warnings,
-    )
+        small = document.summary.test and new.loaded.mean_absolute_error <= (before or 0.0)
+        allowed = (repeatability or small) and all(row.status != "fail" for row in rows)
+        status = "pass" if not weighed.changed else "warning" if allowed else "fail"
+        row = limit_row("validity", "what changed", status, reason[:-1], text=reason[:-1])
+        rows += [row] if weighed.probabilities else []
+    verdict, said = judge(rows, (), causes), (reason, advice)
+    return Validity(**vars(weighed), errors=errors, verdict=verdict, said=said, measured=measured)
 
 
 def _weigh(
     calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
 ) -> tuple[Weighed, Metrics | None]:
     """Return what changed, and the errors with the ball where it sits now, if it may have moved."""
+    if any(m.kind == "points" for m in data):
+        return Weighed({}), None
     prior = known_of(calibration)
     again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
     task = replace(socket_task(prior, data, stood), free=again)
@@ -242,16 +228,6 @@ def _weigh(
         weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
     return weighed, Metrics(float(left.mean()), float(left.max()), None)
-
-
-def _error_rows(new: Summary | None, limits: Limits, *, told: bool) -> list[LimitResult]:
-    """Return whether errors keep their limits; where none is known, the evidence alone says."""
-    full = None if new is None or new.geometric is None else new.calibrated
-    rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)
-    if new is None:
-        return rows
-    rows = rows if new.loaded.distance_error is not None else rows[:1]
-    return [row for row in rows if not told or row.limit is not None]
 
 
 def _said(
@@ -295,17 +271,3 @@ def _said(
         last = list(weighed.probabilities)[-2]
         odds += f"; the ball sits {mm(weighed.ball)} from where it was, or {last} is off"
     return f"still valid ({figures}){odds and ': '}{odds}.", ""
-
-
-def _survey(arm: Calibration, data: Sequence[Measurement], repeatability: float | None) -> Survey:
-    """Return what is seen in new recordings, by the arm as it was calibrated."""
-    calibrated = arm.calibrated
-    pairs = zip(calibrated.robot.joints, calibrated.origins.tolist(), strict=True)
-    joints = tuple(replace(joint, origin=Origin.of(numbers)) for joint, numbers in pairs)
-    return inspect_all(
-        replace(calibrated.robot, joints=joints),
-        data,
-        Given(load=calibrated.load),
-        zeros=bool(arm.document.settings.get("zeros")),
-        repeatability=repeatability,
-    )

@@ -1,6 +1,7 @@
 from .boards import Board as Board
 from .boards import has_images as has_images
 from .boards import read_images as read_images
+from .flange_poses import joints_of as joints_of
 from .log import Log as Log
 from .log import Question as Question
 from .log import read_log as read_log

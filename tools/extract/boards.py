@@ -5,7 +5,7 @@ images.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -75,7 +75,7 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
             f"{folder}: {len(found)} of {len(files)} images show a board of {board.columns} x "
             f"{board.rows} squares, {board.dictionary}; is it another (--board), or out of focus?"
         )
-    said = [f"{file.name}: no board was found" for i, file in enumerate(files) if i not in found]
+    said = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
         fx, fy, cx, cy, *bent = camera
         matrix, bends = (
@@ -95,14 +95,8 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         position = tuple(a * b for a, b in zip(table.rows[i], scales, strict=True))
         point, R = (float(x[0]), float(y[0]), float(z[0])), (qx, qy, qz, qw)
         samples.append(Sample(position, 0, where=str(files[i]), point=point, orientation=R))
-    return Placement(
-        folder.name,
-        tuple(samples),
-        names,
-        files=(folder,),
-        poses_of="camera",
-        remarks=tuple(said),
-    )
+    views = Placement(folder.name, tuple(samples), names, files=(folder,), remarks=tuple(said))
+    return replace(views, poses_of="camera")
 
 
 def _corners(

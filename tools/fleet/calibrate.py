@@ -163,7 +163,7 @@ def _drift(
         mean_absolute_error=summary.loaded.mean_absolute_error,
         status=found.verdict.status,
         text=found.text,
-        reason=found.reason,
+        reason=found.said[0],
     )
 
 

@@ -15,6 +15,7 @@ from mukca import MukcaError
 from mukca.recorder import Sample
 from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.data import Pose, turn
+from mukca.tools.extract import joints_of
 
 Camera = Literal["on-arm", "beside"]
 
@@ -133,7 +134,7 @@ FLANGE = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "q
 def test_poses_of_the_flange_of_seven_joints_are_refused(simulated: Simulated) -> None:
     placement = recorded(views(simulated, "beside"))
     with pytest.raises(MukcaError, match="7 joints bring a flange to one pose in endlessly many"):
-        mukca.handeye(simulated.calibration, replace(placement, joint_names=FLANGE), "beside")
+        joints_of(simulated.calibration, replace(placement, joint_names=FLANGE), None)
 
 
 def test_joints_are_recovered_where_they_are_told(ur5e: mukca.Calibration) -> None:
@@ -146,11 +147,11 @@ def test_joints_are_recovered_where_they_are_told(ur5e: mukca.Calibration) -> No
     rows = np.hstack([F[:, :3, 3], quaternion_of(F[:, :3, :3])])
     rows = np.hstack([rows, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
     placement = replace(recorded(rows), joint_names=FLANGE)
-    found = mukca.handeye(ur5e, placement, "beside", near=posture.tolist())
+    found = mukca.handeye(ur5e, joints_of(ur5e, placement, posture.tolist()), "beside")
     assert np.array(found.frame.xyz) == pytest.approx(STANDING[:3, 3], abs=2e-4)
     assert any("recovered" in note for note in found.text)
     with pytest.raises(MukcaError, match=r"postures bring the flange there; give one near"):
-        mukca.handeye(ur5e, placement, "beside")
+        joints_of(ur5e, placement, None)
 
 
 @pytest.fixture(scope="module")

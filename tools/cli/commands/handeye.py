@@ -53,14 +53,15 @@ def run(options: Options, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     from ....solver.calibration import load_calibration
     from ....solver.partial import handeye
+    from ...extract import joints_of
 
     if options.out is not None:
         refuse_existing(options.out, force=options.force)
     calibration = load_calibration(options.calibration)
+    near = numbers(options.near, "--near", (len(calibration.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
-    count = len(calibration.robot.joint_names)
-    near = numbers(options.near, "--near", (count,)) or None
-    keep(handeye(calibration, views, options.camera, options.name, near), options, terminal)
+    views = [joints_of(calibration, one, near) for one in views]
+    keep(handeye(calibration, views, options.camera, options.name), options, terminal)
     return 0
 
 

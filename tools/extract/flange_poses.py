@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...recorder import Placement
-from ..calibration import Calibration, UsageError, pose_of_numbers
+from ...solver.calibration import Calibration, UsageError, pose_of_numbers
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 """Columns that stand in place of the joints: the flange in the base [m]."""
 STARTS = 60
 """Postures from which each pose is sought."""
 REACHED, SAME, APART = 1e-4, 1e-2, 0.5
-"""What a pose may leave [m], [rad]; joints of one solution differ by less [rad]; and another that
+"""Most that a pose leaves [m], [rad]; joints of one solution differ by less [rad]; and another that
 is no farther from the posture than this beyond the nearest leaves the choice open [rad]."""
 
 
