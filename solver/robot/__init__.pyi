@@ -5,9 +5,6 @@ from .chain import find_root as find_root
 from .chain import matrix_rpy as matrix_rpy
 from .chain import rpy_axes as rpy_axes
 from .factory import ur_controller as ur_controller
-from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
-from .gravity import gravity_moments as gravity_moments
-from .gravity import moments_function as moments_function
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
 from .inverse_kinematics import workspace as workspace
@@ -21,7 +18,10 @@ from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters
 from .parameters import choose_parameters as choose_parameters
+from .pose_model import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .pose_model import PoseModel as PoseModel
+from .pose_model import gravity_moments as gravity_moments
+from .pose_model import moments_function as moments_function
 from .pose_solver import NEAR as NEAR
 from .pose_solver import NO_TOOL as NO_TOOL
 from .pose_solver import ROUNDS as ROUNDS

@@ -1,19 +1,14 @@
 """The position of the ball as a function of the parameters and the joint positions.
 
-There is one forward kinematics, :func:`link_frames`, written once as a CasADi expression, so that
-its derivatives are exact. Each joint i has an origin (p, rpy) in the link before it, an axis a and
-a position q. From the link before it to the link after it leads the transform [rotation |
-translation]
+There is one forward kinematics, :func:`link_frames`, a CasADi expression, so that its derivatives
+are exact. A joint with the origin (p, rpy) in the link before it, the axis a and the position q has
 
     T(i-1, i) = [ R(rpy) R(a, q) | p ]            revolute, continuous (Rodrigues' formula)
     T(i-1, i) = [ R(rpy)         | p + R(rpy) a q ]   prismatic
 
-with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF.
-
-A joint that bends under load also tilts a little about the two axes across its own. The link after
-it then turns by R(b, u) R(c, v) more, where b and c are those axes in its own frame, see
-:func:`across`, and u and v the tilts. For a robot of m joints, a configuration is a row of m
-positions, or of 3 m numbers: the positions, all tilts about b, all tilts about c.
+with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), as in URDF. One that bends under load also tilts about the
+two axes :func:`across` its own, b and c, and the link after it turns by R(b, u) R(c, v) more. A
+configuration is a row of m positions, or of 3 m: with all tilts u, then all tilts v.
 """
 
 from collections.abc import Callable, Sequence
@@ -183,14 +178,11 @@ class BallModel:
         return axes.reshape(-1, 3)[self.free].T
 
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """Return the ball's centre in the base frame for each row of joint positions.
+        """Return the ball's centres in the base frame, shape (N, 3) [m].
 
         Args:
             parameters: Values of the free numbers, shape (n,) [m, rad].
             positions: Joint positions, shape (N, m) [rad], or with tilts, shape (N, 3 m).
-
-        Returns:
-            Shape (N, 3) [m].
         """
         return self._of(positions).points(positions, self._given, parameters)[0]
 
@@ -201,11 +193,9 @@ class BallModel:
         return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
 
     def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
-        """Return the rotation of the ball's link instead of its place; arguments as before.
+        """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
 
-        Returns:
-            In place of the points the rotations in the base frame, shape (N, 3, 3); derivatives are
-            turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
+        Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
         """
         R, by_x, by_q = self._of(positions).rotations(positions, self._given, parameters)
         (N, m), n = positions.shape, len(self.free)
@@ -216,17 +206,9 @@ class BallModel:
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
 
-        A small box of joint positions becomes a body of ball positions whose volume is
-        sqrt(det(Jq Jq^T)) times as large. For a robot of less than three joints there is no
-        volume, and all are zero.
-
-        Args:
-            parameters: The free numbers, shape (n,).
-            positions: Joint positions, shape (N, m).
-
-        Returns:
-            The mean over the positions, and its derivatives by the free numbers, shape (n,), and
-            by a turn of each joint in all positions, shape (m,).
+        A small box of joint positions becomes one of ball positions sqrt(det(Jq Jq^T)) times as
+        large; with less than three joints there is none, and all are zero. Derivatives are by the
+        free numbers, shape (n,), and by a turn of each joint in all positions, shape (m,).
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free)), 0 * positions[0]

@@ -5,10 +5,9 @@ positions, and d = prefer - q, the step is the s that minimises
 
     |J s - e|^2 / l + |s - d|^2    with lower <= q + s <= upper and l = |e|^2 / 10
 
-(Levenberg-Marquardt): s = d + J^T (J J^T + l I)^-1 (e - J d). Near the solution l vanishes: the
-step is Newton's, and what the pose leaves free moves toward the preferred posture. A joint that
-would pass its limit goes just as far, and the others make up for it. J leaves out that the
-corrections of the joints change with q, which costs a thousandth of the error each round.
+(Levenberg-Marquardt): s = d + J^T (J J^T + l I)^-1 (e - J d). What the pose leaves free moves to
+the preferred posture; where a joint comes to its limit, the others make up for it. J leaves out
+that corrections of joints change with q, which costs a thousandth of the error each round.
 """
 
 from dataclasses import dataclass

@@ -1,20 +1,24 @@
-"""The pose of a robot's links and its derivatives as CasADi expressions: rigid, or the full model.
+"""The poses of a robot's links, their derivatives and the moments of its weight as expressions.
 
-Nothing of a model is written here a second time: the kinematics are those of
-:func:`.link_frames`, at joint positions that a calibration corrects as it always does. The library
-computes with these expressions, and exports make code of them.
+The kinematics are those of :func:`.link_frames`, at joint positions that a calibration corrects;
+the library computes with these CasADi expressions, and exports make code of them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .chain import Joint
+from .chain import Body, Joint
 from .kinematics import across, link_frames, rotation, rotation_rpy
+from .row_function import RowFunction
 from .urdf import Robot
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
+"""Acceleration in the base frame of an arm that stands upright [m/s^2]."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +43,12 @@ class PoseModel:
         origins: np.ndarray | None = None,
         correct: Callable[[Any], Any] | None = None,
     ) -> "PoseModel":
-        """Return the model of a robot.
+        """Return the model of a robot; None for the origins of its URDF, and for a rigid one.
 
         Args:
             robot: The robot.
-            origins: Origins of its joints, shape (joints, 6); None for those of its URDF.
-            correct: The true positions of joints that read q, and their tilts where there are any,
-                as columns; None for a rigid robot.
+            origins: Origins of its joints, shape (joints, 6).
+            correct: The true positions of joints that read q, and their tilts where there are any.
         """
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
@@ -103,3 +106,61 @@ class PoseModel:
                 columns[k * m + moving] = ca.vertcat(along, ca.DM.zeros(3)) if slides else turned
             moving += 1
         return ca.horzcat(*columns)
+
+
+def gravity_moments(
+    robot: Robot,
+    positions: np.ndarray,
+    gravity: Sequence[float] = STANDARD_GRAVITY,
+    payload: float = 0.0,
+) -> np.ndarray:
+    """Return the moments by which each joint holds the arm against gravity, about its three axes.
+
+    They are slopes of the potential energy of the URDF's masses and of a payload at the ball, by
+    the nominal model.
+
+    Args:
+        robot: The robot.
+        positions: Joint positions, shape (N, m).
+        gravity: Acceleration in the base frame [m/s^2].
+        payload: Mass at the ball's centre [kg].
+
+    Returns:
+        Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
+        then about the first axis :func:`across` each, then about the second.
+    """
+    return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
+
+
+def moments_function(
+    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
+) -> Any:
+    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
+    return _moments_function(robot.joints, robot.bodies, tuple(gravity), payload)
+
+
+@lru_cache(maxsize=16)
+def _moments_function(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> Any:
+    m = sum(joint.actuated for joint in joints)
+    q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
+    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
+    frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
+    energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
+    for body in bodies:
+        R, p = frames[body.joint]
+        energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
+    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
+    slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
+    upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
+    return ca.Function("moments", [q], [upright], {"cse": True})
+
+
+@lru_cache(maxsize=16)
+def _moments_of_rows(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+) -> RowFunction:
+    function = _moments_function(joints, bodies, gravity, payload)
+    q = ca.SX.sym("q", function.numel_in(0))
+    return RowFunction("moments", [q], [function(q)])

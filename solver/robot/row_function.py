@@ -1,7 +1,6 @@
-"""Calls CasADi functions on the rows of NumPy arrays.
+"""Calls CasADi functions on the rows of NumPy arrays, in whose memory they read and write.
 
-CasADi's own call turns arrays into lists of Python numbers and back, which takes several times as
-long as the computation; here it reads and writes the arrays' memory.
+CasADi's own call turns arrays into lists and back, which takes longer than the computation.
 """
 
 from functools import cached_property, lru_cache

@@ -1,8 +1,4 @@
-"""The text of a URDF: a safe first look, and edits that leave all else byte for byte as it was.
-
-A URDF is edited by the places of its tags, not by parsing and printing it again: comments,
-blanks, quotes and the order of attributes in the rest of the file stay.
-"""
+"""The text of a URDF: a safe first look, and edits at the places of its tags, nowhere else."""
 
 import math
 import os
