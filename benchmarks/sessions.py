@@ -65,6 +65,7 @@ RIGHT = {
     "socket": ("socket",),
     "distance": ("distance",),
     "zero": ("zero_lost",),
+    "loose": ("ball_loose",),
 }
 
 

@@ -80,6 +80,7 @@ class LiveCheck:
         # with less than all errors a fit to few samples takes a fault for noise; but gears with
         # play rest on one side for many samples
         self.share = INDEPENDENT if zeros else 1.0
+        self._kinds = [kind for kind in CURABLE if kind.noise is None or not zeros]
         self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
         self._repeatability = repeatability
 
@@ -95,7 +96,7 @@ class LiveCheck:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison = Comparison(scene, CURABLE, self.share)
+            comparison = Comparison(scene, self._kinds, self.share)
             sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
             others = [c for c in comparison.candidates if c.kind.name != "sound"]
             logs = [c.log_evidence - sound for c in others]
@@ -112,6 +113,8 @@ class LiveCheck:
                 scene = self.scene(given)
             else:
                 found.append(_fault(comparison, others[best], logs[best]))
+                if others[best].kind.noise is not None:
+                    break
                 scene = explained(scene, others[best])
         return tuple(found)
 

@@ -15,6 +15,7 @@ CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str]] = {
     "drift": ("other", "DRIFTS"),
     "ball_sample": ("ball", "NOT SEATED"),
     "ball_bent": ("other", "BALL MOVED"),
+    "ball_loose": ("other", "LOOSE"),
     "zero_lost": ("other", "LOST A ZERO"),
     "socket": ("socket", "WRONG SOCKET"),
     "distance": ("other", "DISTANCE?"),
@@ -52,6 +53,7 @@ def _alarm(fault: Fault) -> Alarm:
         "drift": f"the base drifts, by {mm} so far; is it tight?",
         "ball_sample": f"sample {first} is {mm} off",
         "ball_bent": f"by {mm} on its flange since sample {first}; tight?",
+        "ball_loose": "all samples scatter: are ball and base tight?",
         "zero_lost": f"{p.get('joint')} reads otherwise since sample {first}",
         "distance": f"the sockets come out {_mm(p.get('likely'))} apart, not {_mm(p.get('given'))}",
     }

@@ -63,6 +63,7 @@ CURABLE: tuple[Kind, ...] = (
     DRIFT,
     BALL_SAMPLE,
     BALL_BENT,
+    BALL_LOOSE,
     ZERO_LOST,
 )
 """Those that a hand can cure while it records."""
