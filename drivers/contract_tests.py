@@ -226,13 +226,10 @@ class DriverContract:
         for state in states:
             start = places[-1] + 1 if places else 0
             for place in range(start, len(truths)):
-                if self._is_near(state.position, truths[place].position):
+                pairs = zip(state.position, truths[place].position, strict=True)
+                if all(abs(a - b) <= self.tolerance for a, b in pairs):
                     places.append(place)
                     break
             else:
                 raise AssertionError(f"{state} was never sent, or before the last one")
         return places
-
-    def _is_near(self, position: Sequence[float], truth: Sequence[float]) -> bool:
-        pairs = zip(position, truth, strict=True)
-        return all(abs(a - b) <= self.tolerance for a, b in pairs)

@@ -136,7 +136,10 @@ class ValidatingDriver(Driver):
                 return state
             except ValueError as error:
                 bad = str(error)
-                self._count_useless(bad)
+                self._count_rejected()
+                self._useless += not self._proven
+                if self._useless >= USELESS:
+                    raise DriverError(Reason.PROTOCOL, f"{self._where} sends {bad}") from None
             except DriverError as error:
                 if bad and error.reason is Reason.SILENT:
                     raise DriverError(Reason.SILENT, f"{self._where} sends {bad}") from None
@@ -144,12 +147,6 @@ class ValidatingDriver(Driver):
             if clock.now() > deadline:
                 raise DriverError(Reason.SILENT, f"{self._where} sends {bad}")
         raise DriverError(Reason.UNREACHABLE, "the connection is closed")
-
-    def _count_useless(self, bad: str) -> None:
-        self._count_rejected()
-        self._useless += not self._proven
-        if self._useless >= USELESS:
-            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {bad}")
 
     def _check_values(self, state: JointState) -> None:
         """See that there is a number for each joint."""

@@ -9,23 +9,11 @@ import msgspec
 import numpy as np
 from msgspec import structs
 
-from .. import results
+from .. import data, results
 from ..assessment import millimetres
 from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
-from ..data import (
-    CALIPER_DEVIATION,
-    Measurement,
-    Metrics,
-    Pose,
-    cost_terms,
-    evaluate,
-    fit_frames,
-    fit_pose,
-    found_deviation,
-    mean_metrics,
-    removed_share,
-)
+from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, ball_only, build_problem, solve
 from ..robot import BallModel, Robot, all_parameters
 from .fit import Fit, Predict
@@ -99,7 +87,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
                     name = f"{row.name}{_kind(row)}"
                     rows += _rows(row, name, "+".join(map(str, row.samples)))
             if summary is not None:
-                removed = f"{100 * removed_share(summary.nominal, summary.loaded):.1f} % less"
+                removed = f"{100 * data.removed_share(summary.nominal, summary.loaded):.1f} % less"
                 rows += _rows(summary, f"= {title}", removed)
         return rows
 
@@ -145,9 +133,9 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
     means: dict[str, Any] = {}
     for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
         there = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
-        means[name] = mean_metrics(there) if there else None
+        means[name] = data.mean_metrics(there) if there else None
     return results.Summary(
-        **means, removed_error=removed_share(means["nominal"], means["calibrated"])
+        **means, removed_error=data.removed_share(means["nominal"], means["calibrated"])
     )
 
 
@@ -163,7 +151,7 @@ def placement_errors(
     turned = names if measured.has_orientations else ()
     turns = {name: calibrated.rotations(name, measured) for name in turned}
     metrics: dict[str, Any] = {
-        name: evaluate(predict(measured), measured, (frames or {}).get(name), turns.get(name))
+        name: data.evaluate(predict(measured), measured, (frames or {}).get(name), turns.get(name))
         for name, predict in models.items()
     }
     in_sockets = measured.kind == "sockets"
@@ -183,7 +171,7 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     weight = problem.options.regularization or REGULARIZATION
     models = {**fit.calibrated.models, **_ball_refitted(problem.robot, problem.train, weight)}
     measured = [m for m in problem.train if m.kind == "points"]
-    frames = {name: fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
+    frames = {name: data.fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(fit.calibrated, models, role, m, frames)
@@ -210,9 +198,9 @@ def _deviations(
     by_socket = calibrated.load.by_socket(calibrated.robot, measured)
     length = None
     if measured.has_distance:
-        known = measured.distance_deviation or CALIPER_DEVIATION
+        known = measured.distance_deviation or data.CALIPER_DEVIATION
         length = length_deviation(posterior, by_socket, known)
-    return predicted_deviation(posterior, by_socket), found_deviation(points, measured), length
+    return predicted_deviation(posterior, by_socket), data.found_deviation(points, measured), length
 
 
 def history(
@@ -223,7 +211,7 @@ def history(
     def cost(predict: Predict, placements: Sequence[Measurement]) -> results.CostTerms | None:
         if not placements:
             return None
-        pairs = [cost_terms(predict(m), m) for m in placements]
+        pairs = [data.cost_terms(predict(m), m) for m in placements]
         inconsistency, distortion = np.mean(pairs, axis=0).tolist()
         return results.CostTerms(inconsistency=inconsistency, distortion=distortion)
 
@@ -262,7 +250,7 @@ def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> Predict:
         for group in by_frame.values():
             linear = model.linearise(x, np.concatenate([m.positions for m in group]))
             measured = np.concatenate([m.points for m in group])
-            pose = fit_pose(measured, linear.points)
+            pose = data.fit_pose(measured, linear.points)
             slopes = pose.slopes(measured).reshape(-1, 6)
             by_ball = linear.by_parameters.reshape(-1, len(free))
             rows.append(by_ball - slopes @ np.linalg.lstsq(slopes, by_ball, rcond=None)[0])

@@ -5,20 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import results
+from ..bayes import results as bayes
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
-from ..bayes.results import (
-    PredictedErrors,
-    correlations,
-    deviations,
-    effective_parameters,
-    errors_near,
-    observability_index,
-    scale,
-    unobservable,
-    weakly_identifiable_directions,
-    workspace_errors,
-)
 from ..data import Load, Measurement
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
@@ -40,7 +29,11 @@ def parameter_values(
 ) -> tuple[results.ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
-    known = [None] * len(calibrated.values) if posterior is None else deviations(posterior).tolist()
+    known = (
+        [None] * len(calibrated.values)
+        if posterior is None
+        else bayes.deviations(posterior).tolist()
+    )
     rows = zip(calibrated.parameters, np.transpose(columns).tolist(), known, strict=False)
     return tuple(
         results.ParameterValue(
@@ -61,7 +54,7 @@ def parameter_values(
 def coefficient_values(posterior: Posterior) -> tuple[results.Coefficient, ...]:
     """Return the coefficients of the extensions but the curves', with their deviations."""
     model = posterior.model
-    columns = (model.names, model.units, posterior.x.tolist(), deviations(posterior).tolist())
+    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
     return tuple(
         results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
         for name, unit, value, deviation in list(zip(*columns, strict=True))[
@@ -111,7 +104,7 @@ def prior_widths(posterior: Posterior) -> tuple[results.PriorWidth, ...]:
             unit=group.unit,
             count=len(group.members),
             width=group.width,
-            effective=effective_parameters(posterior, group),
+            effective=bayes.effective_parameters(posterior, group),
             active=group.width > 0,
         )
         for group in posterior.groups
@@ -138,20 +131,22 @@ def uncertainty_of(
     """Return how well the calibration is known, here and there, and what the data cannot tell."""
     load, exported = calibrated.load, calibrated.exported
     places = [m.positions for m in recorded]
-    near = errors_near(posterior, load, places, exported)
-    anywhere = workspace_errors(posterior, load, exported)
-    weak = tuple(weakly_identifiable_directions(posterior))
+    near = bayes.errors_near(posterior, load, places, exported)
+    anywhere = bayes.workspace_errors(posterior, load, exported)
+    weak = tuple(bayes.weakly_identifiable_directions(posterior))
     return results.Uncertainty(
         weak_directions=weak,
-        correlations=correlations(posterior),
-        observability_index=observability_index(posterior),
+        correlations=bayes.correlations(posterior),
+        observability_index=bayes.observability_index(posterior),
         distance_deviation=_deviation(anywhere, exported),
         near=None if near is None else _deviation(near, exported),
-        cannot_see=unobservable(posterior, weak),
+        cannot_see=bayes.unobservable(posterior, weak),
     )
 
 
-def _deviation(found: PredictedErrors, exported: np.ndarray | None) -> results.DistanceDeviation:
+def _deviation(
+    found: bayes.PredictedErrors, exported: np.ndarray | None
+) -> results.DistanceDeviation:
     alone = None if exported is None else found.alone
     return results.DistanceDeviation(
         median=found.median, worst=found.worst, length=found.length, alone=alone
@@ -161,7 +156,7 @@ def _deviation(found: PredictedErrors, exported: np.ndarray | None) -> results.D
 def scale_of(fit: Fit) -> results.Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
-        value, deviation = scale(fit.posterior)
+        value, deviation = bayes.scale(fit.posterior)
         return results.Scale(value=value, deviation=deviation)
     calibrated = fit.calibrated
     by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
@@ -192,7 +187,9 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     new = _imagined(robot, farthest_place(centres), train[0].distance, load)
     further = [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]
     forecasts = tuple(
-        results.Forecast(placement=name, distance_deviation=workspace_errors(after, load).median)
+        results.Forecast(
+            placement=name, distance_deviation=bayes.workspace_errors(after, load).median
+        )
         for name, samples in further
         if samples and (after := predicted_posterior(fit.posterior, samples))
     )

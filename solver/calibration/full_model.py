@@ -14,7 +14,6 @@ from ..robot import Robot, Solutions, pose_on_flange, ur_controller
 from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
 from .options import check_keywords
 from .poses import (
-    CommandError,
     JointPath,
     PoseError,
     as_poses,
@@ -180,8 +179,7 @@ class FullModel:
         if not found.reached.all():
             row = int(np.flatnonzero(~found.reached)[0])
             joint, where = on.stopped(found.positions[row]), f"pose {row}" if leading else "pose"
-            words = not_reached(where, found.left[row], joint)
-            raise CommandError(words, found.positions[row], found.left[row], joint)
+            raise not_reached(where, found.positions[row], found.left[row], joint)
         return found.positions.reshape(*leading, found.positions.shape[1])
 
     def command_path(

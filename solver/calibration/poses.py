@@ -164,25 +164,26 @@ class JointPath:
         if wrong:
             row = min(wrong)
             where = f"pose {row}"
-            left, joint = self.left[row], self.at_limit[row]
-            words = not_reached(where, left, joint)
-            if self.reached[row]:
-                words = (
-                    f"{where}: from the pose before the joints jump, and the tool would leave the "
-                    "way; start in another posture, or give poses between them"
-                )
-            raise CommandError(words, self.positions[row], left, joint)
+            here = self.positions[row], self.left[row], self.at_limit[row]
+            if not self.reached[row]:
+                raise not_reached(where, *here)
+            raise CommandError(
+                f"{where}: from the pose before the joints jump, and the tool would leave the way; "
+                "start in another posture, or give poses between them",
+                *here,
+            )
         return self.positions
 
 
-def not_reached(where: str, left: np.ndarray, joint: str) -> str:
-    """Return the line that says how far a pose is from being reached."""
-    cure = "give a pose within reach, or start near another posture"
-    if left[0] > FAR:
-        cure = "poses are in metres: is this one in millimetres?"
-    return (
+def not_reached(where: str, positions: np.ndarray, left: np.ndarray, joint: str) -> CommandError:
+    """Return the error that says how far a pose is from being reached."""
+    return CommandError(
         f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.4g} mm and "
-        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; {cure}"
+        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; give a pose "
+        "within reach, or start near another posture",
+        positions,
+        left,
+        joint,
     )
 
 

@@ -11,22 +11,8 @@ from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..diagnostics import Diagnostic, Hypothesis
 from ..robot import all_parameters, parse_robot, scan
+from . import estimates
 from .calibrated import CalibratedRobot
-from .estimates import (
-    ArmsDocument,
-    Coefficient,
-    ErrorCurves,
-    FramePose,
-    LaterZero,
-    NoiseScale,
-    Outlook,
-    ParameterValue,
-    PriorWidth,
-    Scale,
-    StoredPosterior,
-    ToolFrame,
-    Uncertainty,
-)
 from .files import Document, DocumentError, read
 from .placements import Iteration, PlacementErrors, PlacementSamples, Summaries
 
@@ -58,16 +44,16 @@ class FitResult(Document, kw_only=True, frozen=True):
     method: str
     optimizer: str
     iterations: int
-    parameters: tuple[ParameterValue, ...]
-    coefficients: tuple[Coefficient, ...] | None = None
-    curves: ErrorCurves | None = None
+    parameters: tuple[estimates.ParameterValue, ...]
+    coefficients: tuple[estimates.Coefficient, ...] | None = None
+    curves: estimates.ErrorCurves | None = None
     """None where the data support none, and in older files."""
-    groups: tuple[PriorWidth, ...] | None = None
-    noise: NoiseScale | None = None
+    groups: tuple[estimates.PriorWidth, ...] | None = None
+    noise: estimates.NoiseScale | None = None
     log_evidence: float | None = None
-    uncertainty: Uncertainty | None = None
-    scale: Scale | None = None
-    frames: tuple[FramePose, ...] | None = None
+    uncertainty: estimates.Uncertainty | None = None
+    scale: estimates.Scale | None = None
+    frames: tuple[estimates.FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""
     choices: tuple[str, ...] | None = None
     """Decision on each extension, and its reason."""
@@ -78,15 +64,15 @@ class FitResult(Document, kw_only=True, frozen=True):
     """Explanations of the recordings, the most probable first; None where they were not checked."""
     next_placement: NextPlacement | None = None
     warnings: tuple[str, ...]
-    outlook: Outlook | None = None
+    outlook: estimates.Outlook | None = None
     """None where it was not worked out."""
     arm_name: str = ""
     """Name of this robot, if several were calibrated together."""
-    arms: ArmsDocument | None = None
+    arms: estimates.ArmsDocument | None = None
     """Its relations to the others."""
-    later_zeros: tuple[LaterZero, ...] = ()
+    later_zeros: tuple[estimates.LaterZero, ...] = ()
     """Zeros found since, the samples put into their terms; for another rezero, both count."""
-    tools: tuple[ToolFrame, ...] = ()
+    tools: tuple[estimates.ToolFrame, ...] = ()
     """Tools found since."""
 
 
@@ -129,7 +115,7 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     load: Load
     """Load of the joints while recording."""
     data: tuple[PlacementSamples, ...]
-    posterior: StoredPosterior | None = None
+    posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
 
 
@@ -139,7 +125,7 @@ class TypeElasticity(Document, kw_only=True, frozen=True):
     joint_names: tuple[str, ...]
     """A type is told by its joints' names, in chain order."""
     arms: int
-    coefficients: tuple[Coefficient, ...]
+    coefficients: tuple[estimates.Coefficient, ...]
     """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
     source: str | None = None
     """Source of the figures, if mukca did not find them."""

@@ -32,9 +32,8 @@ class Journal:
 
     def sent(self, number: int, state: JointState) -> None:
         """Note a state that went out."""
-        if self._stream:
-            content = {"position": state.position, "effort": state.effort}
-            self._write({"sent": number, "at": clock.now(), **content})
+        content = {"position": state.position, "effort": state.effort}
+        self._write({"sent": number, "at": clock.now(), **content})
 
     def close(self) -> None:
         """Write what is left."""
