@@ -186,10 +186,16 @@ class PolledDriver(ValidatingDriver):
         self._next_poll = 0.0
         """Time of the next request, by :func:`.clock.now` [s]; set by the subclass as it asks."""
 
-    def _await_turn(self, deadline: float) -> None:
-        """Wait until it is time to ask again; raise SILENT when that is after the deadline."""
+    def _await_turn(self, deadline: float, interval: float = 0.0) -> float:
+        """Wait until it is time to ask; return that, and ask again no sooner than an interval [s].
+
+        Raise SILENT when it is after the deadline.
+        """
         asked = clock.now()
         if self._next_poll > deadline:
             clock.sleep(max(0.0, deadline - asked))
             raise self._silence(asked, deadline)
         clock.sleep(max(0.0, self._next_poll - asked))
+        start = clock.now()
+        self._next_poll = start + interval
+        return start

@@ -79,9 +79,7 @@ class Damiao(PolledDriver):
             self._inspect()
 
     def _receive(self, deadline: float) -> JointState:
-        self._await_turn(deadline)
-        start = clock.now()
-        self._next_poll = start + self._interval
+        start = self._await_turn(deadline, self._interval)
         replies = [self._ask(motor, REFRESH, 0, decode_feedback) for motor in self._motors]
         angles, statuses = zip(*replies, strict=True)
         self.status = ", ".join(

@@ -154,8 +154,7 @@ def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
 def bad_address(address: str, why: str) -> DriverError:
     """Return the error for an address that cannot be understood."""
     return DriverError(
-        Reason.BAD_ADDRESS,
-        f"address {address!r}: {why}; expected HOST[:PORT][?option=value]",
+        Reason.BAD_ADDRESS, f"address {address!r}: {why}; expected HOST[:PORT][?option=value]"
     )
 
 

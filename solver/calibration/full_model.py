@@ -13,15 +13,7 @@ from ..results import CalibratedRobot
 from ..robot import Robot, Solutions, pose_on_flange, ur_controller
 from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
 from .options import check_keywords
-from .poses import (
-    JointPath,
-    PoseError,
-    as_poses,
-    find_jumps,
-    half_way,
-    not_reached,
-    one_pose,
-)
+from .poses import JointPath, PoseError, as_poses, find_jumps, half_way, not_reached, one_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

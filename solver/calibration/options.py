@@ -166,8 +166,7 @@ class SolveOptions:
         ),
     ] = None
     regularization: Annotated[
-        float | None,
-        Option("lambda of Eq. (5)", metavar="L", method="paper", default=1e-4),
+        float | None, Option("lambda of Eq. (5)", metavar="L", method="paper", default=1e-4)
     ] = None
     max_iterations: Annotated[
         int | None,

@@ -177,10 +177,12 @@ class JointPath:
 
 def not_reached(where: str, positions: np.ndarray, left: np.ndarray, joint: str) -> CommandError:
     """Return the error that says how far a pose is from being reached."""
+    cure = "give a pose within reach, or start near another posture"
+    if left[0] > FAR:
+        cure = "poses are in metres: is this one in millimetres?"
     return CommandError(
         f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.4g} mm and "
-        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; give a pose "
-        "within reach, or start near another posture",
+        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
         positions,
         left,
         joint,

@@ -133,10 +133,7 @@ def read_known(known: Sequence[str | Path | KnownDistance]) -> Iterator[str | Kn
 
 
 def find_socket(
-    labels: Sequence[Label],
-    end: Label,
-    error: type[MukcaError] = KnownError,
-    where: str = "",
+    labels: Sequence[Label], end: Label, error: type[MukcaError] = KnownError, where: str = ""
 ) -> int:
     """Return the index of the socket that a user names; the folder's own name is enough."""
     name, socket = end

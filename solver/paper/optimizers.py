@@ -81,10 +81,7 @@ def _damped_step(
 
 
 def ipopt(
-    objective: Callable[[Any], Any],
-    start: np.ndarray,
-    *,
-    max_iterations: int = MAX_ITERATIONS,
+    objective: Callable[[Any], Any], start: np.ndarray, *, max_iterations: int = MAX_ITERATIONS
 ) -> Solution:
     """Minimise a CasADi expression with IPOPT and its exact Hessian."""
     x = ca.MX.sym("x", len(start))

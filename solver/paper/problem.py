@@ -120,10 +120,7 @@ def _placement_residuals(
     """Return the residuals of one placement with their Jacobians; slopes are (n, 3, N_k)."""
     total = len(measured.positions)
     parts = [
-        (
-            inconsistency(P, total).ravel(),
-            inconsistency(D, total).reshape(len(D), -1).T,
-        )
+        (inconsistency(P, total).ravel(), inconsistency(D, total).reshape(len(D), -1).T)
         for P, D in zip(points, slopes, strict=True)
     ]
     length = distance(points[0], points[1])

@@ -18,11 +18,7 @@ GREATEST_EFFORT = 30.0  # N m
 
 
 def emulated_arm(
-    joints: int,
-    rate: float,
-    motion: tuple[float, float],
-    noise: float,
-    folder: Path | None = None,
+    joints: int, rate: float, motion: tuple[float, float], noise: float, folder: Path | None = None
 ) -> SimulatedArm:
     """Return an arm that goes through a placement's configurations, or again and again through 40.
 

@@ -71,12 +71,7 @@ class Emulator(ABC):
     """Kinds of faults that it can show."""
 
     def __init__(
-        self,
-        address: str,
-        version: str,
-        arm: SimulatedArm,
-        faults: FaultInjector,
-        journal: Journal,
+        self, address: str, version: str, arm: SimulatedArm, faults: FaultInjector, journal: Journal
     ) -> None:
         self.version = version
         self.arm, self.faults, self.journal = arm, faults, journal

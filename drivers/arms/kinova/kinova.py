@@ -128,14 +128,10 @@ class Unwrap:
 def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
     scheme, separator, rest = address.partition("://")
-    if separator and scheme == "serial":
-        from .polled_bus import open_serial
+    if separator and scheme in ("serial", "can"):
+        from .polled_bus import open_can, open_serial
 
-        return open_serial(rest)
-    if separator and scheme == "can":
-        from .polled_bus import open_can
-
-        return open_can(rest)
+        return open_serial(rest) if scheme == "serial" else open_can(rest)
     if separator and scheme == "kortex":
         return Kortex(rest)
     raise DriverError(

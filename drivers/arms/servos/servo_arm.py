@@ -112,12 +112,9 @@ class ServoArm(PolledDriver):
             self._inspect()
 
     def _receive(self, deadline: float) -> JointState:
-        self._await_turn(deadline)
-        start = clock.now()
-        self._next_poll = start + self._interval
+        start = self._await_turn(deadline, self._interval)
         answers = self._ask(self.make.position)
-        end = clock.now()
-        return JointState((start + end) / 2, self._angles(answers))
+        return JointState((start + clock.now()) / 2, self._angles(answers))
 
     def _disconnect(self) -> None:
         self._line.close()
