@@ -150,8 +150,6 @@ def _gather(
                 finished.update(again)
 
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 MOST_LOSSES = 3
 """So often in a row may processes be lost without any piece of work done in between."""
 

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 from rich.text import Text
 
 from ...solver.assessment import mm, short_names
@@ -14,6 +12,7 @@ from .figures import ReportDocument
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from ...solver.assessment import Limits, Verdict
     from .figures import Step
@@ -81,7 +80,7 @@ def show_verdict(
         )
 
 
-def _placements(console: "Console", report: ReportDocument) -> Table:
+def _placements(console: "Console", report: ReportDocument) -> "Table":
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     within = f"within {1e3 * report.tolerance:g} mm?"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
@@ -92,22 +91,20 @@ def _placements(console: "Console", report: ReportDocument) -> Table:
         for i in range(len(names))
     ]
     top = max(1e-9, *(float(each.max(initial=0.0)) for each in errors))
-    drawn = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for head in heads:
-        drawn.add_column(head, justify="right" if head in heads[2:5] else "left", no_wrap=True)
+    rows: list[list[str | Text]] = []
     for i, row in enumerate(report.placements):
         answer = report.answers.use.rows[i].answer
         before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
-            Text(names[i]),
+            names[i],
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(answer, _STYLES.get(answer, "")),
         ]
-        drawn.add_row(*cells, *([sparkline(errors[i], top)] if curves else []))
-    return drawn
+        rows.append([*cells, *([sparkline(errors[i], top)] if curves else [])])
+    return table("", heads, rows, left=(0, 1, 5, 6))
 
 
 def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:

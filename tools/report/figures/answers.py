@@ -45,6 +45,7 @@ def data_answer(
     floors: Mapping[str, float],
     checks: Sequence[Diagnostic] | None,
     repeatability: float | None,
+    drifts: Sequence[str] = (),
 ) -> DataAnswer:
     """Return the answer whether the recordings look sound; ``floors`` by placement's name [m]."""
     worst = worst_samples(placements, samples)
@@ -61,6 +62,7 @@ def data_answer(
         checked=checks is not None,
         errors=sum(check.level == "error" for check in checks or ()),
         warnings=sum(check.level == "warning" for check in checks or ()),
+        drifts=drifts,
         trained=[names[i] for i in wrong if placements[i].role == "train"],
         floors=left,
         repeatability=repeatability,
@@ -123,6 +125,7 @@ def worst_samples(
 
 
 _TEXTS = "answers.txt.j2"
+_DRIFTS = ("fail", "not enough", "warning")
 SIDE = 0.05
 """A place nearer than this to the robot's x axis is neither left nor right [m]."""
 _CANNOT_SEE = (
@@ -140,11 +143,13 @@ def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: fl
     measured = [placement.measured for placement in found.predictions.placements]
     seated = [each for each in measured if each.kind == "sockets"]
     floors = fitted_alone(found.predictions.robot, seated)
+    limits = found.verdict.limits
+    drifts = [row.text for row in limits if "drift" in row.name and row.status in _DRIFTS]
     return Answers(
         use=_use_answer(found, document.uncertainty, tolerance),
         next=_next_answer(found, document.checks, document.next_placement),
         data=data_answer(
-            found.placements, samples, floors, document.checks, found.limits.repeatability
+            found.placements, samples, floors, document.checks, found.limits.repeatability, drifts
         ),
     )
 
