@@ -12,7 +12,7 @@ from ..robot import (
     ModelError,
     Origin,
     Robot,
-    add_ball,
+    add_link,
     find_chain,
     find_parents,
     find_root,
@@ -106,7 +106,7 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
         flange, ball = (one.robot.loaded_with.get(key) for key in ("flange", "ball"))
         if flange is not None and ball is not None and one.robot.tip not in text.links:
             x, y, z = ball
-            text = scan(add_ball(text, flange, (x, y, z), one.robot.tip), first.source)
+            text = scan(add_link(text, flange, Origin((x, y, z)), one.robot.tip), first.source)
     changed: dict[str, Origin] = {}
     for one in reversed(robots):
         if one.robot.base != first.base:

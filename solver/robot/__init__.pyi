@@ -40,7 +40,6 @@ from .urdf import pose_on_flange as pose_on_flange
 from .urdf import shipped_robots as shipped_robots
 from .urdf_text import ModelError as ModelError
 from .urdf_text import Origin as Origin
-from .urdf_text import add_ball as add_ball
 from .urdf_text import add_comment as add_comment
 from .urdf_text import add_link as add_link
 from .urdf_text import end_of_tag as end_of_tag

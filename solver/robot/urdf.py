@@ -22,7 +22,7 @@ from .chain import (
     matrix_rpy,
     require_link,
 )
-from .urdf_text import ModelError, UrdfText, add_ball, scan
+from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 
 BALL_LINK = "ball_link"
 OWN_BALL = "printed_ball"
@@ -154,7 +154,14 @@ def load_robot(
     if flange is not None and ball is not None:
         require_link(text, flange, str(file))
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
-        text = scan(add_ball(text, flange, _three_numbers(ball, "ball"), tip), str(file))
+        centre = Origin(_three_numbers(ball, "ball"))
+        try:
+            text = scan(add_link(text, flange, centre, tip), str(file))
+        except ModelError as error:
+            raise ModelError(
+                f"{error}; leave out --flange, or give the new ball another name, as in "
+                "--tip printed_ball"
+            ) from None
     loaded = parse_robot(text, source=name, base=base, tip=tip)
     place = None if ball is None else list(ball)
     return replace(loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place})

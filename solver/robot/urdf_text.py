@@ -231,27 +231,6 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
     return with_edits(text.data, edits)
 
 
-def add_ball(text: UrdfText, flange: str, xyz: tuple[float, float, float], link: str) -> bytes:
-    """Return the text with a ball link fixed to a link of the robot.
-
-    Args:
-        text: The model.
-        flange: The link that carries the ball.
-        xyz: The ball's centre in that link's frame [m].
-        link: Name of the new link; ``ball_link`` gets a joint called ``ball_joint``.
-
-    Raises:
-        ModelError: The model already has such a link or joint.
-    """
-    try:
-        return add_link(text, flange, Origin(xyz), link)
-    except ModelError as error:
-        raise ModelError(
-            f"{error}; leave out --flange, or give the new ball another name, as in "
-            "--tip printed_ball"
-        ) from None
-
-
 def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
     """Return the text with one more link, fixed to one of the robot's.
 

@@ -106,9 +106,8 @@ class _Curved:
 
     model: PoseModel
     d: Any
-    """Values of the curves at q, shape (m,) [rad]."""
     dd: Any
-    """Their slopes there, shape (m,)."""
+    """Values of the curves at q [rad], and their slopes there, shape (m,)."""
 
     def jacobian(self, joint: int) -> Any:
         """Return :meth:`.PoseModel.jacobian`, by the curves, too."""
@@ -174,7 +173,7 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     )
     name = request.file.stem
     lines = [plain(line) for line in [*request.identity.lines(), *about]]
-    names = {"arm": name, "ARM": name.upper()}
-    names |= {"rounds": str(ROUNDS), "tolerance": f"{TOLERANCE:g}", "settled": f"{SETTLED:g}"}
-    names |= {"stuck": str(STUCK), "near": f"{NEAR:g}"}
+    numbers = {"rounds": ROUNDS, "stuck": STUCK, "near": NEAR}
+    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED}
+    names = {"arm": name, "ARM": name.upper()} | {k: f"{x:g}" for k, x in numbers.items()}
     return environment.get_template(template).render(about=lines, **names, **words).encode()

@@ -7,7 +7,7 @@ import csv
 import io
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass, fields
 from functools import reduce
 
 import numpy as np
@@ -18,7 +18,6 @@ from .request import Exported, Request
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
-COLUMNS = ("joint", "type", "form", "theta", "d", "a", "alpha", "beta")
 
 
 @dataclass(frozen=True)
@@ -78,14 +77,16 @@ def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) ->
     # and a shift along it, so that it may stand on either side of the joint's motion.
     rest, base, begin = np.eye(4), np.eye(4), 0
     for i in moving:
-        across = rest @ _product(origins[begin : i + 1]) @ to_axis(joints[i].axis)
+        across = reduce(np.matmul, map(rigid, origins[begin : i + 1]), rest) @ to_axis(
+            joints[i].axis
+        )
         if begin == 0:
             base, rest = across, np.eye(4)
         else:
             steps.append(_step(across))
             rest = np.linalg.inv(steps[-1].matrix) @ across
         rest, begin = rest @ to_axis(joints[i].axis).T, i + 1
-    flange = rest @ _product(origins[begin:-1])
+    flange = reduce(np.matmul, map(rigid, origins[begin:-1]), rest)
     standard = convention == "standard"
     after = [*steps, _Step()]
     rows = tuple(
@@ -100,10 +101,6 @@ def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) ->
         )
     )
     return Table(convention, rows, base, flange @ rigid(origins[-1]), flange)
-
-
-def _product(origins: np.ndarray) -> np.ndarray:
-    return reduce(np.matmul, map(rigid, origins), np.eye(4))
 
 
 def _step(across: np.ndarray) -> _Step:
@@ -163,8 +160,8 @@ def _as_csv(request: Request, table: Table) -> str:
     for line in [*request.identity.lines(), *_explained(table), *rest]:
         text.write(f"# {line}\n")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([[getattr(row, name) for name in COLUMNS] for row in table.rows])
+    writer.writerow(field.name for field in fields(Row))
+    writer.writerows(map(astuple, table.rows))
     return text.getvalue()
 
 

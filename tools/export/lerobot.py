@@ -61,9 +61,15 @@ def write(request: Request) -> Exported:
     zeros = _zeros(request, motors)
     shifted = _shifted(motors, zeros, make)
     written = {name: asdict(motor) for name, motor in shifted.items()}
+    made_from = {
+        **asdict(request.identity),
+        "calibration_file": request.like.name,
+        "calibration_file_sha256": hashlib.sha256(request.like.read_bytes()).hexdigest(),
+        "zeros": [asdict(zero) for zero in zeros],
+    }
     files = {
         request.file.name: (json.dumps(written, indent=4) + "\n").encode(),
-        f"{request.file.name}.mukca.json": _origin(request, zeros),
+        f"{request.file.name}.mukca.json": (json.dumps(made_from, indent=2) + "\n").encode(),
         f"{request.file.stem}.urdf": _urdf(request, zeros),
     }
     lines = (
@@ -126,18 +132,6 @@ def _shifted(
             raise ExportError(f"{zero.motor}: no servo takes a homing offset of {offset}")
         shifted[zero.motor] = replace(motor, homing_offset=offset)
     return shifted
-
-
-def _origin(request: Request, zeros: list[Zero]) -> bytes:
-    """Return what the files were made from, for the file beside them."""
-    assert request.like is not None
-    content = {
-        **asdict(request.identity),
-        "calibration_file": request.like.name,
-        "calibration_file_sha256": hashlib.sha256(request.like.read_bytes()).hexdigest(),
-        "zeros": [asdict(zero) for zero in zeros],
-    }
-    return (json.dumps(content, indent=2) + "\n").encode()
 
 
 def _urdf(request: Request, zeros: list[Zero]) -> bytes:

@@ -4,18 +4,24 @@ With all joints at zero, the body of joint i stands at B_i, and its URDF link, l
 L_i by the nominal arm and K_i by the calibrated one: B'_i = K_i L_i^-1 B_i, since B_i^-1 L_i stays.
 """
 
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from ...solver.calibration import joints_named
 from ...solver.data import kabsch_rotation, turn
-from .mjcf_text import add_text, place_bodies
+from ...solver.robot import end_of_tag, with_attributes, with_edits
 from .origins import after_last_exported, losses_without, rigid
 from .request import Exported, ExportError, Request
 
+_TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 SAME_AXIS = 2e-3
 """Largest distance between the axes of both models [m]; models in use differ by a millimetre."""
 SAME_DIRECTION = 5e-3
@@ -34,9 +40,8 @@ class MjcfJoint:
     body: str
     axis: np.ndarray
     pose: np.ndarray
-    """The body's, shape (4, 4)."""
     parent: np.ndarray
-    """The pose of its parent body, which is welded to the body of the joint before."""
+    """Poses of the body and its parent, which is welded to the body before, shape (4, 4)."""
 
 
 def write(request: Request) -> Exported:
@@ -53,9 +58,9 @@ def write(request: Request) -> Exported:
         motion = base @ new @ np.linalg.inv(old)
         places[joint.body] = np.linalg.inv(moved @ joint.parent) @ motion @ joint.pose
         moved = motion
-    holder, text = place_bodies(request.like, places)
+    holder, text = _with_places(request.like, places)
     main = holder == request.like
-    text = add_text(text, "; ".join(request.identity.lines()), "mukca" if main else None)
+    text = _with_text(text, "; ".join(request.identity.lines()), "mukca" if main else None)
     lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
     if not main:
         lines.append(f"It is {holder}, corrected, which {request.like} includes.")
@@ -124,11 +129,10 @@ def _matched(model: Any, request: Request) -> list[int]:
     given = request.options.get("joints")
     if given is not None:
         wanted = joints_named(given, wanted)
-    candidates = [[j for j, name in zip(single, names, strict=True) if name == w] for w in wanted]
+    called = list(zip(single, names, strict=True))
+    candidates = [[j for j, name in called if name == w] for w in wanted]
     if given is None and not all(candidates):
-        candidates = [
-            [j for j, n in zip(single, names, strict=True) if _same(n, w)] for w in wanted
-        ]
+        candidates = [[j for j, name in called if _same(name, w)] for w in wanted]
     if all(len(each) == 1 for each in candidates):
         return [each[0] for each in candidates]
     if not any(candidates) and given is None and len(single) == len(wanted):
@@ -198,3 +202,70 @@ def _base(
     aims = np.einsum("nij,nj->ni", rows, places - links @ T[:3, :3].T)
     T[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
     return T
+
+
+def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:
+    """Return the one file that holds some bodies, with other poses on their parents, (4, 4)."""
+    for file, data, begins in _files(model, model.parent, places):
+        if len(begins) < len(places):
+            continue
+        edits: list[tuple[int, int, bytes]] = []
+        for body, begin in begins.items():
+            end = end_of_tag(data, begin)
+            tag = with_attributes(_TURNS.sub(b"", data[begin:end]), _attributes(places[body]))
+            edits.append((begin, end, tag))
+        return file, with_edits(data, edits)
+    raise ExportError(
+        f"{model}: neither it nor a file that it includes holds all bodies of the arm: "
+        f"{', '.join(body or '(one without a name)' for body in places)}"
+    )
+
+
+def _files(
+    file: Path, folder: Path, places: Mapping[str, np.ndarray]
+) -> Iterator[tuple[Path, bytes, dict[str, int]]]:
+    """Yield a model and what it includes: each file, its text, and where bodies begin in it."""
+    data = file.read_bytes()
+    begins: dict[str, int] = {}
+    included: list[str] = []
+    path: list[str] = []
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if tag == "include":
+            included.append(attributes.get("file", ""))
+        if tag == "body" and attributes.get("name") in places:
+            if {"frame", "replicate"} & set(path):
+                raise ExportError(f"{file}: body {attributes['name']!r} hangs in a <frame>")
+            begins[attributes["name"]] = parser.CurrentByteIndex
+        path.append(tag)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: path.pop()
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:  # MuJoCo is more lenient
+        raise ExportError(f"{file}: not well-formed XML: {error}") from None
+    yield file, data, begins
+    for name in included:
+        for place in (folder, file.parent):
+            if (place / name).is_file():
+                yield from _files(place / name, folder, places)
+                break
+
+
+def _with_text(data: bytes, words: str, key: str | None) -> bytes:
+    """Return the model with a text, read by ``model.text(key)``; without a key as a comment."""
+    new = f"<custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>" if key else ""
+    new = new or f"<!-- {re.sub('--+', '-', words)} -->"
+    end = data.rindex(b"</mujoco")
+    return with_edits(data, [(end, end, f"  {new}\n".encode())])
+
+
+def _attributes(T: np.ndarray) -> dict[str, str]:
+    import mujoco
+
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
+    words = {"pos": T[:3, 3], "quat": quat}
+    return {key: " ".join(map(repr, values.tolist())) for key, values in words.items()}

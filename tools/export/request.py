@@ -46,10 +46,9 @@ class Identity:
     made_by: str
     calibration: str
     sha256: str
-    """Of the file that was exported."""
+    """The file that was exported, and its digest."""
     robot: str
     created: str
-    """Time of the calibration, UTC."""
     serial_number: str
 
     def lines(self) -> list[str]:

@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ...solver.robot import COMPONENTS
 from .origins import after_last_exported, losses_without, redistributed_origins
 from .request import Exported, ExportError, Request
 
-COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SAME_ROBOT = 0.02
 """Largest distance of an origin in a file of the same robot from nominal [m]."""
 
@@ -25,11 +25,9 @@ class Vendor:
     root: str
     """Ending of the name of the first joint's parent link."""
     outer: tuple[str, ...] = ()
-    """Keys round all joints."""
     inner: tuple[str, ...] = ()
-    """Keys round the numbers of each joint."""
+    """Keys round all joints, and round the numbers of each."""
     lines: tuple[str, ...] = ()
-    """Loading it, in words."""
 
 
 VENDORS = {
