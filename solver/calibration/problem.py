@@ -10,7 +10,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..assessment import repeatability_of
-from ..data import Measurement, check_distinct, measure, spaced
+from ..data import Measurement, as_flange_poses, check_distinct, measure, spaced
 from ..diagnostics import (
     Diagnostic,
     Given,
@@ -173,9 +173,7 @@ def _measured(
         raise UsageError("no placement to train on; read some by mukca.read_placements")
     trained = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
-        train, test = (
-            [replace(p, poses_of=p.poses_of or "flange") for p in part] for part in (train, test)
-        )
+        train, test = as_flange_poses(train), as_flange_poses(test)
     kept = [p for p in test if p.path is None or p.path.resolve() not in trained]
     warnings = [f"{p.path}: trained on, so left out of the test" for p in test if p not in kept]
     sockets = 1 if options.method == "auto" else 2

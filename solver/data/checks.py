@@ -2,7 +2,8 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -84,6 +85,11 @@ def measure(
     return measured
 
 
+def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:
+    """Return placements whose poses, unless they tell, are what an instrument saw of the flange."""
+    return [replace(p, poses_of=p.poses_of or "flange") for p in placements]
+
+
 def check_distance(distance: float) -> float:
     """Return a distance between sockets if it is possible [m].
 
@@ -155,7 +161,7 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         raise MeasurementError(
             f"{where}: {told}; where an instrument measured what the flange carries, let the first "
             'line be "# measured flange poses", or write {"poses_of": "flange"} into '
-            "placement.json; mukca solve takes --flange-poses, too"
+            "placement.json; --flange-poses says it, too"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
         R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points

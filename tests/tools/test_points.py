@@ -156,3 +156,17 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
     assert report["verdict"]["status"] == "fail"
     assert [step for step in report["todo"] if "--distance " in step["command"]] == []
     assert [step for step in report["todo"] if step["command"].startswith("mukca record")] == []
+
+
+@pytest.mark.slow
+def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
+    solved: tuple[Path, dict], measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (measured / "later" / "points.csv").read_text().splitlines()[:9]
+    rows = [lines[0] + ",qx,qy,qz,qw", *(f"{line},0,0,0,1" for line in lines[1:])]
+    (tmp_path / "poses.csv").write_text("\n".join(rows) + "\n")
+    for words in (["validate", str(solved[0])], ["check", "--robot", "panda"]):
+        assert main([*words, str(tmp_path)]) == 2
+        assert "--flange-poses" in capsys.readouterr().err
+        assert main([*words, str(tmp_path), "--flange-poses"]) != 2
+        assert words[0] == "check" or "mrad" in capsys.readouterr().out

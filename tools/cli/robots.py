@@ -191,10 +191,17 @@ def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], 
 
 
 def measure_all(
-    paths: Sequence[Path], robot: "Robot", distance: float | None, *, sockets: int = 2
+    paths: Sequence[Path],
+    robot: "Robot",
+    distance: float | None,
+    *,
+    sockets: int = 2,
+    flange_poses: bool = False,
 ) -> "list[data.Measurement]":
     """Read and check all placements that paths stand for."""
     placements = recorder.read_placements(*paths)
+    if flange_poses:
+        placements = data.as_flange_poses(placements)
     return [data.measure(p, robot, distance, sockets=sockets) for p in placements]
 
 
@@ -202,7 +209,8 @@ def survey_of(
     paths: Sequence[Path], robot: "Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for what is wrong in them."""
-    measured = measure_all(paths, robot, settings.distance, sockets=sockets)
+    said = settings.distance
+    measured = measure_all(paths, robot, said, sockets=sockets, flange_poses=settings.flange_poses)
     data.check_distinct(measured)
     return measured, diagnostics.inspect_all(
         robot,

@@ -44,6 +44,7 @@ class Options(RobotOptions, JsonOption):
         "payload",
         "gravity",
         "repeatability_mm",
+        "flange_poses",
     )
 
 
@@ -52,8 +53,10 @@ def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     since = calibration.load_calibration(file)
     settings = options.settings.validated()
     allowed = metres(settings.repeatability_mm)
-    data, stood = read_placements(*options.data), options.stood
-    found = partial.what_changed(since, data, stood, settings.distance, repeatability=allowed)
+    placements, stood = read_placements(*options.data), options.stood
+    if settings.flange_poses:
+        placements = data.as_flange_poses(placements)
+    found = partial.what_changed(since, placements, stood, settings.distance, repeatability=allowed)
     terminal.warn(*found.warnings)
     terminal.say(*found.odds, found.text)
     said = {"probabilities": found.probabilities, "likeliest": found.likeliest}

@@ -16,7 +16,7 @@ class Options(JsonOption):
 
     calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
     data: Sequence[Path] = argument("placements", "DATA")
-    settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm")
+    settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm", "flange_poses")
 
 
 def run(options: Options, terminal: Terminal) -> int:
@@ -27,7 +27,9 @@ def run(options: Options, terminal: Terminal) -> int:
 def _run(options: Options, terminal: Terminal) -> int:
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
-    data = measure_all(options.data, robot, options.settings.distance, sockets=1)
+    settings = options.settings
+    flange = settings.flange_poses
+    data = measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
     for m in data:
         terminal.warn(
             *m.warnings,
