@@ -17,13 +17,7 @@ def active_set_step(
     bounded: np.ndarray,
     unheld: Inverse | None = None,
 ) -> tuple[np.ndarray, Inverse]:
-    """Return the step to the minimum of a quadratic function within the bounds.
-
-    It minimises g^T d + d^T H d / 2 over the steps d for which x + d >= 0 where x is bounded. What
-    would turn negative is held at zero instead, and freed again if the slope then says that the
-    function falls with it (the active set method; Nocedal and Wright, Numerical Optimization,
-    chapter 16).
-    """
+    """Return the step to the minimum of a quadratic function within the bounds."""
     held = bounded & (x == 0) & (gradient > 0)
     unheld = unheld or H.inverse(free[: len(H.beside)])
     change, covariance = np.zeros(len(x)), unheld

@@ -1,24 +1,4 @@
-"""The curvature of the objective, as its blocks that are not zero, and its inverse.
-
-A sample depends on x, on the frames, and on the centre of its own socket. So the centres know of
-each other only by x and the frames, and by what was measured between them:
-
-    H = [ Z + X_0^T D X_0    X_0^T D ]  +  B^T B         B = [ B_x  B_m ]
-        [ D X_0              D       ]
-
-D has a 3 x 3 block for each socket and is zero elsewhere; -X_0 says where the centres go as x and
-the frames change; Z is what the samples tell of these while the centres go along, and the priors; B
-has a row for each of K measured numbers. The centres are eliminated socket by socket, and what was
-measured by Woodbury's formula:
-
-    L L^T = I + B_m D^-1 B_m^T       V = D^-1 B_m^T L^-T       R = L^-1 (B_x - B_m X_0)
-    S = Z + R^T R (Schur complement)            X = X_0 + V R
-
-    H^-1 = [  S^-1      -S^-1 X^T                  ]
-           [ -X S^-1    D^-1 - V V^T + X S^-1 X^T  ]
-
-So a step takes time and memory in proportion to the number of sockets, not to its cube and square.
-"""
+"""The curvature of the objective as its blocks, and its inverse; docs/model.md derives them."""
 
 from dataclasses import dataclass, replace
 

@@ -1,13 +1,4 @@
-"""Amplitude and length of the joint error curves, noise and prior widths, by the evidence.
-
-The curves are integrated out: over the samples their values are Gaussian, so that the errors have
-the covariance
-
-    M = blocks C_i / w_i  +  sum over j of (S_j S_j^T) * k(q_j, q_j')                      (A8)
-
-without any basis. The step of the scales is that of average information (Gilmour, Thompson and
-Cullis 1995), that of the weights and the prior widths as everywhere, (A2) and (A4).
-"""
+"""Amplitude and length of the joint error curves, noise and prior widths, by the evidence."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

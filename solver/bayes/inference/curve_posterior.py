@@ -1,9 +1,4 @@
-"""Mean and covariance of joint error curves and of everything else, at given scales.
-
-With up to some hundred samples the curves come from the samples' covariance (A8); with more, from
-the normal equations of their spline coefficients, of which each sample has four for each joint.
-Both are the same Gaussian.
-"""
+"""Mean and covariance of joint error curves and of everything else, at given scales."""
 
 from collections.abc import Sequence
 
@@ -128,10 +123,7 @@ def covariance(
 
 
 def _with_samples(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curves' covariance with the samples' errors, shape (robots m KNOTS, 3 N).
-
-    And that of each joint's coefficients, or of all where a prior tells of them.
-    """
+    """Return the curves' covariance with the samples' errors, shape (robots m KNOTS, 3 N)."""
     n, m = samples.readings.shape
     if samples.given is not None:
         return samples.given @ samples.basis.reshape(3 * n, -1).T, samples.given

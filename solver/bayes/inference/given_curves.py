@@ -1,11 +1,4 @@
-"""Error curves of which a prior tells already, together with other unknowns of a robot.
-
-Given y, the changes of the unknowns beside the curves from a state x, the curves' coefficients are
-
-    c = mu_c + R (x + y - mu_x) + e        R = S_cx S_xx^-1        e ~ N(0, S_cc - R S_xc)     (A9)
-
-with mu and S the prior's mean and covariance. So only e is a Gaussian process of its own.
-"""
+"""Error curves of which a prior tells already, together with other unknowns of a robot."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,4 @@
-"""The widths of the priors and the noise, which are estimated beside the unknowns.
-
-In Bayesian estimation they are called hyperparameters: docs/model.md introduces prior and evidence.
-"""
+"""The widths of the priors and the noise, which are estimated beside the unknowns."""
 
 from bisect import bisect
 from collections.abc import Callable
@@ -22,10 +19,7 @@ MOST_HIDDEN = 0.9
 def updated_groups(
     state: State, x: np.ndarray, covariance: np.ndarray, counts: Callable[[PriorGroup], bool]
 ) -> tuple[tuple[PriorGroup, ...], float]:
-    """Return the groups after a step of their widths (A4), and the largest relative change.
-
-    Only the widths of groups that count, as one whose effect is negligible does not, are to settle.
-    """
+    """Return the groups after a step of their widths (A4), and the largest relative change."""
     groups: list[PriorGroup] = []
     change = 0.0
     for group in state.groups:
@@ -68,10 +62,7 @@ def updated_noises(
 def with_degrees_of_freedom(
     objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
 ) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
-
-    An error of which the share h was fitted away is smaller by the factor sqrt(1 - h).
-    """
+    """Return the noises with tails as heavy as those of the errors, but for what the fit hides."""
     hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
     squares = robust_weights(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
     return tuple(
@@ -104,10 +95,7 @@ def _effect(state: State, group: PriorGroup) -> float:
 
 
 def prune_groups(objective: Objective, state: State) -> State:
-    """Return the state without extensions and joint noise that do hardly anything.
-
-    The very same state where there are none.
-    """
+    """Return the state without extensions and joint noise that do hardly anything."""
     gone = {  # by place: those of two arms may have one name
         i: group
         for i, group in enumerate(state.groups)

@@ -1,9 +1,4 @@
-"""The fit of each joint's error curve together with everything else; docs/model.md introduces it.
-
-It begins at the result without curves, where the samples are as good as linear in all unknowns.
-Amplitude, length, noise and prior widths are those of highest evidence over all samples, or over so
-many of them drawn at random; curves are kept where they raise the evidence enough.
-"""
+"""The fit of each joint's error curve together with everything else; see docs/model.md."""
 
 from dataclasses import replace
 
@@ -164,10 +159,7 @@ def _settled(
 
 
 def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns but the curves, its errors left as before.
-
-    A joint that would give way against its load is held where it does not.
-    """
+    """Return the state after a change of all unknowns but the curves, its errors left as before."""
     size, dense = objective.model.size, objective.dense
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:

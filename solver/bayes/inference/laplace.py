@@ -1,8 +1,4 @@
-"""Laplace's approximation: the posterior as a Gaussian around the best unknowns, and the evidence.
-
-The curvature H of the objective at its minimum says how sharp the best fit is: its inverse is the
-covariance of the unknowns. The same curvature gives the evidence, see docs/model.md.
-"""
+"""Laplace's approximation: posterior, as a Gaussian around the best unknowns, and evidence."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -30,12 +26,7 @@ TAIL_STEPS = 30
 
 
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> JointPosterior:
-    """Return the posterior at a state where the iteration has settled.
-
-    The unknowns are its mean, which differs from the most probable ones where some of them are
-    never negative. The widths of the priors are estimates, too; their own uncertainty makes the
-    covariance larger.
-    """
+    """Return the posterior at a state where the iteration has settled."""
     gaussian = _gaussian(objective, state)
     widened = prior_precision(objective, gaussian.state, widened=True) + np.diag(gaussian.bounds)
     precision = _of_data(objective, gaussian.state, gaussian.normal).plus(widened)
@@ -92,12 +83,7 @@ def _of_data(objective: Objective, state: State, normal: NormalEquations) -> Arr
 
 
 def _efficiency(squares: np.ndarray, noise: Noise) -> float:
-    """Return how much errors tell, relative to what the curvature says.
-
-    It is a^2 / (b k), with a and b the means of psi's slope and square, psi being the slope of t in
-    (A1): the variance of a robust fit is b / a^2 (Huber 1967). 1 for Student's errors, less for
-    Gaussian ones (0.89 if nu is 5). Only the errors' distribution counts, not how large they are.
-    """
+    """Return how much errors tell, relative to what the curvature says."""
     if not squares.any():
         return 1.0
     nu = noise.nu
@@ -160,16 +146,7 @@ class _Gaussian:
 
 
 def _gaussian(objective: Objective, state: State) -> _Gaussian:
-    """Return the Gaussian and the logarithm of the evidence.
-
-    log p(data) = -L + g^T H^-1 g / 2 + sum_g log|P_g| / 2 - log|H| / 2                    (A6)
-                  + log p(widths) + log p(nu) + log(B / A)
-
-    L is the objective (A1) and g its slope, P_g the prior precision of group g, H the curvature
-    (A3), |.| the determinant, p(widths) the prior of the widths themselves. The slope is zero but
-    for unknowns that are held at zero. Of unknowns that are never negative, the share A of the
-    priors' Gaussian counts, and the share B of that around the posterior.
-    """
+    """Return the Gaussian and the logarithm of the evidence."""
     held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
     for group in state.groups:
         if group.non_negative and group.width:

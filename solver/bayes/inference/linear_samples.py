@@ -1,12 +1,4 @@
-"""All samples around a state, linear in every unknown, for the fit of joint error curves.
-
-With y = (changes of x, of the frames, of the socket centres) and delta_j the curve of joint j,
-sample i errs by
-
-    e_i = a_i + G_i y + sum over j of S_ij delta_j(q_ij)                                   (A7)
-
-a_i being its error at the state without curves. Several robots have curves of their own.
-"""
+"""All samples around a state, linear in every unknown, for the fit of joint error curves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

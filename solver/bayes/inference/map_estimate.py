@@ -1,10 +1,4 @@
-"""The iteration to the most probable unknowns, prior widths and noise; see docs/model.md.
-
-Each iteration takes a Gauss-Newton step of the unknowns down L (A1) by the weights (A2) and the
-curvature (A3), a step of the priors' widths (A4) once the unknowns are no longer far astray, and
-one of the noise (A5). The last two lead to the maximum of the evidence (A6). The width of a group
-that the data do not support falls to nearly zero; the group is then taken out.
-"""
+"""The iteration to the most probable unknowns, prior widths and noise; see docs/model.md."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -99,12 +93,7 @@ def estimate(
 
 
 def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | bool = True) -> Step:
-    """Return the step to the minimum of L's quadratic approximation.
-
-        H = curvature of the data's part + P        step = -H^-1 (dL/dx)                   (A3)
-
-    See :func:`~mukca.solver.bayes.inference.normal_equations.normal_equations` for the data's part.
-    """
+    """Return the step to the minimum of L's quadratic approximation."""
     normal = normal_equations(objective, state)
     prior = prior_precision(objective, state)
     free = free_unknowns(objective, state)
@@ -133,13 +122,9 @@ def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | boo
 def _volume_weight(
     objective: Objective, state: State, normal: NormalEquations, spread: np.ndarray
 ) -> float:
-    """Return by how much to multiply the volume's slope in a step.
+    """Return by how much to multiply the volume's slope: as the errors' squares fit the noise.
 
-    It balances what the errors gain by shrinking, so to the squares of the errors, relative to the
-    noise, belongs the same share of it: all of it where they sum to what a fit leaves of such
-    noise. While the noise is still too large or too small, the whole slope would change the
-    robot's size, and with thousands of samples faster than the noise follows: both would run away.
-    At the nominal robot the errors are no noise.
+    While the noise is still too large or small, all of it would let size and noise run away.
     """
     seated = objective.rows.seated
     weights = normal.weights[seated]
@@ -172,11 +157,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
 
 
 def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
-    """Return the state after a step, and the step taken: a part of it where L would rise.
-
-    The part leads to the minimum of the parabola through L at both ends and its slope at the
-    beginning (Nocedal and Wright, Numerical Optimization, section 3.5).
-    """
+    """Return the state after a step, and the step taken."""
     before = value(objective, state, step.volume, step.normal)
     for _ in range(SHORTER):
         there = _moved(objective, state, step.change)

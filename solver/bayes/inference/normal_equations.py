@@ -1,10 +1,4 @@
-"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step.
-
-A sample's error e_i = Phi(x, q_i) - m_s(i) depends on x and the frames by J_i, shape (3, dense),
-and on the centre of its own socket alone, by -I. Nothing of the size of samples times sockets is
-ever built, so time and memory grow with the number of samples, however many sockets they are in;
-see :mod:`.arrowhead`.
-"""
+"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step."""
 
 from dataclasses import dataclass
 
@@ -35,13 +29,7 @@ class NormalEquations:
 
 
 def robust_weights(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C_i^-1, the squared errors relative to the noise, and the robust weights.
-
-        w_i = (nu + 3) / (nu + e_i^T C_i^-1 e_i)                                           (A2)
-
-    A sample whose error is large beside its noise weighs little. With these weights, a weighted
-    sum of squares has the same slope as Student's distribution.
-    """
+    """Return C_i^-1, the squared errors relative to the noise, and the robust weights."""
     inverse, nu = np.linalg.inv(scales(objective, state)), degrees(objective, state)
     e = state.linear.errors
     squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
@@ -90,14 +78,7 @@ def value(
 
 
 def normal_equations(objective: Objective, state: State) -> NormalEquations:
-    """Return curvature and slope of the samples' and the measured distances' part of L.
-
-    curvature  sum_i k w_i [J_i, -I]^T C_i^-1 [J_i, -I]  +  B^T W^T W B
-    slope      sum_i w_i [J_i, -I]^T C_i^-1 e_i          +  B^T W^T W (l - d)
-
-    B is the derivative of the distances l by all unknowns, and k = (nu + 3) / (nu + 5) says how
-    much one sample with Student's noise tells, relative to one with Gaussian noise.
-    """
+    """Return curvature and slope of the samples' and the measured distances' part of L."""
     inverse, squares, weights = robust_weights(objective, state)
     weighted = inverse * weights[:, None, None]
     J, size = state.linear.by_unknowns, objective.dense
@@ -114,12 +95,7 @@ def normal_equations(objective: Objective, state: State) -> NormalEquations:
 
 
 def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
-    """Return the slope that errors would have if the noise did not turn along with the robot.
-
-    C_i counts as constant in a step. But as the robot turns as a whole by w, C_i turns, too, and
-    nothing has changed: sum over i of w_i (w x e_i)^T C_i^-1 e_i is no reason to turn. It is not
-    zero where the model cannot be right, and would turn the robot ever farther.
-    """
+    """Return the slope that errors would have if the noise did not turn along with the robot."""
     torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
     models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
     for i, (own, model, samples) in enumerate(models):

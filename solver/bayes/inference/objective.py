@@ -1,7 +1,4 @@
-"""The objective L of the default method, and the state of the search.
-
-docs/model.md writes L (A1) out line by line: samples, known distances and places, priors, volume.
-"""
+"""The objective L of the default method, and the state of the search."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -119,10 +116,7 @@ def linearise(
     frames: tuple[Pose, ...] = (),
     balls: Balls | None = None,
 ) -> Linearization:
-    """Return the samples' errors and their derivatives at some unknowns.
-
-    ``balls`` are the balls there, where they are known already.
-    """
+    """Return the samples' errors and their derivatives at some unknowns."""
     model, rows = objective.model, objective.rows
     balls = balls or predict_balls(objective, x)
     points = balls[0]
@@ -219,12 +213,7 @@ def _errors(
 
 
 def constraint_residuals(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is known of the sockets, as rows of the least-squares problem.
-
-    First the measured distances: W B, where B is the derivative of the distances by all unknowns,
-    and W (l - d), how far each is off, relative to its uncertainty. Then the measured coordinates,
-    three rows a socket, likewise.
-    """
+    """Return what is known of the sockets, as rows of the least-squares problem."""
     known, located = objective.rows.scene.arms[0].known, objective.rows.located
     rows = np.zeros((len(known), objective.size))
     values = np.zeros(len(known))
@@ -265,11 +254,7 @@ def free_unknowns(objective: Objective, state: State) -> np.ndarray:
 
 
 def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
-    """Return P of x and the frames, shape (dense, dense); zero for what is held.
-
-    For the frames it is small: it keeps steps finite where nothing holds them. Since it counts
-    from where they stand, it pulls at nothing.
-    """
+    """Return P of x and the frames, shape (dense, dense)."""
     P = np.zeros((objective.dense, objective.dense))
     for group, free in priors(state):
         width, members = group.deviation if widened else group.width, group.members[free]

@@ -89,11 +89,9 @@ def _first_noise(linear: Linearization, source: np.ndarray | slice, joint_noise:
 
 
 def moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns.
+    """Return the state after a change of all unknowns, sockets going along with their balls.
 
-    In a long step, as when it turns the whole robot, balls move on curves. A socket's centre goes
-    along with the balls in it, unless it was measured: left on the tangent, it would be a reason
-    not to turn.
+    Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
     size, dense = objective.model.size, objective.dense
     x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)

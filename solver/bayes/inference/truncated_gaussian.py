@@ -1,8 +1,4 @@
-"""The Gaussian most like one that is cut off at zero, by expectation propagation (Minka 2001).
-
-Each bound is replaced by a factor exp(-tau x^2 / 2 + nu x), chosen so that mean and variance of its
-own unknown come out as they are with the bound itself.
-"""
+"""The Gaussian most like one that is cut off at zero, by expectation propagation (Minka 2001)."""
 
 from dataclasses import dataclass
 from math import erfc, log, pi, sqrt

@@ -1,8 +1,4 @@
-"""True joint positions of an arm whose encoders read q; docs/model.md has the formula.
-
-Each coefficient of an effect turns one axis of one joint, in proportion to itself: the joint's own,
-so that q becomes q', or one of the two across, by the tilts u and v.
-"""
+"""True joint positions of an arm whose encoders read q; docs/model.md has the formula."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -70,14 +66,9 @@ class Deflection:
         return Deflection(self.extensions[:-1], self.coefficients[:-1])
 
     def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
-        """Return the true joint positions q', followed by the tilts where there are any.
+        """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
 
-        Args:
-            q: Joint positions as the encoders read them, shape (N, m) [rad].
-            moments: What holds the joints, as for :func:`design_matrix`.
-
-        Returns:
-            Shape (N, m), or with tilts (N, 3 m) [rad].
+        Arguments are those of :func:`design_matrix`.
         """
         own = dict(zip(self.extensions, self.coefficients, strict=True))
         effects = [EFFECTS[name] for name in own if EFFECTS[name].shift is None]

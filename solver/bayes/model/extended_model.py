@@ -1,11 +1,4 @@
-"""Predicts the ball from joint origins, elasticity and transmission error together.
-
-The unknowns x are, in this order: the change of each free number of the geometry from nominal,
-then the coefficients of each extension. With q' the true joint positions, see
-:mod:`mukca.solver.bayes.model.deflection`,
-
-    Phi(x, q) = ball position at origins Theta_nominal + x_geometry and joint positions q'(x, q)
-"""
+"""Predicts the ball from joint origins, elasticity and transmission error together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -93,9 +86,8 @@ class ExtendedModel:
         Args:
             x: The unknowns, shape (size,).
             q: Joint positions as the encoders read them, shape (N, m) [rad].
-            torque: What holds the joints, shape (N, 3 m) [N m], see
-                :func:`~mukca.solver.robot.kinematics.gravity_moments`; without tilt the torques
-                about their own axes are enough, shape (N, m).
+            torque: What holds the joints, see :func:`~mukca.solver.robot.gravity_moments`, shape
+                (N, 3 m) [N m]; without tilt (N, m) is enough.
         """
         true = self.deflection(x).true_positions(q, torque)
         return self.ball.points(self.values(x), true)
@@ -105,15 +97,10 @@ class ExtendedModel:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ball centres and their derivatives; arguments as for :meth:`predict`.
 
-        Args:
-            x: The unknowns, shape (size,).
-            q: Joint positions, shape (N, m) [rad].
-            torque: What holds the joints, shape (N, 3 m) [N m].
-            of_turns: Return the rotations of the ball's link, shape (N, 3, 3), instead of centres.
-
         Returns:
-            The centres, shape (N, 3) [m]; their derivatives by the unknowns, shape (N, 3, size),
-            and by the joint positions, shape (N, 3, m): with play, by as much as each is noisy.
+            The centres, shape (N, 3) [m], or ``of_turns`` the rotations of the ball's link,
+            shape (N, 3, 3); their derivatives by the unknowns, shape (N, 3, size), and by the joint
+            positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
         turned, turns = design_matrix(self.effects, q, torque)
         true = deflected(q, turned, turns, x[self.geometry :])
@@ -128,17 +115,10 @@ class ExtendedModel:
         return linear.points, by_unknowns, by_joints
 
     def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
+        """Return the mean logarithm of the volume that the ball sweeps, and its slope, (size,).
 
         The zeros count: lengths and zeros that trade for each other, and leave all balls where they
         are, leave the volume, too. At the readings alone it would grow with such lengths.
-
-        Args:
-            x: The unknowns, shape (size,).
-            q: Joint positions as the encoders read them, shape (N, m) [rad].
-
-        Returns:
-            See :meth:`.BallModel.log_volume`; and the derivatives by the unknowns, shape (size,).
         """
         offsets = self.deflection(x).joint_offsets
         true = q if offsets is None else q + offsets
@@ -150,17 +130,11 @@ class ExtendedModel:
         return value, slope
 
     def by_scale(self) -> np.ndarray:
-        """Return the derivative of the logarithm of the robot's scale by the unknowns.
+        """Return the derivative of the logarithm of the robot's scale by the unknowns, (size,).
 
-        The scale is that of the cloud of ball positions over random poses, beside what another
-        place of the ball on the flange, or a turn of the base, would do to it: the ball's place
-        was only guessed, and says nothing of the arm. One arm can be described by many sets of
-        lengths, but its balls are the same in all of them. A zero or curve moves the poses to which
-        readings belong, and with them the cloud, but makes no link longer.
-
-        Returns:
-            Shape (size,) [1/m, 1/rad, ...]: 0.01 says that one unit more makes the robot 1 %
-            larger.
+        The scale is that of the cloud of balls over random poses, beside what another place of the
+        ball on the flange, or a turn of the base, would do to it. One arm can be described by many
+        sets of lengths, but its balls are the same. A zero or curve makes no link longer.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
         points, slopes, _ = self.linearise(np.zeros(self.size), q, np.tile(0 * q, 3))

@@ -1,11 +1,4 @@
-"""The place of a socket base, or of an instrument, over the time of its recording.
-
-While it is recorded, it may shift by
-
-    m(t) = sum over k of c_k(t) u_k        u_k ~ N(0, s^2 w_k^2 I)
-
-in the world: by one step at a change of socket, along a straight line, or slowly to and fro.
-"""
+"""The place of a socket base, or of an instrument, over the time of its recording."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -97,10 +90,7 @@ def movements_of(data: Observations, placement: str) -> list[Movement]:
 
 
 def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:
-    """Return the times of the changes of socket, but those that split no socket's samples.
-
-    Its samples say nothing of a step there, which could be any distance.
-    """
+    """Return the times of the changes of socket, but those that split no socket's samples."""
     order = np.argsort(t, kind="stable")
     t, sockets = t[order], sockets[order]
     first = (np.flatnonzero(np.diff(sockets)) + 1).tolist()

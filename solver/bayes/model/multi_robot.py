@@ -1,19 +1,4 @@
-"""All robots of a fit as one model, and all their samples as rows of one table.
-
-The unknowns x are those of the first robot, then those of the second, and so on. After x come the
-poses of the frames, six numbers each, and the centres of the sockets, three each:
-
-    (x of robot 1, x of robot 2, ..., movements, frames, centres)
-
-where movements are those of sockets and frames while they are recorded, see :mod:`.movement`.
-With B_r the pose of robot r's base in the world (the first robot's base is the world), sample i of
-robot r errs by
-
-    e_i = B_r Phi_r(x_r, q_i) - m_s(i)       for a ball in socket s(i)
-    e_i = B_r Phi_r(x_r, q_i) - F y_i        for a ball that an instrument, whose frame has the pose
-                                             F, measured at y_i
-    e_i = log(B_r R_r(x_r, q_i) (F M_i)^T)   for the orientation M_i of the ball's link there
-"""
+"""All robots of a fit as one model, and all their samples as rows of one table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -170,10 +155,9 @@ class SampleRows:
 
     @cached_property
     def volumes(self) -> tuple[float, ...]:
-        """For each robot, the number of samples by which its volume counts in (A1).
+        """For each robot, the number of samples in sockets by which its volume counts in (A1).
 
         One less for each socket, whose centre is unknown; robots share that by their samples.
-        A ball that was measured does not count.
         """
         seated = self.sockets >= 0
         total = np.bincount(self.sockets[seated], minlength=self.socket_count)

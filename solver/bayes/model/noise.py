@@ -1,17 +1,4 @@
-"""The noise of a sample: how well the ball sits in its socket, and how well angles are read.
-
-The error e_i of sample i, a vector of shape (3,) [m], scatters by
-
-    C_i = s_x^2 I + s_q^2 Jq_i Jq_i^T
-
-    s_x    noise in space: of the ball's place in its socket, per axis [m]
-    s_q    noise of each joint angle [rad]
-    Jq_i   derivative of the ball's position by the joint positions, shape (3, m) [m/rad]
-
-so an arm that is stretched out, where a small angle moves the ball far, may err more. By Student's
-t distribution with nu degrees of freedom: unlike a Gaussian it expects a large error now and then,
-the more the smaller nu is, so that a ball that was badly seated hardly pulls at the fit.
-"""
+"""The noise of a sample: how well the ball sits in its socket, and how well angles are read."""
 
 from dataclasses import dataclass, replace
 from math import lgamma, log, pi
@@ -61,22 +48,14 @@ class Noise:
         return self.space**2 * np.eye(3) + self.joint**2 * spread
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
-        """Return how far the joints' noise moves the ball, relative to the noise in space.
-
-        Args:
-            by_joints: Jq_i of each sample, shape (N, 3, m) [m/rad].
-        """
+        """Return how far the joints' noise moves the ball, relative to that in space."""
         squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
         return self.joint * float(np.mean(squares)) ** 0.5 / self.space
 
     def updated(self, step: np.ndarray, effect: float) -> "Noise":
-        """Return the noise after s_x^2 and s_q^2 changed by a step.
+        """Return the noise after a step of :meth:`fisher_step`, by its :meth:`joint_effect`.
 
         s_x is kept from zero, since no ball sits without any play.
-
-        Args:
-            step: Change of s_x^2 [m^2] and, unless it is zero, of s_q^2 [rad^2].
-            effect: What :meth:`joint_effect` returns for this noise.
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
         moved = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
@@ -93,26 +72,17 @@ class Noise:
         leverage: np.ndarray,
         by_joints: np.ndarray,
     ) -> np.ndarray:
-        """Return a step of s_x^2 and, unless it is zero, of s_q^2 towards their best values.
+        """Return a step of s_x^2 and, unless it is zero, of s_q^2 towards their best values (A5).
 
-        If the errors scatter more than the noise says, it grows; if less, it shrinks. What is
-        compared with the errors takes into account that a fit makes errors smaller than the noise
-        was: each unknown uses up some of them (restricted maximum likelihood, Harville 1977; the
-        step is Fisher scoring, Newton's method with the expected curvature). The slope for s_x^2,
-        where V_i = I, and for s_q^2, where V_i = Jq_i Jq_i^T, is
-
-            sum_i  w_i e_i^T C_i^-1 V_i C_i^-1 e_i  -  tr((C_i^-1 - C_i^-1 L_i C_i^-1) V_i)    (A5)
+        A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
+        likelihood, Harville 1977). The step is Fisher scoring.
 
         Args:
             inverse: C_i^-1, shape (N, 3, 3).
             weights: w_i, robust weight of each sample, shape (N,).
             errors: e_i, shape (N, 3) [m].
-            leverage: L_i, how uncertain the errors are because the unknowns are, times k w_i,
-                shape (N, 3, 3) [m^2].
+            leverage: L_i, how uncertain errors are by the unknowns, times k w_i, (N, 3, 3) [m^2].
             by_joints: Jq_i, shape (N, 3, m) [m/rad].
-
-        Returns:
-            The change of s_x^2 [m^2] and of s_q^2 [rad^2], shape (2,), or (1,) without the latter.
         """
         u = np.einsum("nij,nj->ni", inverse, errors)
         left = inverse - inverse @ leverage @ inverse

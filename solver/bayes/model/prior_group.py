@@ -69,15 +69,7 @@ class PriorGroup:
         return D if self.common is None else D + np.outer(self.common, self.common)
 
     def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
-        """Return the prior precision (inverse covariance) of some of the members.
-
-        The members that are left out are held at zero. By Sherman and Morrison's formula,
-        (D + t t^T)^-1 = D^-1 - D^-1 t t^T D^-1 / (1 + t^T D^-1 t).
-
-        Args:
-            width: s, in the unit of the group.
-            free: Which members count.
-        """
+        """Return the prior precision of some members (Sherman and Morrison), the others held."""
         if self.shape is not None:
             some = self.shape[free][:, free]
             unit = 1 / np.sqrt(np.diag(some))  # members of different units
@@ -100,11 +92,10 @@ class PriorGroup:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the prior, larger than its width where that is uncertain itself.
+        """Standard deviation of the prior, larger where the width is uncertain itself.
 
-        A width estimated from gamma unknowns is itself uncertain. Counting that makes the prior a
-        Student's distribution with gamma degrees of freedom, whose variance is larger by the
-        factor gamma / (gamma - 2); here by 2 at most.
+        One estimated from gamma unknowns makes it Student's, whose variance is larger by
+        gamma / (gamma - 2), here by 2 at most.
         """
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
@@ -118,13 +109,10 @@ class PriorGroup:
         return replace(self, width=around, common=around * ones, expected=(noise * ones, 0 * ones))
 
     def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
-        """Return the group with a width closer to what the evidence prefers (MacKay 1992).
+        """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
-            gamma_g = tr(s_g^2 P_g) - tr(P_g Sigma_g P_g) s_g^2    s_g^2 = |x_g|^2 / gamma_g    (A4)
-
-        The new width is the root mean square of the unknowns, over those that the data decide. An
-        unknown whose posterior is as wide as its prior was not decided, and counts as 0 in gamma.
-        A prior of the width itself, see :attr:`typical`, adds its slope.
+        It is the root mean square of the unknowns, over those that the data decide; one whose
+        posterior is as wide as its prior counts as 0. A prior of the width itself adds its slope.
 
         Args:
             x: Distance of the free members from their mean.
@@ -146,12 +134,7 @@ class PriorGroup:
         return replace(self, width=width, effective=effective, trail=(now, wanted - now))
 
     def _step(self, now: float, change: float) -> float:
-        """Return by how much to change the logarithm of the width.
-
-        (A4) alone may take hundreds of steps, each a little shorter than the one before, where a
-        width vanishes. The secant through this step and the last says where they lead to: nowhere
-        if the width falls ever faster, so that it is halved at once.
-        """
+        """Return by how much to change the logarithm of the width."""
         if self.trail is None or now == self.trail[0] or not change:
             return change
         slope = (change - self.trail[1]) / (now - self.trail[0])

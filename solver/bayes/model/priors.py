@@ -1,10 +1,4 @@
-"""The priors of a model's unknowns at the start of the estimation, group by group.
-
-The unknowns x_g of a group g, for instance all angles of the joint origins, have a Gaussian prior
-of one width s_g, which the evidence sets (see docs/model.md). The lengths may also all grow or
-shrink together, by the same share, which is the scale of the whole robot; that costs much less than
-so many separate changes.
-"""
+"""The priors of a model's unknowns at the start of the estimation, group by group."""
 
 from dataclasses import replace
 

@@ -1,15 +1,4 @@
-"""The best geometry for programs that correct nothing: what ``calibrated.urdf`` holds.
-
-A URDF knows neither elasticity nor transmission error. The geometry that comes nearest to the full
-model depends on the poses it is meant for: at all poses of the workspace alike it errs too much at
-each of them. So places near those recorded are simulated, some 0.2 m away, with the ball held there
-in postures like those recorded, and the full model says where the ball is.
-
-The full model may be wrong, too, most of all after few samples. So the geometry that the samples
-alone give, by the paper's cost, is left only in those directions in which the full model is sure
-that this is for the better; and it has a share in the result, a large one where both geometries
-differ by less than what either is off by.
-"""
+"""The best geometry for programs that correct nothing: what ``calibrated.urdf`` holds."""
 
 from dataclasses import replace
 
@@ -132,16 +121,7 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
 def _shared(
     full: Posterior, load: Load, poses: Poses, closest: np.ndarray, alone: np.ndarray
 ) -> np.ndarray:
-    """Return the weighted mean of two geometries: the closest one, and the samples' own.
-
-    With r and r' what they are off by at simulated places, as deviations from the mean of all
-    postures at a place, the closest one has the weight
-
-        |r - r'|^2 / (|r - r'|^2 + CHANCE_SHARE^2 (|r|^2 + variance))
-
-    It is Wiener's, for a difference of which so much is chance. The variance is that of a sample:
-    its noise and the full model's own uncertainty.
-    """
+    """Return the weighted mean of two geometries."""
     model, q = full.model, poses.positions
     _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
     slopes = apart(slopes, poses.places, 0.0)

@@ -1,10 +1,4 @@
-"""Directions of the geometry that the data do not identify, in words.
-
-Some changes of the joint origins move no ball, or hardly: the whole base frame may shift, a joint
-may slide along its own axis if the next one slides back. Such a change is a *direction* in the
-space of all unknowns. Along it the data say nothing, and only the prior holds the model near
-nominal (see docs/model.md).
-"""
+"""Directions of the geometry that the data do not identify, in words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,12 +1,4 @@
-"""Zeros of joints, put into the geometry.
-
-An arm that stands at q + z where it reads q is one whose joint frames are turned by z about the
-joints' axes, so that any URDF can hold its zeros:
-
-    R_i' = R_i R(axis_i, z_i)
-
-with R_i the rotation of joint i's origin.
-"""
+"""Zeros of joints, put into the geometry."""
 
 import math
 from collections.abc import Sequence

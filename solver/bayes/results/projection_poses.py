@@ -1,7 +1,4 @@
-"""Configurations to which the exported geometry is fitted: imagined ones, and the samples.
-
-Places near those recorded are imagined, with the ball held there in postures like those recorded.
-"""
+"""Configurations to which the exported geometry is fitted: imagined ones, and the samples."""
 
 from dataclasses import dataclass
 

@@ -1,9 +1,4 @@
-"""Two robots in one world: where one's base and tool stand seen from the other's.
-
-A base frame hangs on its own robot's joint 1 zero, which no ball shows, so it is known to some
-milliradians only. Where one tool stands seen from the other does not depend on that: what both
-robots were shown, the same sockets, ties their tools.
-"""
+"""Two robots in one world: where one's base and tool stand seen from the other's."""
 
 from dataclasses import dataclass
 

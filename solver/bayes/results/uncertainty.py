@@ -1,7 +1,4 @@
-"""Uncertainty of a calibration: standard deviations, correlations, predicted errors.
-
-All of it follows from the covariance of the posterior; see docs/model.md.
-"""
+"""Uncertainty of a calibration: standard deviations, correlations, predicted errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -143,10 +140,7 @@ def distance_deviations(
 
 
 def _counted_once(posterior: Posterior) -> np.ndarray:
-    """Return the covariance of the model's unknowns, shape (size, size), for lengths.
-
-    The play of servos moves the samples of a socket together, so that each counts for less.
-    """
+    """Return the covariance of the model's unknowns, shape (size, size), for lengths."""
     size = posterior.model.size
     servos = JOINT_OFFSET.name in posterior.model.extensions
     return (CORRELATED if servos else 1) * posterior.covariance[:size, :size]

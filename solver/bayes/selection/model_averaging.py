@@ -1,9 +1,4 @@
-"""The mean of several models of one arm, each as probable as the data make it.
-
-Where the data hardly tell whether an extension is there, the mean has a part of it: an extension
-that half of the probability supports counts by half. What the models differ by makes the mean less
-certain (Hoeting et al. 1999, Bayesian model averaging).
-"""
+"""The mean of several models of one arm, each as probable as the data make it."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,8 +1,4 @@
-"""Decides by the data which extensions of the geometry to keep, and how much each counts.
-
-One after the other is added to the best model so far, by its evidence; docs/model.md tells when
-they are kept, and how the models are averaged.
-"""
+"""Decides by the data which extensions of the geometry to keep, and how much each counts."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

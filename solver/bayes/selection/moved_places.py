@@ -1,9 +1,4 @@
-"""The choice of how places moved while they were recorded, by the evidence of the whole fit.
-
-One step at a change of socket, a drift along a line, and a slow process are compared with no
-movement, placement by placement; what is likeliest is put into the model, and all are compared
-again. A step at one of many changes needs to be so many times likelier.
-"""
+"""The choice of how places moved while they were recorded, by the evidence of the whole fit."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress

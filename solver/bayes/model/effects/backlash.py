@@ -1,9 +1,4 @@
-"""Backlash: a joint rests where gravity turns it to, q' = q - p tau / sqrt(tau^2 + tau_0^2).
-
-p is half the play of the gears. A joint without load rests anywhere in its play, so its angle is
-as noisy as that. One that carries its load on one side throughout shows nothing of its own, and
-what it has would pass for its offset: so it is believed to have what the noise of the others shows.
-"""
+"""Backlash: a joint rests where gravity turns it to, q' = q - p tau / sqrt(tau^2 + tau_0^2)."""
 
 import math
 from typing import TYPE_CHECKING

@@ -1,15 +1,4 @@
-"""Error curve: each joint errs by a smooth function of its own angle, q' = q + delta(q).
-
-delta is a Gaussian process: any smooth curve, zero on average, its size and the length of its bumps
-given. Of two angles a distance d apart, delta has the covariance
-
-    k(d) = s^2 (1 + r + r^2 / 3) exp(-r)        r = sqrt(5) 2 sin(d / 2) / l
-
-(Matern's with smoothness 5/2, periodic in a turn), s its amplitude [rad] and l its length [rad].
-The curve is written as periodic cubic B-splines with a knot every degree, the covariance of whose
-coefficients is such that the curve has this covariance at the knots. So a curve is a table of 360
-numbers, and a sample depends on four of them for each joint.
-"""
+"""Error curve: each joint errs by a smooth function of its own angle, q' = q + delta(q)."""
 
 import math
 from typing import TYPE_CHECKING

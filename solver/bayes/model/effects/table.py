@@ -1,15 +1,4 @@
-"""All effects, in the order in which they are tried and listed.
-
-To add one:
-
-1. Write ``effects/NAME.py`` with one :class:`Effect`: its name, unit, the axis of a joint that each
-   coefficient turns, the derivatives of that turn by the coefficients, and the typical size.
-2. Add it to the table below.
-
-Selection, priors, export, report and JSON ask the effect itself. What turns no joint, as a base
-that drifts, needs an axis of its own beside those of :mod:`.effect`, and its column in
-:meth:`.ExtendedModel.linearise`.
-"""
+"""All effects, in the order in which they are tried and listed."""
 
 from .backlash import BACKLASH
 from .compliance import COMPLIANCE
