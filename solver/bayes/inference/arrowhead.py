@@ -1,4 +1,4 @@
-"""The curvature of the objective as its blocks, and its inverse; docs/model.md derives them."""
+"""The curvature of the objective as its blocks, and its inverse."""
 
 from dataclasses import dataclass, replace
 

@@ -86,11 +86,10 @@ def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndar
     if not prior.amplitude:
         return K, by_length
     same = samples.arms[:, None] == samples.arms if samples.count > 1 else 1.0
-    for j, distance in enumerate(samples.distances):
-        s = samples.slopes[:, :, j].ravel()
-        outer = prior.amplitude**2 * np.outer(s, s)
+    for distance, outer in zip(samples.distances, samples.outer_slopes, strict=True):
         for total, part in zip((K, by_length), kernel(distance, prior.length), strict=True):
-            total += outer * np.repeat(np.repeat(part * same, 3, axis=0), 3, axis=1)
+            scaled = prior.amplitude**2 * part * same
+            total.reshape(outer.shape)[:] += outer * scaled[:, None, :, None]
     return K, by_length
 
 

@@ -1,4 +1,4 @@
-"""The fit of each joint's error curve together with everything else; see docs/model.md."""
+"""The fit of each joint's error curve together with everything else."""
 
 from dataclasses import replace
 

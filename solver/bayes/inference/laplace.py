@@ -64,7 +64,8 @@ def joint_posterior(
         prior = replace(own[begin], members=own[begin].members - begin)
         movements.append((one, state.x[begin : begin + one.size], prior))
         begin += one.size
-    covariance = covariance[kept[:, None], kept]
+    if movements:
+        covariance = covariance[kept[:, None], kept]
     own_x = objective.model.own
     return JointPosterior(arms, own_x, scene, poses, covariance, evidence, tuple(movements))
 

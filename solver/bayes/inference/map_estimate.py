@@ -1,4 +1,4 @@
-"""The iteration to the most probable unknowns, prior widths and noise; see docs/model.md."""
+"""The iteration to the most probable unknowns, prior widths and noise."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""True joint positions of an arm whose encoders read q; docs/model.md has the formula."""
+"""True joint positions of an arm whose encoders read q."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
