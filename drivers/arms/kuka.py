@@ -41,7 +41,8 @@ class Kuka(ValidatingDriver):
             self._follow(message)
             self._answer(message, source)
             if message.position:
-                return self._state(message)
+                effort = message.torque and tuple(self._sign * one for one in message.torque)
+                return JointState(message.stamp, message.position, effort)
         last = f"; its session was {self.status}" if self.status else ""
         raise self._silence(asked, deadline, "FRI message with joint angles", last)
 
@@ -100,7 +101,3 @@ class Kuka(ValidatingDriver):
             self._udp.send(encode_reply(self._replies, message.sequence, message.framed), source)
             self._replies = (self._replies + 1) % COUNTER
             self._unanswered = 0
-
-    def _state(self, message: StateMessage) -> JointState:
-        effort = message.torque and tuple(self._sign * torque for torque in message.torque)
-        return JointState(message.stamp, message.position, effort)

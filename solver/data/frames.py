@@ -264,18 +264,16 @@ def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
     if not common.any():
         return
     places = dict(zip(visited.numbers.tolist(), visited.points, strict=True))
-    numbers = measured.numbers[common].tolist()
-    there = np.array([places[number] for number in numbers])
     world = np.full(measured.points.shape, np.nan)
-    world[common] = there
+    world[common] = [places[number] for number in measured.numbers[common].tolist()]
     _placed(replace(measured, name=visited.name), common, world)
-    off = np.linalg.norm(measured.points[common] - there, axis=1)
-    worst = int(np.argmax(off))
+    off = np.linalg.norm(measured.points - world, axis=1)
+    worst = int(np.nanargmax(off))
     if off[worst] > MAX_ERROR:
-        where = measured.wheres[int(np.flatnonzero(common)[worst])]
         raise FrameError(
-            f"{where}: {off[worst]:.3g} m from where the nominal model has the ball; coordinates "
-            "in the base frame have its origin and axes as the URDF's base link does"
+            f"{measured.wheres[worst]}: {off[worst]:.3g} m from where the nominal model has the "
+            "ball; coordinates in the base frame have its origin and axes as the URDF's base link "
+            "does"
         )
 
 

@@ -30,9 +30,7 @@ _WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
 _FRAME = re.compile(r"[\w.-]+(:base)?")
 
 
-def read_sockets_at(
-    given: str | Path | SocketAt | Iterable[str | Path | SocketAt],
-) -> list[SocketAt]:
+def read_sockets_at(given: Given | Iterable[Given]) -> list[SocketAt]:
     """Return the coordinates that files, words, or they themselves give.
 
     Raises:

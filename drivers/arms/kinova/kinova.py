@@ -18,16 +18,12 @@ from typing import Any
 from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
 from ...transport import Endpoint, open_tcp, parse_endpoint
 
-HALF_TURN = 180.0
+TURN = 360.0  # degrees
 KORTEX_PORT = 10000
 ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
 
 SESSION_MILLISECONDS = 60_000
 CONNECTION_MILLISECONDS = 2_000
-HOW_TO_GET_IT = (
-    "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that the readme "
-    "of github.com/Kinovarobotics/kortex names"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +67,7 @@ class Kinova(PolledDriver):
         self._arm = _connect(address)
         with self._closed_on_error():
             self._joint_names = match_joints(joint_names, self._arm.joints, "the Kinova arm")
-        self._unwrap = Unwrap(self._arm.centred)
+        self._last: tuple[float, ...] = ()  # joint angles [degrees]
         self._fastest = math.inf
 
     def _receive(self, deadline: float) -> JointState:
@@ -83,12 +79,21 @@ class Kinova(PolledDriver):
             self.rejected += self._arm.rejected - before
         return JointState(
             stamp,
-            self._unwrap(measurement.degrees),
+            self._unwrapped(measurement.degrees),
             tuple(self._arm.sign * torque for torque in measurement.torques),
         )
 
     def _disconnect(self) -> None:
         self._arm.close()
+
+    def _unwrapped(self, degrees: tuple[float, ...]) -> tuple[float, ...]:
+        """Return angles in radians, each within half a turn of the joint's last one."""
+        reference = self._last or ((0.0,) * len(degrees) if self._arm.centred else degrees)
+        self._last = tuple(
+            angle - TURN * round((angle - last) / TURN)
+            for angle, last in zip(degrees, reference, strict=True)
+        )
+        return tuple(map(math.radians, self._last))
 
     def _measure(self, deadline: float) -> tuple[Measurement, float]:
         """Ask all joints once; return their answers and the time in the middle [s]."""
@@ -106,23 +111,6 @@ class Kinova(PolledDriver):
             self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
                 raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
-
-
-class Unwrap:
-    """Makes angles continuous that jump by a whole turn, as from 359 to 0 degrees."""
-
-    def __init__(self, centred: bool) -> None:
-        self._last: tuple[float, ...] | None = None
-        self._centred = centred
-
-    def __call__(self, degrees: Sequence[float]) -> tuple[float, ...]:
-        """Return angles [degrees] in radians, each within half a turn of the joint's last one."""
-        reference = self._last or ((0.0,) * len(degrees) if self._centred else degrees)
-        self._last = tuple(
-            angle - 2 * HALF_TURN * round((angle - last) / (2 * HALF_TURN))
-            for angle, last in zip(degrees, reference, strict=True)
-        )
-        return tuple(map(math.radians, self._last))
 
 
 def _connect(address: str) -> KinovaArm:
@@ -231,4 +219,8 @@ def _modules() -> dict[str, Any]:
     try:
         return {name: importlib.import_module(f"kortex_api.{name}") for name in names}
     except ImportError as error:
-        raise DriverError(Reason.MISSING_PACKAGE, f"{HOW_TO_GET_IT} ({error})") from None
+        raise DriverError(
+            Reason.MISSING_PACKAGE,
+            "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that the "
+            f"readme of github.com/Kinovarobotics/kortex names ({error})",
+        ) from None
