@@ -128,11 +128,7 @@ def resolve(host: str) -> str:
 
 
 def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
-    """Connect to a robot's controller.
-
-    Args:
-        endpoint: Host and port.
-        advice: Remedy, for the message, where the host is there and nothing listens.
+    """Connect to a robot's controller; the advice is for a host on which nothing listens.
 
     Raises:
         DriverError: UNREACHABLE.

@@ -118,10 +118,6 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
 
     What an older file lacks, as one does whose zeros were found since, its samples give.
 
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-
     Raises:
         UsageError: It is of several arms, or by a method that leaves no posterior.
         DocumentError: The file is damaged.

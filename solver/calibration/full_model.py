@@ -230,9 +230,9 @@ class FullModel:
         has arrived, give them as ``near``, and send once more.
 
         Args:
-            pose: See :meth:`command`, as for ``near`` and ``prefer``.
-            near: See there.
-            prefer: See there.
+            pose: See :meth:`command`,
+            near: and there,
+            prefer: and there.
             controller: The model by which the controller computes; None for the nominal one. Of a
                 controller with a factory calibration, a robot loaded from that URDF; of Universal
                 Robots', the path of its ``calibration.conf``.

@@ -62,10 +62,7 @@ def _useful(
 
 
 def learn_types(files: Iterable[Path]) -> ElasticityDocument:
-    """Return the elasticity of each type of arm that some calibrations are of.
-
-    Args:
-        files: Each a ``calibration.json``; those in which no elasticity was found tell nothing.
+    """Return the elasticity of each type of arm that some ``calibration.json`` are of.
 
     Raises:
         DocumentError: A file is missing, of another format, or damaged.

@@ -144,12 +144,7 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
     """Return the pose that brings points closest to others, robustly.
 
     Each round is :func:`kabsch`, with weights that fall with the distance left: a point that is far
-    off hardly counts.
-
-    Args:
-        inner: Points in the frame, shape (N, 3) [m].
-        outer: The same points outside of it, shape (N, 3) [m].
-        mirrored: Return the best reflection instead.
+    off hardly counts. Points have shape (N, 3) [m].
     """
     weights = np.ones(len(inner))
     pose = IDENTITY
@@ -251,11 +246,7 @@ def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> 
 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
-    """See that coordinates in a robot's own base are near where the robot was there.
-
-    Args:
-        measured: Sockets' coordinates in the frame of the base.
-        visited: The sockets' places by the nominal robot.
+    """See that sockets measured in a robot's own base are near where the nominal robot was there.
 
     Raises:
         FrameError: They are not.

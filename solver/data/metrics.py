@@ -98,13 +98,9 @@ def evaluate(
     frames: Mapping[str, Pose] | None = None,
     rotations: np.ndarray | None = None,
 ) -> Metrics:
-    """Return the metrics of one placement.
+    """Return the metrics of one placement; arguments are those of :func:`targets`.
 
-    Args:
-        points: As for :func:`targets`,
-        measured: likewise,
-        frames: likewise.
-        rotations: Predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
+    And predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
     """
     errors = np.linalg.norm(points - targets(points, measured, frames), axis=1)
     centres, turned = socket_centres(points, measured), None
@@ -135,12 +131,7 @@ def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
 
 
 def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]:
-    """Return inconsistency and distortion, the first two terms of Eq. (5) [m^2].
-
-    Args:
-        points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
-        measured: The placement.
-    """
+    """Return inconsistency and distortion, the first two terms of Eq. (5) [m^2]."""
     frames = fit_frames([(points, measured)])
     squares = float(np.sum((points - targets(points, measured, frames)) ** 2))
     centres = socket_centres(points, measured)

@@ -138,11 +138,7 @@ def build_problem(
 ) -> Problem:
     """Return the problem of Eq. (5).
 
-    Args:
-        robot: The robot.
-        training: Its placements, at least one.
-        parameters: Free parameters; None for all actuated joints and the ball.
-        regularization: lambda of Eq. (5), not negative.
+    Free are by default all actuated joints and the ball; lambda is not negative.
 
     Raises:
         MeasurementError: A placement is there twice.
@@ -159,12 +155,7 @@ def build_problem(
 def solve(
     problem: Problem, optimizer: str = "gauss-newton", max_iterations: int = MAX_ITERATIONS
 ) -> Solution:
-    """Minimise Eq. (5) from the nominal parameters.
-
-    Args:
-        problem: The problem.
-        optimizer: One of :data:`OPTIMIZERS`; both reach the same minimum.
-        max_iterations: Steps allowed.
+    """Minimise Eq. (5) from the nominal parameters; both :data:`OPTIMIZERS` reach the minimum.
 
     Raises:
         SettingError: There is no such optimizer.
@@ -201,10 +192,6 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     The balls' noise is what the fit left of it; the sockets' distances are a caliper's, wrong by
     the same amount wherever one base stands. What the regularization holds at nominal does not
     move: its deviation is small, though nothing is known of it.
-
-    Args:
-        problem: What was minimised.
-        x: Its minimum.
     """
     residuals, jacobian = problem.residuals(x)
     unit, J = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True), jacobian[len(x) :]

@@ -148,11 +148,7 @@ def read_calibration(file: Path) -> CalibrationDocument:
 
 
 def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
-    """Return the robot that a calibration describes.
-
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
+    """Return the robot that a calibration describes, which messages name by its source.
 
     Raises:
         DocumentError: The document's parts do not fit each other; the line names the key.

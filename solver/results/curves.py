@@ -74,12 +74,7 @@ def agreement_words(each: Sequence[CurveAgreement]) -> str:
 
 
 def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float], ...]:
-    """Return the ranges of a turn that are near some angles.
-
-    Args:
-        angles: Shape (N,) [rad].
-        reach: Distance that counts as near [rad].
-    """
+    """Return the ranges of a turn that are within reach of angles, shape (N,) [rad]."""
     knots = SPACING * np.arange(KNOTS)
     apart = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
     near = np.concatenate([[False], (apart <= reach).any(axis=1), [False]])
@@ -92,11 +87,7 @@ def beyond_words(
 ) -> list[str]:
     """Return a line for people where samples are beyond what the curves were fitted to.
 
-    Args:
-        curves: Of the calibration; None for none.
-        joint_names: Names of the columns.
-        positions: Joint positions, shape (N, m) [rad].
-        where: Name of the samples.
+    Joint positions have shape (N, m) [rad], and ``where`` names them.
     """
     shares: dict[str, float] = {}
     for curve in () if curves is None else curves.joints:

@@ -45,12 +45,7 @@ def fields_of(document: Document) -> dict[str, Any]:
 
 
 def encode(document: object, indent: int | None = None, *, compact: bool = False) -> bytes:
-    """Return a document as JSON.
-
-    Args:
-        document: What to write.
-        indent: Spaces for each level; None for one line.
-        compact: Without spaces between the parts.
+    """Return a document as JSON, in one line unless each level is indented.
 
     Raises:
         ValueError: A number is not finite; JSON has no word for that.
@@ -119,10 +114,7 @@ class OutputError(MukcaError):
 def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: bool) -> None:
     """See that an output folder may be written, before the work begins.
 
-    Args:
-        folder: The folder.
-        names: The files that will be written, if others may lie beside them.
-        force: Whether to overwrite.
+    With names, only these files must not be there; with ``force`` they may.
 
     Raises:
         OutputError: The folder, or one of the files, exists and ``force`` is not given, or the
@@ -137,14 +129,9 @@ def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: 
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:
-    """Write files into a folder, each under a temporary name first, then renamed.
+    """Write files into a folder, made where missing; return their paths by file name.
 
-    Args:
-        folder: Made with its parents where missing.
-        contents: What to write, by file name.
-
-    Returns:
-        The paths written, by file name.
+    Each is written under a temporary name first, then renamed.
 
     Raises:
         OutputError: The disk is full, or the folder may not be written.

@@ -22,15 +22,8 @@ def emulated_arm(
 ) -> SimulatedArm:
     """Return an arm that goes through a placement's configurations, or again and again through 40.
 
-    The poses and the efforts that are no placement's are invented; the efforts are no arm's gravity
-    torque.
-
-    Args:
-        joints: Number of the robot's joints.
-        rate: States per second.
-        motion: Duration of each rest and each move [s].
-        noise: Standard deviation of the encoder noise [rad].
-        folder: The placement; none for poses of its own.
+    ``motion`` is the duration of each rest and each move [s], ``noise`` that of the encoders [rad].
+    The poses and efforts that are no placement's are invented; these are no arm's gravity torque.
 
     Raises:
         MukcaError: The placement cannot be read, or is another robot's.

@@ -53,14 +53,9 @@ class Version(NamedTuple):
 
 
 class Emulator(ABC):
-    """One controller.
+    """One controller at an address, empty for the real ports on 127.0.0.1.
 
-    Args:
-        address: The address that it listens at or sends to; empty for the real ports on 127.0.0.1.
-        version: One of :attr:`VERSIONS`.
-        arm: The arm that moves; it starts with the first connection.
-        faults: Faults on demand.
-        journal: Notes messages and states.
+    Its arm starts with the first connection; the journal notes messages and states.
     """
 
     VERSIONS: ClassVar[dict[str, Version]]
