@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibrated_arm import Simulated
+from msgspec import structs
 
 import mukca
 from mukca.recorder import sample_files
+from mukca.solver.assessment import Options, limits_of, rows_since
+from mukca.solver.data import Metrics, measure
 from mukca.solver.results import write_files
 
 
@@ -66,3 +69,16 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "few")
         assert status == 3 and "too little" in out
+
+
+@pytest.mark.parametrize(("told", "status"), [(True, "warning"), (False, "fail")])
+def test_a_few_samples_break_no_limit_where_the_evidence_tells(
+    simulated: Simulated, told: bool, status: str
+) -> None:
+    since, calibrated = simulated.read({}), simulated.calibration.calibrated
+    summary = simulated.calibration.validate(since).summary.test
+    large = structs.replace(summary, calibrated=Metrics(1e-3, 2e-3, 5e-4), geometric=None)
+    limits = limits_of(simulated.calibration.document, "since", Options())
+    data = [measure(since, calibrated.robot)]
+    rows, _ = rows_since(calibrated, large, data, limits, zeros=False, told=told)
+    assert [row.status for row in rows[:2]] == [status] * 2
