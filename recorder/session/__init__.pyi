@@ -1,6 +1,7 @@
 from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
+from .actions import StreamAlerts as StreamAlerts
 from .guidance import Advice as Advice
 from .guidance import Alarm as Alarm
 from .guidance import GuidanceClient as GuidanceClient
@@ -13,4 +14,3 @@ from .recording_file import Recording as Recording
 from .session import STOOD_STILL as STOOD_STILL
 from .session import TARGET as TARGET
 from .session import Session as Session
-from .stream_alerts import StreamAlerts as StreamAlerts

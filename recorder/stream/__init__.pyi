@@ -1,7 +1,7 @@
 from .contact_detection import ContactDetector as ContactDetector
-from .joints import STILL as STILL
-from .joints import WINDOW as WINDOW
-from .joints import JointLimits as JointLimits
+from .stationarity import STILL as STILL
+from .stationarity import WINDOW as WINDOW
+from .stationarity import JointLimits as JointLimits
 from .stationarity import StationaryPose as StationaryPose
 from .stream import Stream as Stream
 from .stream_monitor import JUMP as JUMP

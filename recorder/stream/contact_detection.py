@@ -5,8 +5,7 @@ Torque beyond gravity, |tau - g| > 2 N m + 0.1 |g|, or a tremor of it; no captur
 
 from collections.abc import Callable, Sequence
 
-from .joints import JointLimits
-from .stationarity import StationaryPose
+from .stationarity import JointLimits, StationaryPose
 
 LOAD = 2.0
 """Deviation from the gravity torque that is always allowed [N m]."""

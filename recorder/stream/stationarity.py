@@ -11,8 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...drivers import JointState
-from .joints import JointLimits
 
+WINDOW = 0.3
+"""Default length of the average of a capture [s]."""
+STILL = 5e-4
+"""Default for the largest standard deviation of a joint of an arm that is still [rad], [m] for a
+prismatic joint."""
 CHECK_INTERVAL = 0.02
 """Interval of the checks [s]."""
 MIN_STATES = 5
@@ -21,6 +25,27 @@ FAST = 20.0
 """A spread this many times that of a still arm means that somebody leads the arm on."""
 FULL_SHARE = 0.9
 """A window counts as full once its states and one step more span this share of its length."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """An actuated joint of the model and its limits."""
+
+    name: str
+    lower: float = -math.inf
+    """Lower limit [rad], [m] for a prismatic joint; infinite for a continuous one."""
+    upper: float = math.inf
+    """Upper limit, likewise."""
+    prismatic: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Unit of its position in files."""
+        return "m" if self.prismatic else "rad"
+
+    def shown(self, value: float) -> str:
+        """Return a position, or a difference of positions, as people read it."""
+        return f"{value * 1e3:.1f} mm" if self.prismatic else f"{math.degrees(value):.1f}°"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,23 +2,12 @@
 
 import math
 from collections import deque
-from typing import Protocol
 
 from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
+from .. import StreamLog
 
 PATIENCE = 0.1
 """Longest wait for a state before the thread checks for its end [s]."""
-
-
-class Log(Protocol):
-    """Something that keeps states."""
-
-    trouble: str | None
-    """Reason why it keeps no more; None while it does."""
-
-    def add(self, state: JointState, connection: int) -> None:
-        """Keep a state, and the number of the connection that it came over."""
-        ...
 
 
 class Stream:
@@ -40,7 +29,7 @@ class Stream:
         """States that nobody took in time."""
         self.trouble: str | None = None
         """Reason why no states come; None while they come."""
-        self.log: Log | None = None
+        self.log: StreamLog | None = None
         """Given every state that is taken, and the number of lost connections by then."""
         self.ended = False
         """True once the driver gave up for good; :attr:`trouble` says why."""

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from ...drivers import JointState
 from .frozen_stream import FrozenStreamDetector
-from .joints import STILL, WINDOW, JointLimits
-from .stationarity import StationarityDetector, StationaryPose
+from .stationarity import STILL, WINDOW, JointLimits, StationarityDetector, StationaryPose
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s]."""

@@ -1,8 +1,7 @@
 """Display of views on a terminal: only changed lines are written, so SSH has little to carry."""
 
 import os
-from contextlib import AbstractContextManager, suppress
-from typing import Protocol
+from contextlib import suppress
 
 from rich.console import Console, ConsoleDimensions, Group
 from rich.text import Text
@@ -13,22 +12,6 @@ from .screen import HELP, KEYS, advice_lines, render
 
 _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _LEAVE = "\x1b[?25h\x1b[?1049l"
-
-
-class Display(AbstractContextManager[object], Protocol):
-    """A place that shows views to the operator while it is open."""
-
-    def show(self, view: View) -> None:
-        """Show what is known now.
-
-        Raises:
-            HangUp: Nobody can see it any more.
-        """
-        ...
-
-    def bell(self) -> None:
-        """Draw attention."""
-        ...
 
 
 class Screen:

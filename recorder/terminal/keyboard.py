@@ -2,6 +2,7 @@
 
 import os
 import re
+import socket
 import sys
 from contextlib import suppress
 from typing import Any
@@ -27,6 +28,15 @@ NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
 _UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")
 _ESCAPE_TIME = 0.1
 """The rest of an escape sequence follows within this time [s]."""
+
+POLL_SECONDS = 0.01
+_KEYPAD = ("[A", "[B", "[D", "[C", "[H", "[F", "[2~", "[3~", "[5~", "[6~")
+_FUNCTION = ("OP", "OQ", "OR", "OS", "[15~", "[17~", "[18~", "[19~", "[20~", "[21~", "[23~")
+_SPECIAL = {
+    **dict(zip("HPKMGORSIQ", _KEYPAD, strict=True)),
+    **dict(zip(";<=>?@ABCD\x85", _FUNCTION, strict=True)),
+}
+"""What follows ESC, by the second character of a special key."""
 
 
 class HangUp(Exception):  # noqa: N818 - an event, not a fault
@@ -112,3 +122,36 @@ def _name(key: bytes) -> str:
     if text == " ":
         return "space"
     return _SINGLE.get(text, text.lower() if text.isascii() else "")
+
+
+class ConsoleKeyboard(Keyboard):
+    """Keys from a console of Windows, where a thread passes them on; not run there yet.
+
+    Args:
+        console: The module msvcrt.
+    """
+
+    def __init__(self, console: Any) -> None:
+        self._console = console
+        self._reader, self._writer = socket.socketpair()
+        super().__init__(self._reader.fileno())
+
+    def __enter__(self) -> "Keyboard":
+        self._stop = clock.repeat(self._pass_on, self._writer.close)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop()
+        self._reader.close()
+
+    def _received(self) -> bytes:
+        return self._reader.recv(1024)
+
+    def _pass_on(self) -> bool:
+        clock.sleep(POLL_SECONDS)
+        while self._console.kbhit():
+            key = self._console.getwch()
+            if key in "\0\xe0":
+                key = "\x1b" + _SPECIAL.get(self._console.getwch(), "[~")
+            self._writer.send(key.encode())
+        return True

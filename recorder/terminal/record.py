@@ -21,7 +21,7 @@ from ..session import (
     prompt_for,
 )
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
-from .display import Display
+from .display import Lines, Screen
 from .key_bindings import KEYS, capture_key
 from .key_handler import RESUME, KeyHandler
 from .key_script import Script
@@ -64,7 +64,7 @@ class Recorder:
     stream: Stream
     monitor: StreamMonitor
     recording: Recording
-    display: Display
+    display: Screen | Lines
     title: str = ""
     keyboard: Keyboard | None = None
     script: Script | None = None
