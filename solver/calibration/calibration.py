@@ -65,11 +65,7 @@ class Calibration(FullModel):
         return self.document.parameters
 
     def urdf(self, folder: Path | None = None) -> bytes:
-        """Return the text of ``calibrated.urdf``.
-
-        Args:
-            folder: Where it will stand; relative mesh paths are rewritten. None leaves them.
-        """
+        """Return the text of ``calibrated.urdf``; see :meth:`.CalibratedRobot.urdf`."""
         return self.calibrated.urdf(folder)
 
     @property
@@ -81,9 +77,7 @@ class Calibration(FullModel):
     def refusal(self, accept_distorted: bool | None = None) -> str:
         """Return why the model is not to be written, in words; empty where it may be.
 
-        Args:
-            accept_distorted: Accept even a model that does not reproduce the sockets' distance;
-                None for what the calibration's settings say.
+        ``accept_distorted`` is that of :meth:`save`.
         """
         if accept_distorted is None:
             accept_distorted = bool(self.document.settings.get("accept_distorted"))

@@ -101,11 +101,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         return np.linalg.inv(place) @ self.pose(name).matrix
 
     def urdf(self, folder: Path | None = None) -> bytes:
-        """Return one URDF with all robots, each where the calibration has it.
-
-        Args:
-            folder: Where it will stand; relative mesh paths are rewritten. None leaves them.
-        """
+        """Return one URDF with all robots, each in its place; see :meth:`.CalibratedRobot.urdf`."""
         placed = [Placed(name, one.calibrated, self.pose(name)) for name, one in self.items()]
         return joined_urdf(placed, folder)
 

@@ -56,9 +56,7 @@ class Option:
 def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
     """Return what ``--joints`` says that another program calls a model's joints.
 
-    Args:
-        words: Names between commas, or one word in which ``*`` is each of the model's names.
-        joints: The model's names, in chain order.
+    It has names between commas, or one word in which ``*`` is each of the model's names.
 
     Raises:
         UsageError: There are more names than joints, or fewer.

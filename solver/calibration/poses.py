@@ -190,13 +190,7 @@ def not_reached(where: str, positions: np.ndarray, left: np.ndarray, joint: str)
 
 
 def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
-    """Return the rows to which the joints do not go straight from the row before.
-
-    Args:
-        q: Joint positions, shape (N, m) [rad].
-        pose: Poses of the tool, shape (N, 4, 4), at joint positions.
-        turns: Tell by the tool's turns, too.
-    """
+    """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
     one, between, other = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
     jumps = np.zeros(len(one), dtype=bool)
     for distance, least in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:

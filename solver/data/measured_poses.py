@@ -115,10 +115,7 @@ def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> No
     Two columns swapped, another order, a sign, the inverse: all of these turn the other way, so
     they are told from right columns, and not from each other.
 
-    Args:
-        R: The link's rotations in the base, shape (N, 3, 3).
-        quaternions: The measured orientations x, y, z, w, shape (N, 4).
-        where: The file, for messages.
+    The link's rotations in the base are of shape (N, 3, 3), measured are x, y, z, w, (N, 4).
 
     Raises:
         FrameError: They do not.
