@@ -62,6 +62,7 @@ _ERRORS = (
     "planning joint limit violation, base acceleration initialization timeout, base acceleration "
     "invalid reading"
 )
+MODES, ERRORS = _MODES.split(", "), _ERRORS.split(", ")
 
 
 class Franka(ValidatingDriver):
@@ -216,12 +217,11 @@ def decode_state(datagram: bytes) -> tuple[JointState, str]:
     fields: tuple[Any, ...] = layout.unpack(datagram)
     torque, position = fields[1:8], fields[8:15]
     current, reflex, mode, rate = cast("tuple[bytes, bytes, int, float]", fields[15:])
-    modes = _MODES.split(", ")
-    if mode >= len(modes) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
+    if mode >= len(MODES) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
         raise ValueError("a robot state with an unknown mode, error flag or success rate")
     if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too
         raise ValueError("a robot state with impossible joint angles")
     if not all(map(math.isfinite, torque)):
         raise ValueError("a robot state with torques that are no numbers")
-    errors = [name for name, flag in zip(_ERRORS.split(", "), current, strict=False) if flag]
-    return JointState(fields[0] * PERIOD, position, torque), "; ".join([modes[mode], *errors])
+    errors = [name for name, flag in zip(ERRORS, current, strict=False) if flag]
+    return JointState(fields[0] * PERIOD, position, torque), "; ".join([MODES[mode], *errors])
