@@ -133,8 +133,6 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
         _, deviation = distance_deviations(found, q, moments)
         true, full, alone = (_lengths(of(q)) for of in (truth.ball, *balls))
         errors[where] = ((full - true) / deviation).tolist()
-        off = (alone - true) / np.hypot(deviation, full - alone)
-        errors[f"{where}, hypot"] = off.tolist()
         errors[f"{where}, URDF"] = standard(alone - true, full - alone, deviation).tolist()
 
     ask("workspace", workspace(robot, 80, seed))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -19,6 +20,8 @@ STRONG = 0.9
 CORRELATED = 3
 """Variance of a mean of samples, relative to that of independent ones: the errors of a sample and
 the next are correlated by about a half."""
+WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
+"""Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
 BATCH = 500
@@ -227,8 +230,24 @@ class PredictedErrors:
     length: float
     """Median of those distances."""
     alone: float
-    """Median for the exported geometry by itself: each pair's error, and how far it is from the
-    full model there, together."""
+    """Median for the exported geometry by itself: see :func:`likely_errors`."""
+
+
+def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Return what 68 % of the errors gap + deviation z do not exceed, either way, shape (N,) [m].
+
+    That is a deviation where there is no gap; beside a large one, some half of it more than that.
+    """
+    phi, ratios = NormalDist().cdf, np.linspace(0, LARGE_GAP, 31)
+    low, high = ratios.copy(), ratios + 1
+    for _ in range(20):
+        middle = (low + high) / 2
+        pairs = zip(middle.tolist(), ratios.tolist(), strict=True)
+        within = np.array([phi(w - r) - phi(-w - r) for w, r in pairs]) > WITHIN_ONE
+        low, high = np.where(within, low, middle), np.where(within, middle, high)
+    ratio = np.abs(gap) / deviation
+    beyond = np.maximum(ratio - LARGE_GAP, 0)
+    return deviation * (np.interp(ratio, ratios, high) + beyond)
 
 
 def predicted_errors(
@@ -241,7 +260,7 @@ def predicted_errors(
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
         gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
-        alone = np.hypot(deviation, gap)
+        alone = likely_errors(gap, deviation)
     medians = (float(np.median(values)) for values in (deviation, distances, alone))
     median, length, by_itself = medians
     return PredictedErrors(median, float(deviation.max()), length, by_itself)
