@@ -28,13 +28,7 @@ PLACES = {NEAR: "distances near the recorded places", WORKSPACE: "distances in t
 def accuracy_rows(
     uncertainty: Uncertainty | None, limit: Limit, coverage: Coverage
 ) -> list[LimitResult]:
-    """Return whether the errors that are predicted of distances are small beside the limit.
-
-    Args:
-        uncertainty: How well the calibration is known; None where that could not be computed.
-        limit: On the held-out error.
-        coverage: How far each joint turned.
-    """
+    """Return whether the errors that are predicted of distances are small beside the limit."""
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return [limit_row(WORKSPACE, PLACES[WORKSPACE], "fail", words)]

@@ -38,12 +38,7 @@ class Coverage(Document, kw_only=True, frozen=True):
 
 
 def coverage(predictions: Predictions, most: int) -> Coverage:
-    """Return where the joints were in each socket [rad], [m] for a prismatic joint.
-
-    Args:
-        predictions: The calibration.
-        most: Samples kept of each socket; lows and highs are of all.
-    """
+    """Return where the joints were in each socket, at most so many samples of each."""
     return Coverage(
         joints=tuple(
             JointRange(

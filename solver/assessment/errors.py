@@ -93,12 +93,7 @@ def _share_within(errors: np.ndarray, tolerance: float) -> float:
 
 
 def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
-    """Return the file's summaries, and the quantiles over all samples of each role.
-
-    Args:
-        predictions: The calibration.
-        tolerance: The error that the task allows [m].
-    """
+    """Return the file's summaries, and quantiles over all samples of each role."""
 
     def of(role: Role, given: Summary | None) -> RoleSummary | None:
         placements = predictions.of_role(role)

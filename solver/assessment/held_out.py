@@ -49,11 +49,7 @@ class HeldOut:
 
 
 def held_out(predictions: Predictions) -> HeldOut:
-    """Return which held-out placements prove something.
-
-    Configurations that were trained on prove nothing, however they are written, and neither does
-    the place that was trained on: there any model fits.
-    """
+    """Return which held-out placements prove something: no copies, no parts of trained ones."""
     reasons = {
         held.name: [
             words

@@ -36,11 +36,7 @@ class KnownDistanceErrors(Document, kw_only=True, frozen=True):
 def known_distance_errors(
     predictions: Predictions, known: Sequence[KnownDistance]
 ) -> tuple[KnownDistanceErrors, ...]:
-    """Return the errors of both models at each known distance.
-
-    Raises:
-        KnownError: One names a placement or socket that the calibration has no samples of.
-    """
+    """Return the errors of both models at each known distance; raises KnownError."""
     return tuple(_errors(predictions, one) for one in known)
 
 

@@ -135,16 +135,7 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 
 
 def predict(document: CalibrationDocument, source: str) -> Predictions:
-    """Return what the models of a calibration predict for the samples that it holds.
-
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-
-    Raises:
-        DocumentError: Parts of the document do not fit each other; the line names the key.
-        MeasurementError: Its samples cannot be used.
-    """
+    """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
     measurements = measurements_of(document, calibration.robot, source)
     rows = zip(document.data, measurements, strict=True)

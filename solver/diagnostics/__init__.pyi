@@ -1,6 +1,5 @@
 from .advice import farthest_place as farthest_place
 from .advice import next_placement as next_placement
-from .change_points import split_at as split_at
 from .columns import CAUSES as CAUSES
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .diagnostic import EVERYWHERE as EVERYWHERE
@@ -9,16 +8,15 @@ from .diagnostic import Diagnostic as Diagnostic
 from .diagnostic import where_of as where_of
 from .distances import named as named
 from .distances import size_level as size_level
-from .fit_error import fitted_alone as fitted_alone
-from .fit_error import standing_out as standing_out
-from .hypotheses import Block as Block
-from .hypotheses import LinearEvidence as LinearEvidence
+from .explain import fitted_alone as fitted_alone
+from .explain import standing_out as standing_out
 from .hypothesis import Hypothesis as Hypothesis
 from .hypothesis import cause as cause
 from .inspection import Given as Given
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all
+from .inspection import split_at as split_at
 from .live import Fault as Fault
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse

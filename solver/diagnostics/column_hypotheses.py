@@ -125,17 +125,7 @@ def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
 def several_offsets(
     model: RigidModel, samples: Samples, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
 ) -> ColumnHypothesis | None:
-    """Return the best hypothesis with offsets of some joints, none of which could be left out.
-
-    Args:
-        model: The arm.
-        samples: Some of its samples.
-        starts: Hypotheses to begin at.
-        joints: Those that may have offsets.
-
-    Returns:
-        None where too many mistakes would be needed, or none.
-    """
+    """Return the best hypothesis with offsets of some joints, each of them needed; None if none."""
 
     def error(hypothesis: ColumnHypothesis) -> float:
         return model.nominal_error(hypothesis.apply(samples))

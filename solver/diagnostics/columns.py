@@ -98,10 +98,7 @@ def _orders(right: ColumnHypothesis) -> Iterable[ColumnHypothesis]:
 
 
 def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: bool) -> list[Option]:
-    """Return wrong columns of all placements, or of the one that is accused.
-
-    Where all seems sound, only the last joint's sign is tried, which the ball near its axis hides.
-    """
+    """Return wrong columns of all, or of the one accused; of sound ones the last joint's sign."""
     told = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)
     tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
     for rows, measured in zip(scene.places, scene.measurements, strict=True):

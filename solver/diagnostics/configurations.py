@@ -40,11 +40,7 @@ def duplicates(_: Robot, measured: Measurement) -> list[Diagnostic]:
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
-    """Return each row that is nearly one before it, with the first such row.
-
-    Rows are sorted into cells twice as wide as what counts as near, by the joints that move most,
-    so that a row is compared only with those of its cell and of the cells on its nearer sides.
-    """
+    """Return each row that is nearly one before it, with the first such row; cells keep it fast."""
     widest = np.argsort(-np.ptp(rows, axis=0))[:3]
     places = rows[:, widest] / (2 * NEAR)
     cells = np.floor(places)

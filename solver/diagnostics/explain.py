@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data import Known, Measurement
-from ..robot import choose_parameters
+from ..robot import Robot, choose_parameters
 from .columns import of_columns
 from .distances import Scale, size_level
-from .fit_error import standing_out
 from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
 from .hypothesis import Finding, Hypothesis, Option, listed_of, shares_of
-from .robust_fit import ABOUT, FEW, RigidModel, median, samples_of
+from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8
 """Causes that are sought at most."""
@@ -32,6 +31,11 @@ RESOLUTION = 1e-4
 SURE = 0.1
 """Probability from which recordings are taken for sound."""
 ALL = {"samples", "distances"}
+BAD_RATIO = 2.5
+"""A placement is not to be trusted if the fit to it alone leaves this many times the error that is
+usual for the others."""
+EXACT = 1e-5
+"""Largest error that a fit leaves of fewer samples than it has unknowns [m]: it says nothing."""
 OPEN = ("distance", "scaled", "version")
 """Explanations that leave the arm's size open."""
 LEAST, MORE = 8, 20
@@ -191,3 +195,36 @@ def _scale(scene: Scene) -> tuple[Scale | None, Option | None]:
     mean, covariance = comparison.evidence.posterior(wrong[0].block, wrong[0].sigma)
     deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
     return Scale(float(mean[0]), deviation), _of_candidate(comparison, wrong[0])
+
+
+def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """Return the error that each placement leaves when fitted alone, by its name [m].
+
+    It is the mean distance of its samples from their socket, each by its weight, by a robust
+    rigid fit to nothing but them.
+    """
+    model = RigidModel(robot, choose_parameters(robot))
+    return {m.name: model.fit(samples_of([m])).error for m in measurements}
+
+
+def standing_out(floors: Sequence[float]) -> list[float | None]:
+    """Return, for each placement that stands out, the error that it should leave by the others [m].
+
+    Args:
+        floors: Errors that each leaves when fitted alone [m].
+
+    Returns:
+        None for each that leaves about as much as the others.
+    """
+    typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
+    return [
+        t if f > BAD_RATIO * max(t, EXACT) else None for f, t in zip(floors, typical, strict=True)
+    ]
+
+
+def _typical(others: Sequence[float]) -> float:
+    """Return the error that a placement should leave by the others' [m]; infinity if unknown."""
+    typical = float(np.median(others)) if others else np.inf
+    if len(others) == 1:
+        typical = max(typical, UNEXPLAINED / BAD_RATIO)
+    return typical if typical < UNEXPLAINED else np.inf

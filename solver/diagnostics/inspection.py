@@ -8,12 +8,10 @@ import numpy as np
 
 from ..data import CALIPER_DEVIATION, KnownDistance, Load, Measurement
 from ..robot import Robot, choose_parameters
-from .change_points import Change
 from .configurations import duplicates, few_samples, motionless_joints
 from .diagnostic import Diagnostic, row_of, where_of
 from .distances import Scale, named, rulers, size_level
-from .explain import explain, scene_of
-from .fit_error import fitted_alone
+from .explain import explain, fitted_alone, scene_of
 from .hypothesis import Finding, Hypothesis
 from .robust_fit import RigidModel
 
@@ -48,12 +46,23 @@ class Given:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A base that moved while a socket was recorded."""
+
+    socket: int
+    sample: int
+    """The first sample after the move, counted from 0 in its socket."""
+    jump: float
+    """Distance that the predicted centre moved [m]."""
+
+
+@dataclass(frozen=True)
 class Inspection:
     """Diagnostics of one placement."""
 
     measured: Measurement
     floor: float
-    """Mean error of a fit to this placement alone, see :func:`.fit_error.fitted_alone` [m]."""
+    """Mean error of a fit to this placement alone, see :func:`.explain.fitted_alone` [m]."""
     changes: tuple[Change, ...]
     """Moves of its base."""
     diagnostics: tuple[Diagnostic, ...]
@@ -179,3 +188,19 @@ def _diagnostic(
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
     return Diagnostic(level, code, where, told.text, advice)
+
+
+def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
+    """Return a placement with the samples after each change as a socket of its own."""
+    placement = measured.placement
+    samples = list(placement.samples)
+    free = max(sample.socket for sample in samples) + 1
+    rows = {
+        change.socket: [i for i, s in enumerate(samples) if s.socket == change.socket]
+        for change in changes
+    }
+    for change in changes:
+        for i in rows[change.socket][change.sample :]:
+            samples[i] = replace(samples[i], socket=free)
+        free += 1
+    return replace(measured, placement=replace(placement, samples=tuple(samples)))

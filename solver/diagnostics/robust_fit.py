@@ -110,12 +110,6 @@ class RigidFit:
     """Scale of the noise per axis [m], what the fit absorbed of it put back."""
     x: np.ndarray
     """Change of the parameters from nominal, shape (n,) [m, rad]."""
-    covariance: np.ndarray
-    """Of x, shape (n, n)."""
-    jacobian: np.ndarray
-    """Derivatives of the sockets' centres by x, shape (S, 3, n)."""
-    spread: np.ndarray
-    """Variance of the sockets' centres by the samples' noise alone, per axis, shape (S,) [m^2]."""
 
     @cached_property
     def errors(self) -> np.ndarray:
@@ -129,13 +123,7 @@ class RigidFit:
 
 
 class RigidModel:
-    """An arm whose joint origins are free.
-
-    Args:
-        robot: The nominal robot.
-        parameters: What of its geometry is free.
-        zeros: The joints may have offsets of degrees.
-    """
+    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets."""
 
     def __init__(
         self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
@@ -155,18 +143,12 @@ class RigidModel:
         self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
 
     def nominal_error(self, samples: Samples) -> float:
-        """Return the weighted mean distance of samples from their socket by the nominal model [m].
-
-        The place of the ball is the best one, and so are joint offsets, if there may be any.
-        """
+        """Return the weighted mean error by the nominal model, its ball put right [m]."""
         joints = range(samples.positions.shape[1]) if self.zeros else ()
         return self._seed(samples, joints, JOINT_OFFSET.typical_shift)[1]
 
     def nominal_offsets(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
-        """Return the best offsets of some joints by the nominal model, to first order [rad].
-
-        A joint is truly at q less its offset where it reads q.
-        """
+        """Return the best offsets of some joints by the nominal model, to first order [rad]."""
         return self._seed(samples, joints, MAX_OFFSET)[0][3:]
 
     def _seed(
@@ -200,7 +182,6 @@ class RigidModel:
         points = self.ball.points(self.ball.nominal, few.positions)
         centres = _medians(points, few)
         noise = _typical(points - centres[few.sockets])
-        covariance, slopes = np.linalg.inv(P), np.zeros((few.count, 3, len(widths)))
         for _ in range(ITERATIONS):
             linear = self.ball.linearise(self.ball.nominal + x, few.positions)
             weights = _weights(linear.points - centres[few.sockets], noise)
@@ -225,10 +206,7 @@ class RigidModel:
         points = self.ball.points(self.ball.nominal + x, samples.positions)
         centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
         weights = _weights(points - centres[samples.sockets], noise)
-        spread = noise**2 / np.bincount(samples.sockets, weights, samples.count)
-        return RigidFit(
-            samples, points, centres, weights * NU / (NU + 3), noise, x, covariance, slopes, spread
-        )
+        return RigidFit(samples, points, centres, weights * NU / (NU + 3), noise, x)
 
 
 def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:

@@ -129,38 +129,41 @@ def gravity_moments(
         Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
         then about the first axis :func:`across` each, then about the second.
     """
-    return _moments_of_rows(robot.joints, robot.bodies, tuple(gravity), payload)(positions)[0]
+    rows = _moments_of_rows(robot.joints, robot.bodies, payload)
+    return rows(positions, np.array(gravity))[0]
 
 
 def moments_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    return _moments_function(robot.joints, robot.bodies, tuple(gravity), payload)
+    of_both = _moments_function(robot.joints, robot.bodies, payload)
+    q = ca.SX.sym("q", of_both.numel_in(1))
+    moments = of_both(ca.DM(list(gravity)), q)
+    return ca.Function("moments", [q], [moments], {"cse": True})
 
 
 @lru_cache(maxsize=16)
-def _moments_function(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
-) -> Any:
+def _moments_function(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> Any:
     m = sum(joint.actuated for joint in joints)
     q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
     origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
     frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
-    energy: Any = -payload * ca.dot(ca.DM(gravity), frames[-1][1])
+    gravity = ca.SX.sym("gravity", 3)
+    energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
-        energy -= body.mass * ca.dot(ca.DM(gravity), p + R @ ca.DM(body.centre))
+        energy -= body.mass * ca.dot(gravity, p + R @ ca.DM(body.centre))
     # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
     slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
     upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return ca.Function("moments", [q], [upright], {"cse": True})
+    return ca.Function("moments", [gravity, q], [upright], {"cse": True})
 
 
 @lru_cache(maxsize=16)
 def _moments_of_rows(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], gravity: tuple[float, ...], payload: float
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
 ) -> RowFunction:
-    function = _moments_function(joints, bodies, gravity, payload)
-    q = ca.SX.sym("q", function.numel_in(0))
-    return RowFunction("moments", [q], [function(q)])
+    function = _moments_function(joints, bodies, payload)
+    gravity, q = (ca.SX.sym(name, function.numel_in(i)) for i, name in enumerate("gq"))
+    return RowFunction("moments", [gravity, q], [function(gravity, q)])

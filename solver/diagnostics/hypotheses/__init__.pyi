@@ -3,9 +3,7 @@ from .compare import Comparison as Comparison
 from .compare import explained as explained
 from .compare import probabilities as probabilities
 from .evidence import INDEPENDENT as INDEPENDENT
-from .evidence import LinearEvidence as LinearEvidence
 from .joints import of_zero as of_zero
-from .kinds import Block as Block
 from .kinds import Kind as Kind
 from .scene import ARMS as ARMS
 from .scene import BALL as BALL

@@ -51,13 +51,7 @@ def standing_out(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
 def loose_here(
     scene: Scene, roots: np.ndarray | None = None, widths: tuple[float, ...] = LOOSE_HERE
 ) -> Iterable[Block]:
-    """Return blocks of placements whose samples all scatter, more than those of the others.
-
-    Args:
-        scene: The recordings.
-        roots: Roots of the covariance of each sample, shape (N, 3, 3); None for alike in space.
-        widths: How many times as large it is.
-    """
+    """Return blocks of placements that scatter more than the others, by each sample's root."""
     for rows, parameters in standing_out(scene):
         count = rows.stop - rows.start
         own = np.eye(3)[None] if roots is None else roots[rows]

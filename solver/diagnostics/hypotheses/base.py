@@ -19,15 +19,7 @@ FAR = 0.03
 def changes(
     scene: Scene, slopes: np.ndarray, widths: tuple[float, ...], *, throughout: bool = True
 ) -> Iterable[Block]:
-    """Return blocks of what may be off from some sample of a placement on.
-
-    Args:
-        scene: The recordings.
-        slopes: Derivatives of the residuals by k unknowns of each of C candidates, shape
-            (N, 3, C, k).
-        widths: Of the unknowns.
-        throughout: It may also be off in all samples of a placement, where there are several.
-    """
+    """Return blocks of what is off from some sample on by k unknowns: slopes of (N, 3, C, k)."""
     for place, rows in enumerate(scene.places):
         times = scene.times[place]
         ranks = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int)

@@ -40,13 +40,7 @@ class Candidate:
 
 
 class Comparison:
-    """All explanations of a scene, each kind with its best candidates.
-
-    Args:
-        scene: The recordings as a linear model.
-        kinds: The explanations.
-        share: How much of the errors counts as independent.
-    """
+    """All explanations of a scene, each kind with its best; a share of the errors counts."""
 
     def __init__(
         self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT

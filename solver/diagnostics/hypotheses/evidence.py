@@ -109,10 +109,7 @@ class LinearEvidence:
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
     def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return mean and covariance of the unknowns of a block's first candidate.
-
-        The prior is the widest of the block's.
-        """
+        """Return mean and covariance of a block's first candidate, by its widest prior."""
         k = block.columns.shape[2]
         M, g, _ = self._reduced(self.terms(block), np.array([sigma]), k)
         tight = 1 / max(block.widths) ** 2
@@ -123,10 +120,7 @@ class LinearEvidence:
     def _reduced(
         self, terms: Terms, sigma: np.ndarray, k: int
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A^T C^-1 A, A^T C^-1 r less the shift, and the gain by the shift, for each noise.
-
-        Shapes (L, C, k, k), (L, C, k) and (L, C).
-        """
+        """Return A^T C^-1 A, A^T C^-1 r less the shift, and the gain by it, for each noise."""
         n, C, all_of_them = terms.T.shape
         s2 = sigma**2
         f = 1 / (self._d2 + s2[:, None])

@@ -1,14 +1,13 @@
 """The model: one length or angle of the URDF wrong, another version's, or another arm's samples."""
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
 from .kinds import Block, Kind, Parameters
 from .scene import Scene
 
-LENGTHS, ANGLES = (5e-3, 0.03), (0.03, 0.15)
-"""Typical errors of one number of a URDF [m], [rad]."""
 VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
 
@@ -46,30 +45,22 @@ def error(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
     return {**parameters, "error": -float(values[0])}
 
 
-LENGTH = Kind(
-    "length",
-    0.06,
-    lambda p: (
-        f"{p['component']} of {p['joint']} in the URDF is {1e3 * abs(p['error']):.1f} mm too "
-        f"{'large' if p['error'] > 0 else 'small'}"
-    ),
-    "compare it with the maker's drawing, or choose the model of this robot's version",
-    "measure that length on the arm, or look it up",
-    blocks=lambda scene: _one(scene, "m", LENGTHS),
-    values=error,
-)
-ANGLE = Kind(
-    "angle",
-    0.03,
-    lambda p: (
-        f"{p['component']} of {p['joint']} in the URDF is "
-        f"{np.rad2deg(abs(p['error'])):.1f} deg too {'large' if p['error'] > 0 else 'small'}"
-    ),
-    "compare it with the maker's drawing, or choose the model of this robot's version",
-    "compare that angle with the maker's drawing",
-    blocks=lambda scene: _one(scene, "rad", ANGLES),
-    values=error,
-)
+def _number(name: str, prior: float, unit: str, widths: tuple[float, ...], tell: str) -> Kind:
+    """Return the kind of one number of a URDF that is wrong."""
+
+    def text(p: Parameters) -> str:
+        size = abs(p["error"])
+        amount = f"{1e3 * size:.1f} mm" if unit == "m" else f"{np.rad2deg(size):.1f} deg"
+        way = "large" if p["error"] > 0 else "small"
+        return f"{p['component']} of {p['joint']} in the URDF is {amount} too {way}"
+
+    advice = "compare it with the maker's drawing, or choose the model of this robot's version"
+    blocks = partial(_one, unit=unit, widths=widths)
+    return Kind(name, prior, text, advice, tell, blocks=blocks, values=error)
+
+
+LENGTH = _number("length", 0.06, "m", (5e-3, 0.03), "measure that length on the arm, or look it up")
+ANGLE = _number("angle", 0.03, "rad", (0.03, 0.15), "compare that angle with the maker's drawing")
 VERSION_WRONG = Kind(
     "version",
     0.02,

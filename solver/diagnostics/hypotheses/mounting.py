@@ -12,15 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from ...data import Load
-from ...robot import BallModel
+from ...robot import BallModel, gravity_moments
 from .evidence import LinearEvidence
 from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
 
 ALIKE = 0.95
 """Cosine of directions that are one."""
-NOISES = np.geomspace(0.3, 30, 24)
-"""Noise that is tried, relative to the expected one."""
+LEAST, LARGEST, TRIALS = 0.3, 0.3, 32
+"""Least noise that is tried, relative to the expected one, the largest [m], and how many."""
 PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 
 
@@ -48,8 +48,16 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     still = np.concatenate([scene.q, np.zeros((N, 2 * m))], axis=1)
     by_axes = model.linearise(model.nominal + scene.x, still).by_joints
     columns: list[np.ndarray] = []
+    along = [
+        gravity_moments(scene.robot, scene.q, e, scene.load.payload) for e in np.eye(3).tolist()
+    ]
+    has_efforts = [
+        np.full(len(one.positions), one.efforts is not None) for one in scene.measurements
+    ]
+    measured = np.concatenate(has_efforts)
     for gravity in directions:
-        moments = replace(scene, load=replace(scene.load, gravity=tuple(gravity))).torques
+        moments: np.ndarray = np.tensordot(gravity, along, axes=1)
+        moments[measured, :m] = scene.torques[measured, :m]
         parts: list[np.ndarray] = []
         for effect in (e for e in scene.effects if e.shared_by_type):
             turns = effect.derivatives(scene.q, moments)
@@ -60,10 +68,13 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     evidence = LinearEvidence(scene.residuals, B)
     every: list[Parameters] = [{}] * len(columns)
     block = Block(scene.all_samples, np.array(columns), every)
-    trials = scene.noise * NOISES
+    trials = np.geomspace(LEAST * scene.noise, LARGEST, TRIALS)
+    base = evidence.log_likelihood(trials)
+    last = int(np.argmax(base)) + 2
+    trials, base = trials[:last], base[:last]
     prior = NoisePrior(1.5 * scene.noise, scene.noise_width).log_density(trials)
     logs = evidence.log_ratios(block, evidence.terms(block), trials)[:, 0]
-    logs = logs + (evidence.log_likelihood(trials) + prior)[:, None]
+    logs = logs + (base + prior)[:, None]
     found: list[float] = []
     for c, at in enumerate(np.argmax(logs, axis=0).tolist()):
         mean, covariance = evidence.posterior(block.only([c]), float(trials[at]))

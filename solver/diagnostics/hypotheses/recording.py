@@ -85,13 +85,7 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
 
 
 def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
-    """Return how much likelier joint noise is than noise of the ball that is alike in space.
-
-    Args:
-        scene: The scene.
-        width: Of the joints' noise, but for a factor, shape (m,) [rad].
-        trials: Factors, one of which it may be.
-    """
+    """Return how much likelier noise of the joints, times some trial, is than of the ball."""
     e, J = scene.remaining, scene.by_joints * width
     even = max(float(np.mean(e**2)), 1e-14)
     alike = -1.5 * len(e) * (np.log(even) + 1)

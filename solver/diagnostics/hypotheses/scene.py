@@ -231,10 +231,7 @@ class Scene:
         return np.vstack([columns, np.zeros((len(self.rulers), columns.shape[1]))])
 
     def recentred(self, sigma: float) -> "Scene":
-        """Return the scene about the sockets' most probable centres, for a noise of sigma [m].
-
-        These are by the samples alone: a distance is not linear in centres that are far off.
-        """
+        """Return the scene about the sockets' most probable centres by the samples alone."""
         rows = self.all_samples
         B, r = self.nuisances[rows], self.residuals[rows]
         x = np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
