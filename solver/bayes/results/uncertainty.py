@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ...robot import workspace
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup
 from ..model.effects import JOINT_OFFSET
+from .correlated_errors import with_correlated_errors
 from .projection_poses import poses_near
 
 UNDECIDED = 0.5
@@ -18,8 +20,8 @@ UNDECIDED = 0.5
 STRONG = 0.9
 """Correlations of two unknowns beyond this are reported."""
 CORRELATED = 3
-"""Variance of a mean of samples, relative to that of independent ones: the errors of a sample and
-the next are correlated by about a half."""
+"""Variance of the mean of samples in a socket, relative to that of independent ones: the errors of
+a sample and the next are correlated by about a half."""
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
@@ -138,15 +140,22 @@ def distance_deviations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
-    covariance = _counted_once(posterior)
+    covariance = _covariance(posterior)
     return distances, np.sqrt([_variance(slope[None], covariance) for slope in slopes])
 
 
-def _counted_once(posterior: Posterior) -> np.ndarray:
-    """Return the covariance of the model's unknowns, shape (size, size), for lengths."""
+def _covariance(posterior: Posterior) -> np.ndarray:
+    """Return the covariance of the model's unknowns; play moves samples of servos together."""
     size = posterior.model.size
-    servos = JOINT_OFFSET.name in posterior.model.extensions
-    return (CORRELATED if servos else 1) * posterior.covariance[:size, :size]
+    if JOINT_OFFSET.name not in posterior.model.extensions:
+        return posterior.covariance[:size, :size]
+    if not _of_last or _of_last[0] is not posterior:
+        _of_last[:] = [posterior, with_correlated_errors(posterior)]
+    return _of_last[1]
+
+
+_of_last: list[Any] = []
+"""The posterior that was asked for last, and its covariance, which takes a while."""
 
 
 def predicted_deviation(
@@ -206,7 +215,7 @@ def length_deviation(
     offset = centres[1] - centres[0]
     direction = offset / max(float(np.linalg.norm(offset)), 1e-12)
     slope = direction @ (slopes[1] - slopes[0])
-    variance = slope @ _counted_once(posterior) @ slope + direction @ noise @ direction
+    variance = slope @ _covariance(posterior) @ slope + direction @ noise @ direction
     return float(variance + measured**2) ** 0.5
 
 
@@ -217,7 +226,7 @@ def scale(posterior: Posterior) -> tuple[float, float]:
     model; one that came out beyond had most likely a wrong distance between its sockets.
     """
     by_scale = posterior.model.by_scale()
-    variance = float(by_scale @ _counted_once(posterior) @ by_scale)
+    variance = float(by_scale @ _covariance(posterior) @ by_scale)
     return float(by_scale @ posterior.x), variance**0.5
 
 
