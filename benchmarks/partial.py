@@ -1,7 +1,7 @@
 """One thing fitted with the calibrated chain held: the figures of docs/hold.md.
 
 python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
-python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not
+python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not (--draws 2)
 python benchmarks/partial.py together                   all zeros lost at once, simulated arms
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
@@ -14,6 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -67,20 +68,26 @@ def rezero(folder: Path, draws: int) -> Iterator[str]:
 
 
 def changes(folder: Path, draws: int) -> Iterator[str]:
-    """Changes told of held-out samples of a real arm, none, 0.5 or 1 mrad put into a joint."""
+    """Changes told of a real arm, none, 0.5 or 1 mrad put into each joint of 6 + 6 samples.
+
+    It is calibrated by each pair of its placements; draws are taken of each of the others.
+    """
     placements = mukca.read_placements(folder)
-    train = [p for p in placements if p.name.endswith((*TRAINED, "front", "left_back"))]
-    others = [p for p in placements if p not in train]
-    calibration = mukca.calibrate(mukca.load_robot(folder / "nominal.urdf"), train)
-    names, generator = calibration.robot.joint_names, np.random.default_rng(0)
-    told = {0.0: 0, 5e-4: 0, 1e-3: 0}
-    for draw in range(draws):
-        since = few(others[draw % len(others)], 6, generator)
-        for size in told:
-            q = since.positions - size * np.eye(len(names))[1 + draw % (len(names) - 2)]
-            moved = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
-            told[size] += mukca.what_changed(calibration, moved).verdict.exit_status
-    yield ", ".join(f"{1e3 * size:g} mrad: {count} of {draws}" for size, count in told.items())
+    robot, generator = mukca.load_robot(folder / "nominal.urdf"), np.random.default_rng(1)
+    names, told = robot.joint_names, {0.0: [0, 0], 5e-4: [0, 0], 1e-3: [0, 0]}
+    for pair in combinations(placements, 2):
+        calibration = mukca.calibrate(robot, list(pair))
+        for placement in [p for p in placements if p not in pair for _ in range(draws)]:
+            since = few(placement, 6, generator)
+            for size, counts in told.items():
+                for j in range(1, len(names) - 1) if size else [0]:
+                    q = since.positions - size * np.eye(len(names))[j]
+                    moved = mukca.Placement.of_arrays(
+                        "since", q, since.sockets, names, distance=0.05
+                    )
+                    counts[0] += mukca.what_changed(calibration, moved).verdict.exit_status == 1
+                    counts[1] += 1
+    yield ", ".join(f"{1e3 * size:g} mrad: {a} of {b}" for size, (a, b) in told.items())
 
 
 def few(placement: mukca.Placement, count: int, generator: np.random.Generator) -> mukca.Placement:

@@ -31,7 +31,7 @@ class Options(OutputOptions):
     name: str = option("name of the camera's link", "LINK", "camera")
     near: str = option(
         "posture near which the views were taken [rad], with poses of the flange in place of "
-        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw)",
+        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw); as in --near=-0.3,1.2,..",
         "Q1,Q2,..",
         "",
     )
