@@ -33,9 +33,22 @@ COMMANDS = (
     "compare calibrated/calibration.json --data right",
     "crossval front left --robot panda --distance 0.05 --method paper",
     "export calibrated/calibration.json --to mdh --out mdh.csv",
+    "check right --calibration calibrated/calibration.json",
+    "rezero calibrated/calibration.json right --distance 0.05",
+    "print-parts --out parts --mount none --format svg",
+    "robots",
+    "drivers",
     "solve front --robot nothing",
 )
-FREE = {"versions", "data_sha256", "deflection", "settings", "metadata", "parameters"}
+FREE = {
+    "versions",
+    "data_sha256",
+    "deflection",
+    "settings",
+    "metadata",
+    "parameters",
+    "probabilities",
+}
 """Whose keys are names of other things."""
 
 

@@ -4,7 +4,7 @@ from setuptools import setup
 
 setup(
     name="mukca_ros",
-    version="0.1.0",
+    version="1.0.0",
     packages=["mukca_ros"],
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/mukca_ros"]),
