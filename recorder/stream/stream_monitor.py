@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ...drivers import JointState
 from .frozen_stream import FrozenStreamDetector
-from .stationarity import STILL, WINDOW, JointLimits, StationarityDetector, StationaryPose
+from .stationarity import STILL, WINDOW, JointLimits, StationarityDetector
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s]."""
@@ -24,8 +24,8 @@ ABSURD = 1e6
 """No joint's position [rad] or effort [N m] is as large as this."""
 
 
-class StreamMonitor:
-    """Monitor of a stream, fed one state at a time.
+class StreamMonitor(StationarityDetector):
+    """Monitor of a stream, fed one state at a time; it averages none but sound states.
 
     Args:
         joints: The model's actuated joints, in chain order.
@@ -45,13 +45,13 @@ class StreamMonitor:
         live: bool = True,
         resolution: float = 0.0,
     ) -> None:
+        super().__init__(joints, window, still)
         self.joints = tuple(joints)
         self.live = live
         self.latest: JointState | None = None
         """The last state that was not faulty."""
         self.arrival = -math.inf
         """Arrival of the last state, faulty or not, by the host's monotonic clock [s]."""
-        self._window = StationarityDetector(joints, window, still)
         self._arrivals: deque[float] = deque()
         self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
@@ -73,34 +73,14 @@ class StreamMonitor:
         self._stamp = state.stamp
         if fault:
             self._fault = fault
-            self._window.restart()
+            self.restart()
             return False
         self._follow(state)
         self.latest = state
-        looked = self._window.add(state)
-        if self._window.full:
+        looked = self.add(state)
+        if self.full:
             self._fault = None
         return looked
-
-    @property
-    def rest(self) -> StationaryPose | None:
-        """The average of the last window, while the arm is still."""
-        return self._window.rest
-
-    @property
-    def settled(self) -> bool:
-        """True once the arm has been still for longer than a whole window."""
-        return self._window.settled
-
-    @property
-    def moving(self) -> str:
-        """Reason why the arm does not count as still, while it does not."""
-        return self._window.moving
-
-    @property
-    def fast(self) -> bool:
-        """True while the arm moves so fast that somebody leads it on."""
-        return self._window.fast
 
     def rate(self, now: float) -> float:
         """Return the number of states within the last second."""
@@ -116,7 +96,7 @@ class StreamMonitor:
 
     def trouble(self, now: float) -> str | None:
         """Return the reason why nothing may be captured now; None if something may."""
-        return self.unsound(now) or (None if self.rest else self._window.moving)
+        return self.unsound(now) or (None if self.rest else self.moving)
 
     def unsound(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
@@ -146,7 +126,7 @@ class StreamMonitor:
         self._frozen_stream = FrozenStreamDetector(self._resolution)
         self._stamp = -math.inf
         self._least_delay = math.inf
-        self._window.restart()
+        self.restart()
 
     def _count(self, arrival: float, stamp: float) -> None:
         """Keep track of the stream's rate and delay."""
@@ -195,7 +175,7 @@ class StreamMonitor:
         was_frozen = self._frozen_stream.frozen
         self._frozen_stream.feed(before, state)
         if was_frozen and not self._frozen_stream.frozen:  # the arm may have moved on meanwhile
-            self._window.restart()
+            self.restart()
             return
         elapsed = state.stamp - before.stamp
         if elapsed <= 0:
@@ -205,6 +185,6 @@ class StreamMonitor:
             surprise = new - old - self._speeds[i] * elapsed
             if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
                 self._offsets[i] += surprise
-                self._window.restart()
+                self.restart()
             else:
                 self._speeds[i] = (new - old) / elapsed

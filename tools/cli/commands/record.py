@@ -125,7 +125,7 @@ def _next_steps(outcome: "recorder_terminal.Outcome", options: SettledOptions) -
     """Return the commands to go on with, as they can be typed in the same folder."""
 
     def given(*names: str) -> list[str]:
-        names = tuple(name for name in names if name != "distance" or options.stated)
+        names = tuple(name for name in names if name != "distance" or options.measured)
         return figures.as_options({name: getattr(options, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
