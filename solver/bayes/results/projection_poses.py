@@ -19,7 +19,7 @@ COMMON = 0.3
 make a tool miss a point that was taught in another posture; a common error shifts the place."""
 RECORDED = 10.0
 """Weight of a recorded sample beside a simulated one."""
-ROUNDS = 4
+ROUNDS, TURN = 4, 2 * np.pi
 DAMPING = 1e-4
 """Keeps steps short where the arm is stretched out and hardly reaches further."""
 
@@ -67,7 +67,11 @@ def poses_near(
         q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
     off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
     lower, upper = (np.array([getattr(j, k) for j in robot.actuated]) for k in ("lower", "upper"))
-    kept = (off < 0.01 * length) & np.all((q >= lower) & (q <= upper), axis=1)
+    # Some controllers count whole turns, by which readings are beyond a joint's limits.
+    middle = np.median(recorded, axis=0)
+    above, below = (np.ceil(np.maximum(d, 0) / TURN) for d in (middle - upper, lower - middle))
+    inside = q - TURN * (above - below)
+    kept = (off < 0.01 * length) & np.all((inside >= lower) & (inside <= upper), axis=1)
     return q[kept], places[kept]
 
 
