@@ -104,15 +104,14 @@ class Measurement:
     def clock(self, name: str) -> np.ndarray:
         """Return the time [s] or temperature of each row of :attr:`positions`, shape (N,).
 
-        Times are the order of recording where nothing else is known. NaN where that is not known,
-        as of sockets in files of their own.
+        Numbered samples that have no time are told apart by their order; NaN where neither is
+        known, as of sockets in files of their own.
         """
         samples = self.placement.samples
         told = [getattr(sample, name) for sample in samples]
         t = np.array([np.nan if value is None else value for value in told], dtype=float)
-        ordered = all(s.number for s in samples) or self.kind == "points"
-        if name == "time" and np.isnan(t).any():
-            t = np.arange(len(samples)) if ordered else t + np.nan
+        if name == "time" and np.isnan(t).any() and all(sample.number for sample in samples):
+            t = np.arange(len(samples), dtype=float)
         return np.concatenate([t[self.placement.sockets == k] for k in self.sockets])
 
     @property

@@ -4,6 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+REFINEMENTS = 3
+"""Corrections of the step for rounding errors of the inverse. They are large where the
+data show nearly nothing of one unknown, and the others very well."""
+
 
 @dataclass(frozen=True)
 class ArrowheadMatrix:
@@ -94,3 +98,31 @@ class Inverse:
 def _times(blocks: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return the product of a block diagonal matrix with columns, shape (3 S, columns)."""
     return (blocks @ columns.reshape(len(blocks), 3, columns.shape[1])).reshape(columns.shape)
+
+
+def active_set_step(
+    H: ArrowheadMatrix,
+    gradient: np.ndarray,
+    x: np.ndarray,
+    free: np.ndarray,
+    bounded: np.ndarray,
+    unheld: Inverse | None = None,
+) -> tuple[np.ndarray, Inverse]:
+    """Return the step to the minimum of a quadratic function within the bounds."""
+    held = bounded & (x == 0) & (gradient > 0)
+    unheld = unheld or H.inverse(free[: len(H.beside)])
+    change, covariance = np.zeros(len(x)), unheld
+    for _ in range(3 * int(bounded.sum()) + 1):
+        covariance = H.inverse((free & ~held)[: len(H.beside)]) if held.any() else unheld
+        change = np.where(held, -x, 0.0)
+        for _ in range(REFINEMENTS):
+            change -= covariance.times(gradient + H.times(change))
+        below = bounded & ~held & (x + change < 0)
+        if below.any():
+            held |= below
+            continue
+        slope = np.where(held, gradient + H.times(change), 0.0)
+        if not (slope < 0).any():
+            break
+        held[np.argmin(slope)] = False
+    return change, covariance

@@ -10,7 +10,7 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
-from .active_set import active_set_step
+from .arrowhead import active_set_step
 from .hyperparameters import (
     following_noise,
     is_effective,

@@ -1,7 +1,6 @@
 from .deflection import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
-from .given_prior import GivenPrior as GivenPrior
 from .movement import Movement as Movement
 from .movement import movements_of as movements_of
 from .multi_robot import KINDS as KINDS
@@ -17,5 +16,6 @@ from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
 from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
+from .prior_group import GivenPrior as GivenPrior
 from .prior_group import PriorGroup as PriorGroup
 from .priors import prior_groups as prior_groups

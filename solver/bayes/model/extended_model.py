@@ -9,8 +9,7 @@ import numpy as np
 from ...robot import BallModel, Parameter, Robot, workspace
 from .deflection import Deflection, deflected, design_matrix
 from .effects import CURVE, EFFECTS, JOINT_OFFSET, Effect
-from .given_prior import GivenPrior
-from .prior_group import Expected
+from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""

@@ -1,5 +1,6 @@
 """A group of unknowns with one Gaussian prior, and the step of its width by the evidence."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -19,6 +20,8 @@ FALLING = 0.05
 """Relative change in a step from which on a width falls, and not just settles."""
 SMALLEST_WIDTH = 1e-9
 """A width is never less: rounding would leave nothing of the scale that lengths share."""
+LEAST_VARIANCE = 1e-24
+"""An unknown of less variance was held, and tells nothing."""
 EVERY = slice(None)
 
 
@@ -141,3 +144,30 @@ class PriorGroup:
         if slope < 0:
             return float(np.clip(-1 / slope, MIN_WIDTH, MAX_WIDTH)) * change
         return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
+
+
+@dataclass(frozen=True)
+class GivenPrior:
+    """Mean and covariance of some unknowns, by their names."""
+
+    names: tuple[str, ...]
+    mean: np.ndarray
+    """Shape (n,); of the geometry, changes from nominal."""
+    covariance: np.ndarray
+    """Shape (n, n)."""
+    curve_scales: tuple[float, float] = (0.0, 0.0)
+    """Amplitude and length of the process of the joints' error curves, where it tells of any
+    [rad]."""
+
+    def of(self, names: Sequence[str]) -> "GivenPrior":
+        """Return what it says of those that are among some names, in their order (marginal)."""
+        place = {name: i for i, name in enumerate(self.names)}
+        rows = [place[name] for name in names if name in place]
+        kept, sigma = tuple(self.names[i] for i in rows), self.covariance[np.ix_(rows, rows)]
+        return GivenPrior(kept, self.mean[rows], sigma, self.curve_scales)
+
+    def without(self, names: Collection[str]) -> "GivenPrior":
+        """Return what it says of all but some names, and but what it holds."""
+        variances = np.diag(self.covariance)
+        told = (n for n, v in zip(self.names, variances, strict=True) if v > LEAST_VARIANCE)
+        return self.of([name for name in told if name not in names])

@@ -8,8 +8,7 @@ from ...data import Observations, Pose, hand_eye
 from ...robot import Origin
 from .effects import Effect
 from .extended_model import ExtendedModel
-from .given_prior import GivenPrior
-from .prior_group import Expected, PriorGroup
+from .prior_group import Expected, GivenPrior, PriorGroup
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""

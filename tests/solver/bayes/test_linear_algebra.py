@@ -5,8 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.active_set import active_set_step
-from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix
+from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix, active_set_step
 from mukca.solver.bayes.inference.truncated_gaussian import expectation_propagation
 
 

@@ -1,4 +1,3 @@
-from .compliance import COMPLIANCE as COMPLIANCE
 from .curve import CURVE as CURVE
 from .curve import KNOTS as KNOTS
 from .curve import SPACING as SPACING
@@ -10,8 +9,9 @@ from .curve import random_curves as random_curves
 from .curve import spectrum as spectrum
 from .curve import splines as splines
 from .effect import Effect as Effect
+from .elasticity import COMPLIANCE as COMPLIANCE
+from .elasticity import TILT as TILT
 from .joint_offset import JOINT_OFFSET as JOINT_OFFSET
 from .table import EFFECTS as EFFECTS
 from .table import EXTENSIONS as EXTENSIONS
-from .tilt import TILT as TILT
 from .transmission import HARMONICS as HARMONICS

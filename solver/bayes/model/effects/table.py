@@ -1,11 +1,10 @@
 """All effects, in the order in which they are tried and listed."""
 
 from .backlash import BACKLASH
-from .compliance import COMPLIANCE
 from .curve import CURVE
 from .effect import Effect
+from .elasticity import COMPLIANCE, TILT
 from .joint_offset import JOINT_OFFSET
-from .tilt import TILT
 from .transmission import HARMONICS
 
 EFFECTS: dict[str, Effect] = {
