@@ -97,7 +97,8 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
         return T
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
     if (wrong := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
-        raise PoseError(f"row {wrong[0]}: a quaternion qx qy qz qw needs length 1")
+        where = f"row {wrong[0]}: " if given.ndim > 1 else ""
+        raise PoseError(f"{where}a quaternion qx qy qz qw needs length 1")
     T[..., :3, :3] = rotation_matrices(turns / length)
     return T
 

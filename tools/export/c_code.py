@@ -48,13 +48,7 @@ def write(request: Request) -> Exported:
     curved = _with_curves(calibrated)
     model = curved.model
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
-    links = [joint.child for joint in calibrated.robot.joints]
-    if request.flange not in links:
-        raise ExportError(
-            f"--flange {request.flange}: no link of the chain from {calibrated.robot.base!r}; they "
-            f"are: {', '.join(links)}"
-        )
-    place = links.index(request.flange)
+    place = _flange(request)
     rigid = PoseModel.of(calibrated.robot, calibrated.origins)
     values = {
         "ball": model.ball,
@@ -131,6 +125,18 @@ def _with_curves(calibrated: CalibratedRobot) -> _Curved:
 
     origins = calibrated.model.origins(calibrated.values)
     return _Curved(PoseModel.of(calibrated.robot, origins, correct), d, dd)
+
+
+def _flange(request: Request) -> int:
+    """Return the chain's joint whose child link is the flange."""
+    robot = request.calibration.robot
+    links = [joint.child for joint in robot.joints]
+    if request.flange not in links:
+        raise ExportError(
+            f"--flange {request.flange}: no link of the chain from {robot.base!r}; they are: "
+            f"{', '.join(links)}"
+        )
+    return links.index(request.flange)
 
 
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
