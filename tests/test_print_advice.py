@@ -7,6 +7,7 @@ import numpy as np
 import printed_parts
 import pytest
 
+from mukca.solver.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
 from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase
 
@@ -97,3 +98,13 @@ def test_its_figures_of_play_hold() -> None:
         radius = 0.0 if play == "none" else float(play.split()[0])
         expected = np.linalg.norm(arm + radius * way, axis=1).mean()
         assert float(error.split()[0]) == pytest.approx(expected, abs=0.001)
+
+
+@pytest.mark.parametrize("robot", shipped_robots())
+def test_the_ball_of_a_shipped_model_is_where_its_printed_mount_holds_it(robot: str) -> None:
+    mount = next((m for m in MOUNTS.values() if m.links.get(robot)), None)
+    if mount is None:
+        pytest.skip("its maker publishes no frame at which a mount could be placed")
+    ball = load_robot(robot).joints[-1]
+    assert ball.parent == mount.links[robot]
+    assert np.multiply(1000, ball.origin.xyz) == pytest.approx(BallPart(mount).position, abs=1e-6)

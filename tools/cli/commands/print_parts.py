@@ -171,7 +171,7 @@ def _lines(facts: Mapping[str, Any]) -> list[str]:
             f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
         ]
     if ball := facts.get("ball"):
-        # Options of `mukca solve` for this ball: the shipped models hold another one already.
+        # Options of `mukca solve` for this ball: a shipped model holds that of one mount already.
         where = "--ball " + " ".join(f"{x:g}" for x in ball)
         centre = ", ".join(f"{1000 * x:.0f}" for x in facts["centre_of_mass"])
         robots: dict[str, list[str]] = {}
