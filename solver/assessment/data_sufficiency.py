@@ -6,8 +6,11 @@ A few samples, or many alike, leave small errors by any model, so small errors a
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..data import Measurement
 from ..diagnostics import Diagnostic
+from ..robot import InverseKinematics
 from .accuracy import accuracy_rows, size_known_row
 from .coverage import Coverage, travels
 from .formatting import joined, plural
@@ -22,6 +25,9 @@ LEAST_HELD_OUT = 5
 """In each of two sockets held out: with fewer, the mean lies with the samples."""
 LEAST_TRAVEL = math.radians(20)
 """A joint that turned less than this over all that was trained on is hardly seen [rad]."""
+FREE = 0.01
+"""Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
+cannot turn its first one."""
 BESIDE = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
 """Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
 that rows of their own judge; and held-out placements whose base drifted, or moved by little: one
@@ -44,7 +50,7 @@ def rows_of_the_fit(
     trained, tested = (
         [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
     )
-    rows += [samples_row(trained, tested, tied=tied), travel_row(covered)]
+    rows += [samples_row(trained, tested, tied=tied), travel_row(covered, _held(predictions))]
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
@@ -126,9 +132,26 @@ def _second(sockets: Sequence[tuple[int, ...]]) -> int:
     return max((sorted(counts)[-2] if len(counts) > 1 else 0 for counts in sockets), default=0)
 
 
-def travel_row(coverage: Coverage) -> LimitResult:
-    """Return whether each joint that turns was turned enough while recording."""
-    turned = travels(coverage)
+def _held(predictions: Predictions) -> list[str]:
+    """Return the joints that a ball in its socket holds, whatever the others do."""
+    guide = InverseKinematics(predictions.robot)
+    q = [p.measured.positions for p in predictions.placements if p.measured.kind == "sockets"]
+    if not q:
+        return []
+    J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
+    bound = np.einsum("nij,nji->ni", np.linalg.pinv(J, rcond=1e-3), J)
+    pairs = zip(predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True)
+    return [name for name, free in pairs if free < FREE]
+
+
+def travel_row(coverage: Coverage, held: Sequence[str] = ()) -> LimitResult:
+    """Return whether each joint that turns was turned enough while recording.
+
+    Args:
+        coverage: How far each joint turned.
+        held: Joints that cannot turn while the ball is in a socket.
+    """
+    turned = {name: travel for name, travel in travels(coverage).items() if name not in held}
     still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
     least = math.degrees(min(turned.values(), default=0.0))
     if not still:

@@ -202,6 +202,8 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
         arm = Arm(repeatability, "given by --repeatability-mm")
     elif name is not None:
         arm = Arm(ARMS[name].repeatability, f"{name}: {ARMS[name].source}")
+    elif document.settings.get("zeros") and (scatter := _scatter(document)):
+        arm = Arm(scatter, "no maker's figure: so far these samples scatter about their sockets")
     servos = 2 if document.settings.get("zeros") else 1  # their gears have play
     return Limits(
         repeatability=None if arm is None else arm.repeatability,
@@ -210,6 +212,16 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
         distance_error=_limit(arm, servos, options.distance_error, "--limit-distance-mm"),
         between_placements=_limit(arm, 3, options.between_placements, "--limit-between-mm"),
     )
+
+
+def _scatter(document: CalibrationDocument) -> float | None:
+    """Return how far an arm of servos was off over two placements [m]; None where that is much."""
+    trained = document.summary.train
+    placements = sum(p.role == "train" and p.kind == "sockets" for p in document.placements)
+    error = None if trained is None else trained.calibrated.mean_absolute_error
+    if error is None or error > ANY_ARM or placements < 2:
+        return None
+    return round(max(error, RESOLUTION), 5)
 
 
 def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Limit:

@@ -12,6 +12,7 @@ from .quick import worth_calibrating as worth_calibrating
 from .resources import is_scripted as is_scripted
 from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import Before as Before
+from .session_start import recorded_beside as recorded_beside
 from .session_start import with_distance as with_distance
 from .setup import joints_of as joints_of
 from .setup import record_session as record_session

@@ -4,8 +4,17 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from ...recorder import Placement, Sample
+from ...recorder import (
+    METADATA,
+    SAMPLES,
+    Placement,
+    RecordingError,
+    Sample,
+    read_metadata,
+    read_placement,
+)
 from ...recorder.session import Recording, Session
 from ...recorder.stream import JointLimits
 from ...solver.robot import Robot
@@ -88,6 +97,26 @@ def said_distance(options: SettledOptions) -> str:
     """Return how far the sockets are apart, in words."""
     known = f"{1e3 * options.distance:g} mm apart"
     return known if options.stated else "at an unknown distance"
+
+
+def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
+    """Return the other placements of a folder that were recorded with a model, the oldest first.
+
+    Args:
+        out: The placement that is being recorded.
+        robot: The nominal robot.
+    """
+    found: list[Placement] = []
+    for file in out.parent.glob(f"*/{SAMPLES}"):
+        same = file.parent / METADATA
+        if file.parent.resolve() == out.resolve() or not same.is_file():
+            continue
+        try:
+            if read_metadata(same).get("model_sha256") == robot.sha256:
+                found.append(read_placement(file.parent).for_joints(robot.joint_names))
+        except RecordingError:
+            continue
+    return tuple(sorted(found, key=lambda placement: placement.samples[0].time or 0.0))
 
 
 def with_address(session: Session, url: str, host: str) -> Session:

@@ -15,7 +15,7 @@ from .options import SettledOptions
 from .outlier_checks import gravity_of, outlier_check
 from .page import PageProcess
 from .resources import connect, keys_of, open_log, open_recording
-from .session_start import Before, first_session, resume_summary_of, with_address
+from .session_start import Before, first_session, recorded_beside, resume_summary_of, with_address
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
@@ -64,7 +64,7 @@ def record_session(
             stack.enter_context(closing(page))
             session = with_address(session, page.url, options.page_host)
         guided = keyboard is not None and live and not options.no_guide
-        guidance = _guidance(options, earlier, stack) if guided else None
+        guidance = _guidance(options, robot, stack) if guided else None
         return Recorder(
             session=session,
             stream=stream,
@@ -88,10 +88,15 @@ def record_session(
         ).run()
 
 
-def _guidance(options: SettledOptions, earlier: Before, stack: ExitStack) -> BackgroundGuidance:
+def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
     goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
     guidance = BackgroundGuidance(
-        options, options.distance, options.sockets, goal, earlier.placements, options.turn
+        options,
+        options.distance,
+        options.sockets,
+        goal,
+        recorded_beside(options.out, robot),
+        options.turn,
     )
     return stack.enter_context(closing(guidance))
 
