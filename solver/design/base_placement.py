@@ -12,7 +12,7 @@ from .reachability import Reach
 
 MANY = 200
 """Poses of each socket from which those are taken that are near each other."""
-POSES = 20
+POSES = 40
 """Reachable poses of each socket, among which the samples are chosen."""
 SAMPLES = 12
 """Samples in each socket of the placement that is proposed."""
