@@ -54,7 +54,7 @@ def test_the_page_leads_to_a_pass(
     lead(tmp_path / "hand")
     keys = tmp_path / "keys"
     keys.write_bytes(b"a*6 s  " * 3 + b"a*6 q\n")
-    typed = commands()
+    typed, told = commands(), ""
     assert [words[0] for words in typed] == [*["record"] * 3, "check", "solve"]
     for words in typed:
         if words[0] == "record":
@@ -66,6 +66,10 @@ def test_the_page_leads_to_a_pass(
             words.append("--json")
         assert main(words) == 0, capsys.readouterr()
         said = capsys.readouterr()
+        if words[0] == "record":
+            told = said.out + said.err
+    both = "mukca solve recordings/front recordings/left recordings/right"
+    assert both in " ".join(told.split())
     verdict = json.loads(said.out)["verdict"]
     assert verdict["status"] == "pass" and verdict["title"].startswith("PASS")
     beside = recorded_beside(tmp_path / "recordings" / "right", load_robot("so101"))

@@ -14,6 +14,7 @@ from ...solver.design import (
     ParameterCovariance,
     Reach,
     Workspace,
+    curve_advice,
     expected_groups,
     from_fit,
     from_prior,
@@ -33,6 +34,8 @@ BLOCK = 6
 ball in the wrong socket, is told from a wrong distance of the sockets."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
+CURVES = 3
+"""Placements before this one, with which joint error curves are known as well as they may be."""
 MORE = 12
 """Further samples in each socket: a goal that so many would reach is worth staying for."""
 MIN_GAIN = 0.03
@@ -189,7 +192,9 @@ class PoseSelector:
         centres = [self._centre(samples, k) for k in (0, 1)]
         here = np.array([c for c in centres if c is not None])
         where = workspace_of(self._model, known.x)
-        return next_base_advice(known, where, self._reach, here, self._distance)
+        lines = next_base_advice(known, where, self._reach, here, self._distance)
+        curves = curve_advice(self._robot) if len(self._earlier) < CURVES else ""
+        return (*lines, curves) if curves else lines
 
     def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest of a block, and further blocks."""

@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +14,7 @@ from .... import recorder
 from ....recorder import terminal as recorder_terminal
 from ....solver import calibration
 from ....solver.calibration import UsageError
+from ....solver.robot import Robot
 from ... import recording
 from ...recording import RecordOptions, SettledOptions
 from ...report import figures
@@ -53,7 +54,7 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
             earlier = recording.Before(outcome.moved, done)
             outcome = recording.record_session(settled, robot, terminal, earlier)
     try:
-        _say_outcome(outcome, settled, terminal)
+        _say_outcome(outcome, settled, robot, terminal)
         sys.stdout.flush()
     except OSError:  # the terminal is gone: write to nowhere from now on
         nowhere = os.open(os.devnull, os.O_RDWR)
@@ -101,7 +102,10 @@ def _interruptible() -> Generator[None, None, None]:
 
 
 def _say_outcome(
-    outcome: "recorder_terminal.Outcome", options: SettledOptions, terminal: Terminal
+    outcome: "recorder_terminal.Outcome",
+    options: SettledOptions,
+    arm: Robot,
+    terminal: Terminal,
 ) -> None:
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
@@ -118,10 +122,13 @@ def _say_outcome(
     if terminal.brief or options.quick:
         return
     if outcome.signal is None and min(session.counts) > 0:
-        terminal.say(*_next_steps(outcome, options))
+        beside = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
+        terminal.say(*_next_steps(outcome, options, beside))
 
 
-def _next_steps(outcome: "recorder_terminal.Outcome", options: SettledOptions) -> list[str]:
+def _next_steps(
+    outcome: "recorder_terminal.Outcome", options: SettledOptions, beside: Sequence[str]
+) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
 
     def given(*names: str) -> list[str]:
@@ -129,14 +136,14 @@ def _next_steps(outcome: "recorder_terminal.Outcome", options: SettledOptions) -
         return figures.as_options({name: getattr(options, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
-    out = str(options.out)
+    out, calibrated = str(options.out), f"{options.out}-calibrated"
     again = given("driver", "distance", "robot_name", "auto", "page")
     again += [word for keys in options.key for word in ("--key", keys)]
     again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     return [
         *advised,
-        f"Next: {shlex.join(['mukca', 'check', out, *robot])}",
-        f"then: {shlex.join(['mukca', 'solve', out, *robot, '--out', f'{out}-calibrated'])}",
+        f"Next: {shlex.join(['mukca', 'check', *beside, out, *robot])}",
+        f"then: {shlex.join(['mukca', 'solve', *beside, out, *robot, '--out', calibrated])}",
         f"or, better, the base elsewhere first: {shlex.join(['mukca', 'record', *robot, *again])}",
     ]
