@@ -32,6 +32,8 @@ class DataSheet:
     "The flange's axis that points away from the arm: 0, 1, 2 for x, y, z."
     sign: int = 1
     "-1 where it points the other way."
+    aside: tuple[float, float] = (0.0, 0.0)
+    "The ball's place along the flange's other two axes [m]."
 
 
 def numbered(pattern: str, count: int) -> tuple[str, ...]:
@@ -56,7 +58,7 @@ DATA_SHEETS = {
     "ur3e": DataSheet(UR_JOINTS, "tool0", 11.2),
     "ur5e": DataSheet(UR_JOINTS, "tool0", 20.6),
     "ur10e": DataSheet(UR_JOINTS, "tool0", 33.5),
-    "so101": DataSheet(LEROBOT_JOINTS, "gripper_frame_link"),
+    "so101": DataSheet(LEROBOT_JOINTS, "gripper_frame_link", aside=(-0.02, 0.0)),
     "so100": DataSheet(LEROBOT_JOINTS, "gripper", base="base", out=1, sign=-1),
     "vx300s": DataSheet(INTERBOTIX_JOINTS, "ee_gripper_link", out=0),
     "wx250s": DataSheet(INTERBOTIX_JOINTS, "ee_gripper_link", out=0),

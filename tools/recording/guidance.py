@@ -97,7 +97,9 @@ class PoseSelector:
         target, gain = self._next(known, where, samples, order, position)
         here = self._placement(samples)
         alarms = self._alarms([*self._earlier, here])
-        solved = posterior and sufficiency_of(self._model, [*self._earlier, here])
+        solved = posterior and sufficiency_of(
+            self._model, [*self._earlier, here], zeros=self._alarms.coarse
+        )
         predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
         goal = self._given or goal or self._goal
         fewest = 0 if posterior is None else min(counts[:2])

@@ -6,7 +6,7 @@ from typing import Literal
 from ...recorder import Placement
 from ...recorder.session import Alarm
 from ...solver.assessment import repeatability_of
-from ...solver.diagnostics import Fault, LiveCheck
+from ...solver.diagnostics import Fault, LiveCheck, is_coarse
 from ...solver.robot import Robot
 from .outlier_checks import wrong_model_check
 
@@ -32,7 +32,10 @@ class SessionAlarms:
 
     def __init__(self, robot: Robot) -> None:
         self._wrong_model = wrong_model_check(robot)
-        self._check = LiveCheck(robot, repeatability_of(robot, None))
+        repeats = repeatability_of(robot, None)
+        self.coarse = is_coarse(repeats)
+        """True for an arm of servos, whose zeros may be off by degrees."""
+        self._check = LiveCheck(robot, repeats)
 
     def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
         """Return the alarms, the most probable fault first."""

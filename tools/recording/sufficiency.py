@@ -41,10 +41,18 @@ class Sufficiency:
         return sound and self.fewest >= LEAST_SAMPLES
 
 
-def sufficiency_of(model: ExtendedModel, placements: Sequence[Placement]) -> Sufficiency | None:
-    """Return what ``mukca solve`` would say of placements; None where it cannot solve them."""
+def sufficiency_of(
+    model: ExtendedModel, placements: Sequence[Placement], *, zeros: bool
+) -> Sufficiency | None:
+    """Return what ``mukca solve`` would say of placements; None where it cannot solve them.
+
+    Args:
+        model: The rigid arm.
+        placements: The last one still going on.
+        zeros: The joints' zeros may be off by degrees.
+    """
     try:
-        verdict = calibrate(model.robot, _whole(placements)).verdict
+        verdict = calibrate(model.robot, _whole(placements), zeros=zeros or None).verdict
     except MukcaError:
         return None
     row = next((row for row in verdict.limits if row.name == WORKSPACE), None)

@@ -90,7 +90,7 @@ def test_ball_is_a_hands_breadth_beyond_the_flange(name: str) -> None:
     T_base_flange = pose(name, DATA_SHEETS[name].flange, q)
     p_flange_ball = (np.linalg.inv(T_base_flange) @ pose(name, "ball_link", q))[:3, 3]
     sheet = DATA_SHEETS[name]
-    np.testing.assert_allclose(np.delete(p_flange_ball, sheet.out), 0, atol=1e-12)
+    np.testing.assert_allclose(np.delete(p_flange_ball, sheet.out), sheet.aside, atol=1e-12)
     assert 0.03 <= sheet.sign * round(p_flange_ball[sheet.out], 12) < 0.19
 
 
