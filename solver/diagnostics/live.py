@@ -39,6 +39,8 @@ FORGOTTEN = 0.06
 """Prior probability of samples in another socket than they say."""
 DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
+UNTOLD = ("distance", "ball_loose")
+"""Explanations that are left out for arms made of servos."""
 FAULTS = 3
 """Faults that are told at most."""
 
@@ -80,7 +82,8 @@ class LiveCheck:
         # with less than all errors a fit to few samples takes a fault for noise; but gears with
         # play rest on one side for many samples
         self.share = INDEPENDENT if zeros else 1.0
-        self._kinds = [kind for kind in CURABLE if kind.noise is None or not zeros]
+        # a fit with zeros that are off by degrees may be off in size, and in noise
+        self._kinds = [k for k in CURABLE if not zeros or k.name not in UNTOLD]
         self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
         self._repeatability = repeatability
 
