@@ -108,10 +108,12 @@ class LinearEvidence:
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
-    def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    def posterior(
+        self, block: Block, sigma: float, terms: Terms | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of a block's first candidate, by its widest prior."""
         k = block.columns.shape[2]
-        M, g, _ = self._reduced(self.terms(block), np.array([sigma]), k)
+        M, g, _ = self._reduced(terms or self.terms(block), np.array([sigma]), k)
         tight = 1 / max(block.widths) ** 2
         precision: np.ndarray = tight * np.eye(k) + M[0, 0]
         covariance: np.ndarray = np.linalg.inv(precision)

@@ -21,6 +21,8 @@ ALIKE = 0.95
 """Cosine of directions that are one."""
 LEAST, LARGEST, TRIALS = 0.3, 0.3, 32
 """Least noise that is tried, relative to the expected one, the largest [m], and how many."""
+MOST = 150
+"""Samples that are looked at."""
 PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 
 
@@ -43,41 +45,44 @@ def mounted(scene: Scene) -> Iterable[Block]:
 
 def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     """Return the logarithm of the evidence by direction of gravity, shape (C,)."""
-    m, N = scene.q.shape[1], len(scene.q)
+    m, every = scene.q.shape[1], len(scene.q)
+    some = np.unique(np.linspace(0, every - 1, min(every, MOST)).astype(int))
+    q, N = scene.q[some], len(some)
     model = BallModel(scene.robot, [p.index for p in scene.parameters])
-    still = np.concatenate([scene.q, np.zeros((N, 2 * m))], axis=1)
+    still = np.concatenate([q, np.zeros((N, 2 * m))], axis=1)
     by_axes = model.linearise(model.nominal + scene.x, still).by_joints
     columns: list[np.ndarray] = []
-    along = [
-        gravity_moments(scene.robot, scene.q, e, scene.load.payload) for e in np.eye(3).tolist()
-    ]
+    along = [gravity_moments(scene.robot, q, e, scene.load.payload) for e in np.eye(3).tolist()]
     has_efforts = [
         np.full(len(one.positions), one.efforts is not None) for one in scene.measurements
     ]
-    measured = np.concatenate(has_efforts)
+    measured = np.concatenate(has_efforts)[some]
     for gravity in directions:
         moments: np.ndarray = np.tensordot(gravity, along, axes=1)
-        moments[measured, :m] = scene.torques[measured, :m]
+        moments[measured, :m] = scene.torques[some][measured, :m]
         parts: list[np.ndarray] = []
         for effect in (e for e in scene.effects if e.shared_by_type):
-            turns = effect.derivatives(scene.q, moments)
+            turns = effect.derivatives(q, moments)
             parts.append(turns * effect.typical_shift / max(float(np.mean(turns**2)) ** 0.5, 1e-6))
         columns.append((-by_axes * np.concatenate(parts, axis=1)[:, None]).reshape(3 * N, -1))
     before = scene.centres.size + len(scene.parameters)
     B = np.delete(scene.nuisances, slice(before, before + 3 * m), axis=1)
-    evidence = LinearEvidence(scene.residuals, B)
-    every: list[Parameters] = [{}] * len(columns)
-    block = Block(scene.all_samples, np.array(columns), every)
+    rows = np.append(3 * some[:, None] + np.arange(3), np.arange(3 * every, len(B)))
+    evidence = LinearEvidence(scene.residuals[rows], B[rows])
+    names: list[Parameters] = [{}] * len(columns)
+    block = Block(slice(0, 3 * N), np.array(columns), names)
     trials = np.geomspace(LEAST * scene.noise, LARGEST, TRIALS)
     base = evidence.log_likelihood(trials)
     last = int(np.argmax(base)) + 2
     trials, base = trials[:last], base[:last]
     prior = NoisePrior(1.5 * scene.noise, scene.noise_width).log_density(trials)
-    logs = evidence.log_ratios(block, evidence.terms(block), trials)[:, 0]
+    terms = evidence.terms(block)
+    logs = evidence.log_ratios(block, terms, trials)[:, 0]
     logs = logs + (base + prior)[:, None]
     found: list[float] = []
     for c, at in enumerate(np.argmax(logs, axis=0).tolist()):
-        mean, covariance = evidence.posterior(block.only([c]), float(trials[at]))
+        one = block.only([c]), float(trials[at]), terms.only([c])
+        mean, covariance = evidence.posterior(*one)
         away = mean / np.sqrt(2 * np.diag(covariance))
         found.append(
             float(logs[at, c]) + sum(math.log(max(math.erfc(-a), 1e-30)) for a in away.tolist())
