@@ -35,7 +35,7 @@ class Sufficiency:
 
     @property
     def enough(self) -> bool:
-        """Whether no row fails, and none says that the data are not enough."""
+        """True where no row fails, and none says that the data are not enough."""
         verdict = self.verdict
         sound = verdict.status != "fail" and verdict.kind != "not_enough"
         return sound and self.fewest >= LEAST_SAMPLES
