@@ -49,7 +49,7 @@ def movements_by_evidence(
     candidates = {place: movements_of(data, place) for place in left}
     while left:
         tried = [one for place in left for one in candidates[place]]
-        rises = [movement_gain(found, one) - _price(one, tried) for one in tried]
+        rises = [_rise(found, one) - _price(one, tried) for one in tried]
         ranked = sorted((rise, i) for i, rise in enumerate(rises))
         best, gain = found, -np.inf
         for rough, i in ranked[: -CLOSELY - 1 : -1]:
@@ -71,6 +71,14 @@ def movements_by_evidence(
             found = best
             chosen.append(new)
     return tuple(chosen), tuple(lines)
+
+
+def _rise(found: JointPosterior, one: Movement) -> float:
+    """Return the rise of the logarithm of the evidence by a movement, by a linear model."""
+    try:
+        return movement_gain(found, one)
+    except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
+        return -np.inf
 
 
 def _price(one: Movement, tried: Sequence[Movement]) -> float:
