@@ -45,7 +45,7 @@ class Fit:
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
     movements: tuple[FoundMovement, ...] = ()
-    """How placements moved while they were recorded."""
+    """Movements of placements while they were recorded."""
     stored_posterior: StoredPosterior | None = None
     """The posterior for a later calibration to begin with; None where there is none."""
 

@@ -29,7 +29,7 @@ MARGIN = 1e-3
 
 
 class Setup(TypedDict, total=False):
-    """What is on the arm, and where it stands; each may be left out, or None."""
+    """Setup of the arm, its tool, payload and place; each may be left out, or None."""
 
     tool: str | ArrayLike | None
     """The tool's pose on the flange, shape (4, 4) [m], or the name of a link of the URDF that

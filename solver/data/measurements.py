@@ -17,7 +17,7 @@ from .measured_poses import rotation_matrices
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
 CLOCKS = ("time", "temperature")
-"""What may tell when a sample was recorded."""
+"""Columns that may tell when a sample was recorded."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Measurement:
     """Its standard deviation [m], where it is not a caliper's."""
     warnings: tuple[str, ...] = field(default=())
     moved: np.ndarray | None = None
-    """How far the place of each row of :attr:`positions` had moved by then, as a fit found it,
+    """Movement of the place of each row of :attr:`positions` until then, as a fit found it,
     shape (N, 3) [m]; None for a place that stood still."""
 
     def at_rest(self, balls: np.ndarray) -> np.ndarray:

@@ -112,7 +112,7 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     time: float | None = None
     """When it was captured [s since 1970, UTC]."""
     moved: tuple[float, float, float] | None = None
-    """How far its place had moved by then, as the fit found it [m]; None where it stood still."""
+    """Movement of its place until then, as the fit found it [m]; None where it stood still."""
 
 
 class PlacementSamples(Document, kw_only=True, frozen=True):
