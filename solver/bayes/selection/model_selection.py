@@ -99,18 +99,7 @@ def select_models(
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
-    tried = _search(fit, geometric, order, progress)
-
-    def moving(near: JointPosterior, some: Sequence[Movement]) -> JointPosterior:
-        movements[:] = some
-        return fit(near, [arm.model.extensions for arm in near.arms], data)
-
-    best = max(tried.models, key=lambda model: model.log_evidence)
-    movements[:], told = movements_by_evidence(best, moving)
-    if movements:
-        progress("movement")
-        geometric = moving(geometric, [*movements])
-        tried = _search(fit, geometric, order, progress)
+    tried, told = _with_movements(fit, geometric, order, movements, progress)
     models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     probabilities = model_probabilities(models)
     notes = _notes(tried, types, models, probabilities, words)
@@ -120,7 +109,29 @@ def select_models(
     if zeros:
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(joint_offsets_in_words(arm))
-    return Selected(geometric, full, tuple(map(tuple, notes)), told)
+    return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
+
+
+def _with_movements(
+    fit: Fit,
+    geometric: JointPosterior,
+    order: list[tuple[str, int]],
+    movements: list[Movement],
+    progress: Callable[[str], None],
+) -> tuple["_Tried", tuple[FoundMovement, ...]]:
+    """Return all that is tried, again beside movements where places moved, which ``fit`` knows."""
+
+    def moving(near: JointPosterior, some: Sequence[Movement]) -> JointPosterior:
+        movements[:] = some
+        return fit(near, [arm.model.extensions for arm in near.arms], near.scene)
+
+    tried = _search(fit, geometric, order, progress)
+    best = max(tried.models, key=lambda model: model.log_evidence)
+    movements[:], told = movements_by_evidence(best, moving)
+    if movements:
+        progress("movement")
+        tried = _search(fit, moving(geometric, [*movements]), order, progress)
+    return tried, told
 
 
 def _notes(
