@@ -128,10 +128,9 @@ def _with_movements(
     tried = _search(fit, geometric, order, progress)
     best = max(tried.models, key=lambda model: model.log_evidence)
     movements[:], told = movements_by_evidence(best, moving)
-    if movements:
-        progress("movement")
-        tried = _search(fit, moving(geometric, [*movements]), order, progress)
-    return tried, told
+    if not movements:
+        return tried, told
+    return _search(fit, moving(geometric, [*movements]), order, progress), told
 
 
 def _notes(
