@@ -23,7 +23,7 @@ import time
 import numpy as np
 
 from mukca.solver.calibration import FullModel
-from mukca.solver.data import Load, Pose, kabsch_rotation
+from mukca.solver.data import STANDARD_LOAD, Pose, kabsch_rotation
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import (
     Origin,
@@ -45,7 +45,7 @@ def simulated(name: str) -> FullModel:
     parameters = tuple(choose_parameters(robot))
     values = arm.origins.ravel()[[p.index for p in parameters]]
     flaws = realistic_flaws(robot, generator).deflection
-    return FullModel(CalibratedRobot(robot, parameters, values, flaws, Load()))
+    return FullModel(CalibratedRobot(robot, parameters, values, flaws, STANDARD_LOAD))
 
 
 def starts(model: FullModel, q: np.ndarray, off: float | None) -> np.ndarray:

@@ -28,7 +28,7 @@ import numpy as np
 from mukca.solver.bayes.results import DECIDED, angles_near
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import Load, RobotRecordings, SocketAt, measure, observe_all
+from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe_all
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -106,7 +106,12 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     seconds = time.perf_counter() - begin
     full, urdf = chosen.full.arms[0], zeros_in(chosen.geometric.arms[0])
     found = CalibratedRobot(
-        nominal, parameters, zeros_in(full), full.deflection.without_joint_offsets, Load(), urdf
+        nominal,
+        parameters,
+        zeros_in(full),
+        full.deflection.without_joint_offsets,
+        STANDARD_LOAD,
+        urdf,
     )
     models = (found.nominal_ball, found.geometric_ball, found.ball)
     where = np.repeat(bases[1].sockets, arguments.samples, axis=0)

@@ -52,7 +52,7 @@ class LoadedArm:
     def __init__(self, calibrated: CalibratedRobot, payload: Payload | None = None) -> None:
         if payload is not None:
             robot = calibrated.robot.carrying(*payload)
-            calibrated = replace(calibrated, robot=robot, load=Load(calibrated.load.gravity))
+            calibrated = replace(calibrated, robot=robot, load=Load(calibrated.load.gravity, 0.0))
         self.calibrated, self.robot = calibrated, calibrated.robot
         self.flange = len(self.robot.joints) - 2
         """Index of the chain's joint whose child link carries the ball."""

@@ -219,11 +219,9 @@ class SolveOptions:
     @property
     def load(self) -> "Load":
         """Gravity and payload, which pull at the joints."""
-        from ..data import Load
+        from ..data import STANDARD_LOAD, Load
 
-        if self.gravity is None:
-            return Load(payload=self.payload or 0.0)
-        x, y, z = self.gravity
+        x, y, z = STANDARD_LOAD.gravity if self.gravity is None else self.gravity
         return Load((x, y, z), self.payload or 0.0)
 
     @property

@@ -30,6 +30,7 @@ from .measured_poses import check_orientations as check_orientations
 from .measured_poses import hand_eye as hand_eye
 from .measured_poses import rotation_matrices as rotation_matrices
 from .measured_poses import rotation_vectors as rotation_vectors
+from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION

@@ -135,9 +135,9 @@ class Measurement:
 class Load:
     """Gravity, and a payload at the ball."""
 
-    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    gravity: tuple[float, float, float]
     """In the base frame [m/s^2]; another direction for an arm on a wall or ceiling."""
-    payload: float = 0.0
+    payload: float
     """Mass at the ball, beyond that of the model [kg]."""
 
     def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
@@ -159,6 +159,10 @@ class Load:
         if efforts is not None:
             moments[:, : q.shape[1]] = efforts
         return moments
+
+
+STANDARD_LOAD = Load(STANDARD_GRAVITY, 0.0)
+"""An arm that stands upright and carries nothing beyond its ball."""
 
 
 @dataclass(frozen=True)

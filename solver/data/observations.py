@@ -21,7 +21,7 @@ from .known import (
     distance_covariance,
     find_socket,
 )
-from .measurements import CLOCKS, Instrument, Load, Measurement, measured_points
+from .measurements import CLOCKS, STANDARD_LOAD, Instrument, Load, Measurement, measured_points
 from .metrics import CALIPER_DEVIATION
 
 
@@ -138,7 +138,7 @@ class RobotRecordings:
 
     robot: Robot
     measurements: Sequence[Measurement]
-    load: Load = field(default_factory=Load)
+    load: Load = STANDARD_LOAD
     name: str = ""
     """Its name among several robots."""
 

@@ -1,12 +1,12 @@
 """Inspection of recordings before they are fitted: each placement, and all of them together."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..data import CALIPER_DEVIATION, KnownDistance, Load, Measurement
+from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
 from ..robot import Robot, choose_parameters
 from .configurations import duplicates, few_samples, motionless_joints
 from .diagnostic import Diagnostic, row_of, where_of
@@ -41,7 +41,7 @@ class Given:
     """Distances measured beside those between each placement's sockets."""
     deviation: float = CALIPER_DEVIATION
     """Standard deviation of the latter [m]."""
-    load: Load = field(default_factory=Load)
+    load: Load = STANDARD_LOAD
     """Gravity and payload."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..bayes.model import ExtendedModel, Noise, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, posterior_of
-from ..data import Load
+from ..data import STANDARD_LOAD, Load
 from ..robot import Robot, all_parameters, choose_parameters
 
 LENGTH, ANGLE = 2e-4, 7e-4
@@ -64,7 +64,7 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
             for p in model.parameters
         ]
         wide = np.diag(np.concatenate([widths, np.zeros(model.size - len(widths))]) ** 2)
-        return ArmPrior(model, np.zeros(model.size), wide, {}, Load(), NOMINAL_NOISE)
+        return ArmPrior(model, np.zeros(model.size), wide, {}, STANDARD_LOAD, NOMINAL_NOISE)
     document = arm.document
     found = posterior_of(document, arm.source)
     fitted = found.model

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ..bayes.model import Deflection
-from ..data import Load, Measurement
+from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
     BallModel,
     Origin,
@@ -52,7 +52,7 @@ class CalibratedRobot:
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
     """Elasticity and transmission error, by which joint positions are corrected first."""
-    load: Load = field(default_factory=Load)
+    load: Load = STANDARD_LOAD
     """Gravity and payload, for joint torques where no effort is measured."""
     exported: np.ndarray | None = None
     """The best parameters for a program that does not correct joint positions, such as one that

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...bayes.model import extend
 from ...bayes.model.effects import CURVE, EFFECTS, Effect
-from ...data import SEAT_DEVIATION, Known, Load, Measurement
+from ...data import SEAT_DEVIATION, STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
@@ -57,7 +57,7 @@ class Scene:
     """Of its logarithm, above that."""
     floors: tuple[float, ...] = ()
     """Error that each placement leaves when fitted alone [m]."""
-    load: Load = field(default_factory=Load)
+    load: Load = STANDARD_LOAD
     """Gravity and payload, as they were said to be."""
     zeros: bool = False
     """True where joints have offsets of degrees, and gears have play."""

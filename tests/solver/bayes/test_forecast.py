@@ -6,12 +6,12 @@ import pytest
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_errors
-from mukca.solver.data import Load, Measurement, RobotRecordings, measure, observe_all
+from mukca.solver.data import STANDARD_LOAD, Measurement, RobotRecordings, measure, observe_all
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import Robot, choose_parameters
 from mukca.tools.simulation import simulate_recordings
 
-LOAD = Load()
+LOAD = STANDARD_LOAD
 
 
 @pytest.fixture(scope="module")

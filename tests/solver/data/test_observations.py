@@ -7,6 +7,7 @@ import pytest
 
 from mukca.recorder import read_placement
 from mukca.solver.data import (
+    STANDARD_LOAD,
     KnownError,
     Load,
     RobotRecordings,
@@ -18,7 +19,7 @@ from mukca.solver.robot import gravity_moments
 
 
 def observe(measurements, robot, *, load: Load | None = None, **options):
-    arm = RobotRecordings(robot, measurements, load or Load())
+    arm = RobotRecordings(robot, measurements, load or STANDARD_LOAD)
     return observe_all([arm], **options).arms[0]
 
 
@@ -80,7 +81,7 @@ def test_one_socket_alone_must_be_tied(two, panda) -> None:
 
 
 def test_the_load_pulls_as_told(two, panda) -> None:
-    ceiling = observe(two, panda, load=Load(gravity=(0.0, 0.0, 9.80665)))
+    ceiling = observe(two, panda, load=Load((0.0, 0.0, 9.80665), 0.0))
     assert ceiling.torques == pytest.approx(-observe(two, panda).torques)
-    heavy = observe(two, panda, load=Load(payload=1.0))
+    heavy = observe(two, panda, load=replace(STANDARD_LOAD, payload=1.0))
     assert not np.allclose(heavy.torques, observe(two, panda).torques)

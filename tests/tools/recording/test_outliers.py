@@ -7,7 +7,7 @@ import pytest
 from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
-from mukca.solver.data import Load
+from mukca.solver.data import STANDARD_LOAD, Load
 from mukca.solver.robot import Robot, gravity_moments
 
 
@@ -23,10 +23,10 @@ def hand_of(folder: Path, *samples: Sample) -> Path:
 @pytest.mark.parametrize(
     ("load", "more", "fault", "told"),
     [
-        (Load(), [], "", False),
-        (Load(), [], "&fault=push@0+inf", True),
-        (Load(gravity=(0.0, 9.81, 0.0)), [], "", True),
-        (Load(gravity=(0.0, 9.81, 0.0)), ["--gravity", "0", "9.81", "0"], "", False),
+        (STANDARD_LOAD, [], "", False),
+        (STANDARD_LOAD, [], "&fault=push@0+inf", True),
+        (Load((0.0, 9.81, 0.0), 0.0), [], "", True),
+        (Load((0.0, 9.81, 0.0), 0.0), ["--gravity", "0", "9.81", "0"], "", False),
     ],
 )
 def test_a_hand_is_noticed_by_efforts_beyond_gravity(
