@@ -151,8 +151,8 @@ def seated(
 def test_too_short_a_reach_is_refused_with_one_that_works() -> None:
     short = BallPart(ISO, reach=45)
     with pytest.raises(PrintableError, match="take a reach of 70 mm or more"):
-        list(build_parts(SocketBase(), {"short": short}))
-    assert len(list(build_parts(SocketBase(), {"long": BallPart(ISO, reach=70)}))) == 2
+        list(build_parts(SocketBase(50.0), {"short": short}))
+    assert len(list(build_parts(SocketBase(50.0), {"long": BallPart(ISO, reach=70)}))) == 2
 
 
 def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
