@@ -26,6 +26,7 @@ from .pose_solver import NEAR as NEAR
 from .pose_solver import NO_TOOL as NO_TOOL
 from .pose_solver import ROUNDS as ROUNDS
 from .pose_solver import SETTLED as SETTLED
+from .pose_solver import STILL as STILL
 from .pose_solver import STUCK as STUCK
 from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver

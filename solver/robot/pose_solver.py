@@ -18,6 +18,8 @@ ROUNDS = 60
 STUCK, NEAR = 20, 1e-5
 """Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
 search: the joints fold there, or a limit is in the way."""
+STILL = 1e-3
+"""A step so small beside what is left ends it too: it leads nowhere [rad/m]."""
 STARTS = 8
 """New starts of a pose at a time, among which the nearest solution is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
@@ -82,22 +84,25 @@ class PoseSolver:
         N, m = len(near), len(self.lower)
         q = np.clip(near, self.lower, self.upper)
         rows = np.concatenate([q, targets, q if prefer is None else prefer], axis=1)
+        rows = np.asfortranarray(rows)  # whose columns are computed with
         best, least, rounds = q, np.full((N, 2), np.inf), np.zeros(N, dtype=int)
         moving, total, stuck = np.arange(N), np.full(N, np.inf), np.zeros(N, dtype=int)
         for _ in range(ROUNDS):
             left, change, longest = self._step(rows, tool)
-            settled = longest < SETTLED
-            done = settled & (left.max(axis=1) < TOLERANCE)
+            settled, most = longest < SETTLED, left.max(axis=1)
+            done = settled & (most < TOLERANCE)
             now = np.square(left) @ np.ones(2)
             better = done | (now <= total)
             stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
+            stuck[longest < STILL * most] = STUCK
             best[moving[better]], least[moving[better]] = rows[better, :m], left[better]
             total = np.fmin(now, total)
             rows[:, :m] += change
-            rows[settled, m + 12 :] = rows[settled, :m]
+            np.copyto(rows[:, m + 12 :], rows[:, :m], where=settled[:, None])
             stay = ~done & (stuck < STUCK)
             if not stay.all():
-                moving, rows, total, stuck = moving[stay], rows[stay], total[stay], stuck[stay]
+                moving, total, stuck = moving[stay], total[stay], stuck[stay]
+                rows = np.compress(stay, rows.T, axis=1).T
             if not moving.size:
                 break
             rounds[moving] += 1

@@ -38,14 +38,14 @@ class RowFunction:
 
     def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
         """Return each output for each row, shape (N, k); the other arguments serve all rows."""
-        arguments = [np.ascontiguousarray(values, dtype=float) for values in (*others, rows)]
+        arguments = [np.asarray(values, dtype=float) for values in (*others, rows)]
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them
             raise ValueError(f"arguments of lengths {lengths}, not {self._lengths}")
         return self._values(arguments)
 
     def _values(self, arguments: list[np.ndarray]) -> list[np.ndarray]:
-        *fixed, rows = arguments
+        *fixed, rows = map(np.ascontiguousarray, arguments)
         count = len(rows)
         if count > STEP and count % STEP:
             rows = np.concatenate([rows, np.repeat(rows[-1:], -count % STEP, axis=0)])
@@ -76,7 +76,7 @@ class ColumnFunction(RowFunction):
         *fixed, rows = arguments
         if len(rows) < MANY or self._program is None:
             return super()._values(arguments)
-        results = [np.empty((len(rows), size)) for size in self._sizes]
+        results = [np.empty((size, len(rows))).T for size in self._sizes]
         for begin in range(0, len(rows), BLOCK):
             batch = rows[begin : begin + BLOCK]
             count = len(batch)

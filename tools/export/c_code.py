@@ -19,6 +19,7 @@ from ...solver.robot import (
     NO_TOOL,
     ROUNDS,
     SETTLED,
+    STILL,
     STUCK,
     TOLERANCE,
     PoseModel,
@@ -180,6 +181,6 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     name = request.file.stem
     lines = [plain(line) for line in [*request.identity.lines(), *about]]
     numbers = {"rounds": ROUNDS, "stuck": STUCK, "near": NEAR}
-    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED}
+    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED, "still": STILL}
     names = {"arm": name, "ARM": name.upper()} | {k: f"{x:g}" for k, x in numbers.items()}
     return environment.get_template(template).render(about=lines, **names, **words).encode()
