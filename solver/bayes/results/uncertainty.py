@@ -2,18 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
-from ...data import IDENTITY, Load
-from ...robot import workspace
+from ...data import IDENTITY
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup
 from ..model.effects import JOINT_OFFSET
 from .correlated_errors import with_correlated_errors
-from .projection_poses import poses_near
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -22,10 +19,6 @@ STRONG = 0.9
 CORRELATED = 3
 """Variance of the mean of samples in a socket, relative to that of independent ones: the errors of
 a sample and the next are correlated by about a half."""
-WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
-"""Share within a deviation; and deviations from which on a gap counts from one side only."""
-NEAR, NEARBY = 0.06, 60
-"""Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
 BATCH = 500
 """Samples whose derivatives by all unknowns are held at once."""
 
@@ -228,82 +221,3 @@ def scale(posterior: Posterior) -> tuple[float, float]:
     by_scale = posterior.model.by_scale()
     variance = float(by_scale @ _covariance(posterior) @ by_scale)
     return float(by_scale @ posterior.x), variance**0.5
-
-
-@dataclass(frozen=True)
-class PredictedErrors:
-    """Predicted errors of distances between pairs of poses, one standard deviation [m]."""
-
-    median: float
-    worst: float
-    length: float
-    """Median of those distances."""
-    alone: float
-    """Median for the exported geometry by itself: see :func:`likely_errors`."""
-
-
-def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Return what 68 % of the errors gap + deviation z do not exceed, either way, shape (N,) [m].
-
-    That is a deviation where there is no gap; beside a large one, some half of it more than that.
-    """
-    phi, ratios = NormalDist().cdf, np.linspace(0, LARGE_GAP, 31)
-    low, high = ratios.copy(), ratios + 1
-    for _ in range(20):
-        middle = (low + high) / 2
-        pairs = zip(middle.tolist(), ratios.tolist(), strict=True)
-        within = np.array([phi(w - r) - phi(-w - r) for w, r in pairs]) > WITHIN_ONE
-        low, high = np.where(within, low, middle), np.where(within, middle, high)
-    ratio = np.abs(gap) / deviation
-    beyond = np.maximum(ratio - LARGE_GAP, 0)
-    return deviation * (np.interp(ratio, ratios, high) + beyond)
-
-
-def predicted_errors(
-    posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
-) -> PredictedErrors:
-    """Return the predicted errors of distances between pairs of poses."""
-    torque = load.moments(posterior.model.robot, q, None)
-    distances, deviation = distance_deviations(posterior, q, torque)
-    alone = deviation
-    if exported is not None:
-        points = posterior.model.ball.points(exported, q)
-        gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
-        alone = likely_errors(gap, deviation)
-    medians = (float(np.median(values)) for values in (deviation, distances, alone))
-    median, length, by_itself = medians
-    return PredictedErrors(median, float(deviation.max()), length, by_itself)
-
-
-def workspace_errors(
-    posterior: Posterior, load: Load, exported: np.ndarray | None = None, pairs: int = 200
-) -> PredictedErrors:
-    """Return the predicted errors of distances between random poses."""
-    q = workspace(posterior.model.robot, 2 * pairs)
-    return predicted_errors(posterior, load, q, exported)
-
-
-def errors_near(
-    posterior: Posterior,
-    load: Load,
-    recorded: Sequence[np.ndarray],
-    exported: np.ndarray | None = None,
-) -> PredictedErrors | None:
-    """Return the predicted errors of distances near recorded places, where they are largest.
-
-    Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
-    distance are near one place.
-
-    Args:
-        posterior: The full model.
-        load: What pulls at the joints.
-        recorded: Joint positions of each placement, each of shape (N, m) [rad].
-        exported: As for :func:`predicted_errors`.
-    """
-    found: list[PredictedErrors] = []
-    for rows in recorded:
-        q, _ = poses_near(posterior.model.robot, rows, (NEARBY, 1), NEAR)
-        if len(q) > 1:
-            even = q[: len(q) // 2 * 2]
-            found.append(predicted_errors(posterior, load, even, exported))
-    return max(found, key=lambda one: one.alone, default=None)

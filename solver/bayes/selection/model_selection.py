@@ -67,9 +67,8 @@ def select_models(
         joint_noise: Whether joint angles may be noisy.
         zeros: Whether joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, see
-            :attr:`.ExtendedModel.of_type`; each model is then tried with that, too. Or, of a single
-            robot, what an earlier calibration left known of its unknowns: the effects that it tells
-            of are not tried, they are there.
+            :attr:`.ExtendedModel.of_type`; each model is then tried with that, too. Or what an
+            earlier calibration of a single robot left known: its effects are there, not tried.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -80,10 +79,8 @@ def select_models(
     def fit(
         near: JointPosterior | None, effects: EffectNames, observed: MultiRobotObservations
     ) -> JointPosterior:
-        models = [
-            replace(extend(*free, own), given=given)
-            for free, own in zip(robots, effects, strict=True)
-        ]
+        pairs = zip(robots, effects, strict=True)
+        models = [replace(extend(*free, own), given=given) for free, own in pairs]
         if near is not None:
             known = [arm.model.of_type for arm in near.arms]
             models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
@@ -94,8 +91,7 @@ def select_models(
     given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
     geometric = fit(None, [(*first, *_effects_of(robot, given)) for robot, _ in robots], data)
-    required = {name: {EFFECTS[e].requires for e in own} for name, own in EXTENSIONS.items()}
-    names = [name for name in EXTENSIONS if name in stages and required[name] <= {"", *first}]
+    names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
@@ -110,6 +106,10 @@ def select_models(
         for own, arm in zip(notes, full.arms, strict=True):
             own.append(joint_offsets_in_words(arm))
     return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
+
+
+def _required(extension: str) -> set[str]:
+    return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
 
 
 def _with_movements(
