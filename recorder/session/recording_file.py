@@ -131,7 +131,8 @@ class Recording:
     def _remedy(self, key: str, value: object) -> str:
         if key != "distance":
             return "choose another --out to begin anew"
-        return f"leave --distance out, or correct it by mukca info --set-distance {value} first"
+        correct = f"mukca info {self.folder} --set-distance {value}"
+        return f"leave --distance out, or correct it by {correct} first"
 
     def _lock(self) -> None:
         try:

@@ -95,7 +95,7 @@ class LiveCheck:
                 in the robot's order, and with distances.
         """
         found: list[Fault] = []
-        if sum(len(p.samples) for p in placements) < LEAST:
+        if not placements[-1].samples or sum(len(p.samples) for p in placements) < LEAST:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:

@@ -58,7 +58,7 @@ def _alarm(fault: Fault) -> Alarm:
         "ball_bent": f"by {mm} on its flange since sample {first}; tight?",
         "ball_loose": "all samples scatter: are ball and base tight?",
         "zero_lost": f"{p.get('joint')} reads otherwise since sample {first}",
-        "distance": f"the sockets come out {_mm(p.get('likely'))} apart, not {_mm(p.get('given'))}",
+        "distance": f"the sockets are {_mm(p.get('likely'))} apart, not {_mm(p.get('given'))} mm",
     }
     texts["socket"] = fault.hypothesis.text.partition(",")[0]
     cause, words = CAUSES[name]

@@ -24,7 +24,7 @@ def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (["--distance", "0.1"], "info --set-distance 0.1"),
+        (["--distance", "0.1"], "front --set-distance 0.1"),
         (["--robot", "fr3"], "recorded with robot"),
         (["--sockets", "3"], "recorded with sockets 2, not 3"),
     ],

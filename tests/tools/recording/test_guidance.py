@@ -139,6 +139,15 @@ def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]
     assert now > then > tied and "sockets 150 mm apart" in words[2]
 
 
+def test_a_second_placement_is_watched_from_before_its_first_sample(
+    panda: Robot, session: Path
+) -> None:
+    second = PoseSelector(panda, 0.05, earlier=[read(session / "front")])
+    here = read(session / "left").samples
+    for taken in range(7):
+        assert not second.advise(here[:taken], 0).alarms
+
+
 def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
     other = PoseSelector(load_robot("iiwa14"), 0.05, goal=1e-6)
     assert not other.advise(samples[:2], 0).alarms

@@ -72,10 +72,12 @@ def _measure(document: CalibrationDocument, placements: Sequence[PlacementReport
         return [Step(text=text, command=command, expected="an arm of the right size")]
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before, after = (value * _SPAN for value in (abs(scale.value), deviation))
-    words = (
-        f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
-        f"{mm(after)}; if you read the same, a length of the model is wrong"
-    )
+    words = f"a distance of {_SPAN:g} m is known to {mm(after)}"
+    if before > after:
+        words = (
+            f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
+            f"{mm(after)}; if you read the same, a length of the model is wrong"
+        )
     return [Step(text=text, command=command, expected=words, before=before, after=after)]
 
 
