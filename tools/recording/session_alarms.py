@@ -50,6 +50,7 @@ def _alarm(fault: Fault) -> Alarm:
     first, name = fault.samples[0], fault.hypothesis.name
     p = fault.hypothesis.parameters
     size = p.get("size")
+    likely, given = _mm(p.get("likely")), _mm(p.get("given"))
     mm = f"{1e3 * size:.1f} mm" if isinstance(size, float) else ""
     texts = {
         "base_moved": f"by {mm} since sample {first}",
@@ -58,7 +59,7 @@ def _alarm(fault: Fault) -> Alarm:
         "ball_bent": f"by {mm} on its flange since sample {first}; tight?",
         "ball_loose": "all samples scatter: are ball and base tight?",
         "zero_lost": f"{p.get('joint')} reads otherwise since sample {first}",
-        "distance": f"the sockets are {_mm(p.get('likely'))} apart, not {_mm(p.get('given'))} mm",
+        "distance": f"the sockets come out {likely} apart, not {given} mm",
     }
     texts["socket"] = fault.hypothesis.text.partition(",")[0]
     cause, words = CAUSES[name]

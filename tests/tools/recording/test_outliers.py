@@ -64,7 +64,7 @@ def test_samples_of_the_other_socket_are_told_and_no_others(
         ("zero@9:1deg", "LOST A ZERO: panda_joint4 reads otherwise since sample 9"),
         ("drift:5mm", "DRIFTS: the base drifts"),
         ("loose@10:3mm", "LOOSE: all samples scatter"),
-        ("distance:2mm", "DISTANCE.: the sockets come out 5[12].. apart, not 50.0"),
+        ("distance:2mm", "DISTANCE.: the sockets come out 5[12].. apart, not 50.0 mm"),
     ],
 )
 def test_faults_for_practice_are_told(
