@@ -25,10 +25,9 @@ import numpy as np
 
 from mukca.recorder import Placement
 from mukca.solver.bayes.inference import Posterior
+from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
 from mukca.solver.bayes.results.projection_poses import poses_near
 from mukca.solver.bayes.results.uncertainty import (
-    NEAR,
-    NEARBY,
     deviations,
     distance_deviations,
     prior_deviations,
