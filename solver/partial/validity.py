@@ -18,6 +18,8 @@ from ..assessment import (
     Limits,
     Options,
     Verdict,
+    assumed_distances,
+    distance_row,
     judge,
     limit_row,
     limits_of,
@@ -27,7 +29,8 @@ from ..assessment import (
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
 from .evidence import EVERYTHING, NOTHING, explanations, probabilities
-from .fit import fit
+from .fit import System, fit
+from .prior import ArmPrior
 from .sockets import known_of, socket_task
 
 CHANGED = 0.85
@@ -45,6 +48,8 @@ PUT_ON_AGAIN = 2e-3
 """Standard deviation of where a ball sits that was taken off and put on again [m]."""
 ZERO = 0.2
 """Standard deviation of a joint's zero that is to be found [rad], [m]."""
+ASTRAY = 1.0
+"""A joint's zero beyond which a fit did not converge [rad], [m]."""
 LEAST_SAID = 0.01
 """Probability below which an explanation is not shown."""
 _NEXT = {
@@ -189,7 +194,11 @@ def what_changed(
         status = "pass" if not weighed.changed else "warning" if allowed else "fail"
         row = limit_row("validity", "what changed", status, reason[:-1], text=reason[:-1])
         rows += [row] if weighed.probabilities else []
-    verdict, said = judge(rows, (), causes), (reason, advice)
+    given = distance_row([] if any(map(_states_lengths, measured)) else assumed_distances(document))
+    verdict = judge([*rows, given], (), causes)
+    if given.status != "pass" and new is not None and verdict.kind == "not_enough":
+        reason = f"{given.text}. {reason[0].upper()}{reason[1:]}"
+    said = reason, advice
     return Validity(**vars(weighed), errors=errors, verdict=verdict, said=said, measured=measured)
 
 
@@ -205,14 +214,19 @@ def _weigh(
     each = explanations(task)
     single = [one for one in each if one.name != EVERYTHING]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
-    odds = probabilities(fit(replace(task, free={**wide, **task.free})), each).tolist()
+    system = fit(replace(task, free={**wide, **task.free}))
+    if _astray(prior, system):
+        return Weighed({}), None
+    odds = probabilities(system, each).tolist()
     weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
     joints = prior.robot.joint_names
     if weighed.changed and weighed.likeliest in joints:
         j = joints.index(weighed.likeliest)
         own = prior.zeros.start + j
-        offset = float(fit(replace(task, free={**task.free, own: ZERO})).state.x[own])
-        offset -= float(prior.mean[own])
+        system = fit(replace(task, free={**task.free, own: ZERO}))
+        if _astray(prior, system):
+            return Weighed({}), None
+        offset = float(system.state.x[own] - prior.mean[own])
         rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
         pairs = zip(rows, data, strict=True)
         left = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
@@ -228,6 +242,17 @@ def _weigh(
         weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
     return weighed, Metrics(float(left.mean()), float(left.max()), None)
+
+
+def _states_lengths(measured: Measurement) -> bool:
+    """Return whether somebody measured a length of a recording."""
+    seated = measured.has_distance and measured.distance_source != "default"
+    return measured.kind == "points" or seated
+
+
+def _astray(prior: ArmPrior, system: System) -> bool:
+    """Return whether a fit left the range of joints: it is no evidence then."""
+    return not (abs(system.state.x - prior.mean)[prior.zeros] < ASTRAY).all()
 
 
 def _said(

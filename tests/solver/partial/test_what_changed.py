@@ -12,6 +12,7 @@ from msgspec import structs
 import mukca
 from mukca.recorder import sample_files
 from mukca.solver.assessment import Options, limits_of, rows_since
+from mukca.solver.calibration import Calibration
 from mukca.solver.data import Metrics, measure
 from mukca.solver.results import write_files
 
@@ -82,3 +83,25 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(
     data = [measure(since, calibrated.robot)]
     rows, _ = rows_since(calibrated, large, data, limits, zeros=False, told=told)
     assert [row.status for row in rows[:2]] == [status] * 2
+
+
+def test_a_distance_so_wrong_that_the_fit_diverges_is_named(simulated: Simulated) -> None:
+    found = mukca.what_changed(simulated.calibration, simulated.read({}), distance=0.01)
+    assert found.verdict.status == "fail" and "sockets' distance is off by" in found.text
+
+
+def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
+    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
+) -> None:
+    old, since = simulated.calibration, simulated.read({})
+    rows = [structs.replace(one, distance_source="default") for one in old.document.placements]
+    settings = {**old.document.settings, "distance": None}
+    document = structs.replace(old.document, placements=tuple(rows), settings=settings)
+    Calibration(document, old.calibrated, old.source).save(tmp_path / "cal")
+    pairs = since.positions, since.sockets
+    write_files(tmp_path / "told", sample_files(since))
+    write_files(tmp_path / "untold", sample_files(mukca.Placement.of_arrays("untold", *pairs)))
+    for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
+        status, out, _ = command(*words, tmp_path / "untold")
+        assert status == 3 and "the distance was not given: 50 mm assumed" in out
+        assert command(*words, tmp_path / "told")[0] == 0
