@@ -17,7 +17,7 @@ from ..robot import Robot
 from .evidence import Explanation, probabilities
 from .fit import System, Task, fit
 from .prior import prior_of
-from .sockets import socket_task
+from .sockets import new_samples, socket_task
 from .updated import updated, urdf_with_zeros
 
 WIDTHS = (2e-3, 2e-2, 0.2)
@@ -26,8 +26,9 @@ TICK = 2 * math.pi / 4096
 """Step of a servo with 4096 in a turn [rad]."""
 UNTOLD = 1e-2
 """A zero whose standard deviation is larger is not told [rad], [m]."""
-CHANGED, SURE = 0.02, 0.9
-"""Probability before the samples that a joint's zero changed, and after them from which it did."""
+CHANGED, SURE, EVEN = 0.02, 0.9, 0.5
+"""Probability before the samples that a joint's zero changed, after them from which it did, and
+of none having changed below which some may have."""
 OTHER_ARM = 5.0
 """Errors beyond so many times those of its calibration are not explained by zeros."""
 MOST_TOGETHER = 128
@@ -81,6 +82,14 @@ class Zeros:
     """Joints that such samples cannot tell, and what would tell them, in words."""
     system: System
     """The fit."""
+    new: bool = True
+    """False where the calibration was trained on all samples, which then tell no change."""
+
+    @property
+    def decided(self) -> bool:
+        """True where the samples say which zeros changed, or that none did."""
+        likely = self.unchanged is None or self.unchanged >= EVEN
+        return self.new and (likely or bool(self.changed))
 
     @property
     def changed(self) -> tuple[JointZero, ...]:
@@ -110,7 +119,10 @@ class Zeros:
 
         Raises:
             OutputError: The folder is there already, or cannot be written.
+            UsageError: The calibration was trained on all samples.
         """
+        if not self.new:
+            raise UsageError("nothing was found that could be written: no sample is new")
         if self.calibration is not None:
             return self.calibration.save(folder, force=force, accept_distorted=True)
         refuse_existing(Path(folder), force=force)
@@ -125,8 +137,9 @@ class Zeros:
             return (*changed, *self.untold)
         summed = ", ".join(f"{z.joint} {_percent(z.changed)}" for z in self.joints if z.told)
         none = [] if self.changed else [f"No zero changed ({_percent(self.unchanged)})."]
-        if none and self.unchanged < 1 - SURE:
-            none = ["Some zero changed, and which one is not clear: record more samples."]
+        if not self.decided:
+            may = "changed" if self.unchanged < 1 - SURE else "may have changed"
+            none = [f"Some zero {may}, and it cannot be told which: record more samples."]
         return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
 
     def as_dict(self) -> dict[str, Any]:
@@ -179,7 +192,9 @@ def rezero(
     """
     prior = prior_of(arm)
     measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
+    measured, new, remarks = new_samples(arm, measured)
     task = socket_task(prior, measured, stood, ball_moved=ball_moved)
+    task = replace(task, warnings=(*task.warnings, *remarks))
     asked, row = len(joints) or len(prior.robot.joint_names), task.rows
     if 3 * len(row.q) + len(task.distances) <= 3 * (len(row.names) - len(task.known)) + asked:
         raise UsageError(
@@ -193,9 +208,11 @@ def rezero(
             "was calibrated: is it another arm's calibration, or did more than zeros change (mukca "
             "check --calibration)?"
         )
+    if not new:
+        found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None
     named = [one for one in found if not joints or one.joint in joints]
     untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
-    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system)
+    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system, new)
 
 
 def _untold(robot: Robot, zero: JointZero, stood: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from ..bayes.model import Noise
 from ..calibration import Calibration, UsageError
 from ..data import Measurement, measure
+from ..robot import Robot
 from .fit import NoiseBelief, Task, fit
 from .prior import SOCKET, ArmPrior, prior_of
 from .rows import Rows
@@ -68,6 +69,24 @@ def socket_task(
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint)
     warnings = tuple(warning for m in data for warning in m.warnings)
     return Task(prior, rows, noise, free, distances, warnings=warnings)
+
+
+def new_samples(
+    arm: Calibration | Robot, data: Sequence[Measurement]
+) -> tuple[Sequence[Measurement], bool, list[str]]:
+    """Return the samples that an arm was not trained on, or all; whether any is new; and remarks.
+
+    To count samples twice would make what they leave open look decided.
+    """
+    trained = [isinstance(arm, Calibration) and arm.was_trained_on(m) for m in data]
+    new = [m for m, old in zip(data, trained, strict=True) if not old]
+    names = ", ".join(m.name for m, old in zip(data, trained, strict=True) if old)
+    if not names:
+        return data, True, []
+    if new:
+        return new, True, [f"{names}: trained on, and left out"]
+    remark = f"{names}: trained on, so no change is told; record 6 samples in each of two sockets"
+    return data, False, [remark]
 
 
 def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> str:

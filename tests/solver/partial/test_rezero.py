@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,28 @@ def test_a_few_free_numbers_of_a_calibrated_urdf_are_told_what_they_hold(
     assert any("mukca rezero" in line for line in held.document.warnings)
     nominal = mukca.calibrate(mukca.load_robot("panda"), since, **free)
     assert not any("mukca rezero" in line for line in nominal.document.warnings)
+
+
+def test_samples_that_were_trained_on_are_not_counted_twice(
+    simulated: Simulated, tmp_path: Path
+) -> None:
+    cal = simulated.calibration
+    first, since = cal.document.data[0], simulated.read({3: 5e-3})
+    own = first.placement(cal.robot.joint_names)
+    found, alone = (mukca.rezero(cal, data) for data in ([own, since], since))
+    assert found.joints == alone.joints
+    assert f"{own.name}: trained on, and left out" in found.text
+    again = mukca.rezero(cal, own)
+    assert not again.decided and not again.changed and "no change is told" in again.text[0]
+    with pytest.raises(MukcaError, match="no sample is new"):
+        again.save(tmp_path / "new")
+
+
+@pytest.mark.parametrize(("unchanged", "decided"), [(0.05, False), (0.17, False), (0.6, True)])
+def test_below_even_odds_it_is_not_said_that_no_zero_changed(
+    simulated: Simulated, unchanged: float, decided: bool
+) -> None:
+    found = replace(mukca.rezero(simulated.calibration, simulated.read({})), unchanged=unchanged)
+    assert found.decided == decided
+    assert any("cannot be told which" in line for line in found.text) != decided
+    assert any("No zero changed" in line for line in found.text) == decided
