@@ -40,7 +40,10 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
             folders.append(path.parent)
             continue
         if not path.exists():
-            raise RecordingError(f"{path}: no such folder; a placement is a folder of recordings")
+            told = (
+                "file" if path.suffix == ".csv" else "folder; a placement is a folder of recordings"
+            )
+            raise RecordingError(f"{path}: no such {told}")
         if not path.is_dir():
             raise RecordingError(
                 f"{path}: not a folder; name the placement's folder, {path.absolute().parent}"

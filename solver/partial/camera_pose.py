@@ -27,7 +27,7 @@ DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
-LEAST = 5
+LEAST, LEAST_EACH = 5, 4
 """Fewest views: three leave nothing to tell a bad one by."""
 OUTLIER = 0.25
 """Robust weight below which a view is named: an error of six times its deviation."""
@@ -139,15 +139,19 @@ def handeye(
 
 def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera) -> Task:
     """Return the views of a board, with the camera's and the board's poses to be found."""
+    where = ", ".join(str(p.files[0]) if p.files else p.name for p in placements)
+    counts = [len(p.samples) for p in placements]
+    if sum(counts) < LEAST or min(counts) < LEAST_EACH:
+        raise UsageError(
+            f"{where}: {' + '.join(map(str, counts))} views; {LEAST} are needed, and {LEAST_EACH} "
+            "of each recording; 15 are advised"
+        )
     data = [
         measure(replace(p, poses_of="camera"), prior.robot, poses_of="camera") for p in placements
     ]
-    where = ", ".join(str(m.placement.files[0]) if m.placement.files else m.name for m in data)
     if not all(m.has_orientations for m in data):
         raise UsageError(f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board")
     q = np.concatenate([m.positions for m in data])
-    if len(q) < LEAST:
-        raise UsageError(f"{where}: {len(q)} views; {LEAST} are needed, 15 are advised")
     B = np.tile(np.eye(4), (len(q), 1, 1))
     B[:, :3, :3] = np.concatenate([m.rotations for m in data])
     B[:, :3, 3] = np.concatenate([m.points for m in data])

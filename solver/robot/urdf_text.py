@@ -241,8 +241,10 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
         link: Its name; ``tool_link`` gets a joint called ``tool_joint``, so does ``tool``.
 
     Raises:
-        ModelError: The model already has such a link or joint.
+        ModelError: The model already has such a link or joint, or the name has blanks.
     """
+    if link.split() != [link]:
+        raise ModelError(f"{link!r}: a link's name has no blanks, and is not empty")
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joint_tags:
         raise ModelError(f"the model already has {link!r} or {joint!r}")

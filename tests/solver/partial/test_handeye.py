@@ -122,6 +122,11 @@ def test_the_command_writes_the_camera_into_the_urdf(
     said = json.loads(out)
     assert status == 0 and said["parent"] == simulated.calibration.robot.base
     assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
+    (tmp_path / "few.csv").write_text("\n".join([",".join(names), *rows[:3]]) + "\n")
+    status, _, error = command(
+        "handeye", tmp_path / "cal", tmp_path / "few.csv", *words[3:], "beside"
+    )
+    assert status == 2 and "few.csv: 3 views; 5 are needed" in error and "15 are" in error
     status, _, error = command(*words, "on-arm")
     assert status == 2 and error.count("\n") == 1
     status, _, error = command(*words, "beside", "--near", "1,2")

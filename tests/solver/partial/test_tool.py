@@ -103,6 +103,10 @@ def test_the_command_takes_a_csv_file(
     assert status == 0 and said["elsewhere"] < 5e-4
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
+    status, _, error = command(*words[:2], tmp_path / "nothere.csv")
+    assert status == 2 and error.endswith("nothere.csv: no such file\n")
+    status, _, error = command(*words[:3], "--name", "my tool")
+    assert status == 2 and "'my tool': a link's name has no blanks" in error
     more = ("--axis", tmp_path / "spike.csv")
     status, _, error = command(*words[:3], *more)
     assert status == 2 and "tells no direction" in error and error.count("\n") == 1
