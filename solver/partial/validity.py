@@ -154,8 +154,7 @@ def what_changed(
 
     Args:
         calibration: The calibration.
-        data: Samples recorded since with the ball in sockets, 6 in each of two, say; of measured
-            points the errors alone are told.
+        data: Samples recorded since, 6 in each of two sockets; of points errors alone are told.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -168,8 +167,7 @@ def what_changed(
     placements = as_list(data)
     measured = [measure(p, calibration.robot, distance, sockets=1) for p in placements]
     count, advice = sum(len(m.positions) for m in measured), ""
-    step = -(-count // MOST_SAMPLES)
-    few = [replace(p, samples=p.samples[::step]) for p in placements]
+    few = [replace(p, samples=p.samples[:: -(-count // MOST_SAMPLES)]) for p in placements]
     some = [measure(p, calibration.robot, distance, sockets=1) for p in few]
     weighed, now = _weigh(calibration, some, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
