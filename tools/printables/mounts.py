@@ -274,17 +274,19 @@ def find_mount(name: str) -> Mount:
 
     Args:
         name: One of :data:`MOUNTS`, the name of a shipped robot, or a code of ISO 9409-1, as in
-            ``iso-63-4-m6``: diameter of the bolt circle, number of screws, their thread.
+            ``iso-63-4-m6`` or ``ISO-9409-1-63-4-M6``: diameter of the bolt circle, number of
+            screws, their thread.
 
     Raises:
         PrintableError: There is none, or its holes do not fit.
     """
-    if name in MOUNTS:
-        return MOUNTS[name]
+    plain = name.lower().replace("iso-9409-1-", "iso-")
+    if plain in MOUNTS:
+        return MOUNTS[plain]
     for mount in MOUNTS.values():
-        if name in mount.links:
+        if plain in mount.links:
             return mount
-    if code := _ISO.fullmatch(name.lower()):
+    if code := _ISO.fullmatch(plain):
         return bolt_circle(float(code[1]), int(code[2]), code[3].upper())
     robots = sorted({robot for mount in MOUNTS.values() for robot in mount.links})
     raise PrintableError(

@@ -80,6 +80,7 @@ def test_each_shipped_robot_has_a_mount() -> None:
     for name in shipped_robots():
         assert find_mount(name) in MOUNTS.values(), name
     assert find_mount("iso-31.5-4-m5") == bolt_circle(31.5, 4, "M5")
+    assert find_mount("ISO-9409-1-50-4-M6") is find_mount("iso-50-4-m6")
 
 
 @pytest.mark.parametrize("part", ["base", "ball"])
