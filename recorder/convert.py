@@ -10,14 +10,10 @@ from .samples import SAMPLES, capture_line, header_line
 
 
 def hole_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., the form of the paper's authors.
+    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., as the paper's authors have it.
 
     One configuration a line, without a header; the numbers read back exactly. Times, spreads and
-    efforts have no place in this form and are left out.
-
-    Returns:
-        The content of each file by its name; among them ``placement.json`` where the placement
-        has the distance between its sockets.
+    efforts are left out; a known distance is in ``placement.json``.
     """
     files: dict[str, bytes] = {}
     for sample in placement.samples:
@@ -38,13 +34,9 @@ def write_holes(placement: Placement, folder: Path) -> None:
 
 
 def sample_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``samples.csv``, the form that ``mukca record`` writes.
+    """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
 
     Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
-
-    Returns:
-        The content of each file by its name; among them ``placement.json`` where the placement
-        has the distance between its sockets.
     """
     count = len(placement.samples[0].position)
     names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))

@@ -125,14 +125,7 @@ def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
 
 
 def set_distance(folder: Path, distance: float) -> float | None:
-    """Correct the distance between a placement's sockets; the earlier value stays in the file.
-
-    Args:
-        folder: The placement's.
-        distance: Between the centres of sockets 0 and 1 [m].
-
-    Returns:
-        The earlier distance [m]; None if there was none.
+    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too.
 
     Raises:
         RecordingError: The file cannot be read or written, or a recorder has it open.

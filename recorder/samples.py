@@ -87,13 +87,7 @@ def capture_line(sample: Sample) -> bytes:
 
 
 def mark_line(event: str, sample: Sample, time: float) -> bytes:
-    """Return the line that marks an earlier sample.
-
-    Args:
-        event: ``undo``, ``redo``, or ``relabel``, which gives it the socket that it now has.
-        sample: The sample.
-        time: When [s since 1970, UTC].
-    """
+    """Return the line of an ``undo``, ``redo`` or ``relabel`` of a sample, at a time [s UTC]."""
     empty = [""] * (2 + len(_PER_JOINT) * len(sample.position))
     return _line([event, sample.number, sample.socket, time, *empty])
 

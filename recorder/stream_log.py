@@ -53,11 +53,7 @@ class LoggedStates:
 
 
 class StreamLog:
-    """A file of joint states, open for writing.
-
-    Args:
-        file: Made here; its folder must exist.
-        joints: The model's joints that move, in chain order.
+    """A file of the states of the joints that move, made here, open for writing.
 
     Raises:
         RecordingError: The file exists, or cannot be written.

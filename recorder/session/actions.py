@@ -21,12 +21,7 @@ from the others"; None if nothing is odd."""
 
 
 class Sound:
-    """Bell that rings several times, without waiting.
-
-    Args:
-        ring: Rings it once.
-        on: False for silence.
-    """
+    """Bell that rings several times, without waiting, unless it is off."""
 
     def __init__(self, ring: Callable[[], None], *, on: bool = True) -> None:
         self._ring = ring
@@ -49,11 +44,7 @@ class Sound:
 class SessionActions:
     """A session with its file: a change is on the disk before :attr:`session` shows it.
 
-    Args:
-        session: Its beginning.
-        recording: Its file.
-        sound: Of captures and refusals.
-        plausible: Of a pose that is to be captured without a key.
+    ``plausible`` is asked of a pose that is to be captured without a key.
     """
 
     def __init__(

@@ -124,13 +124,7 @@ class GuidanceProvider(Protocol):
 
 
 class GuidanceClient:
-    """Client of a provider: asks whenever samples or socket have changed, and never waits.
-
-    Args:
-        provider: None for no guidance.
-        actions: Of the session.
-        sound: Played when a socket, or the placement, has enough.
-    """
+    """Client of a provider: asks whenever samples or socket have changed, and never waits."""
 
     def __init__(
         self, provider: GuidanceProvider | None, actions: SessionActions, sound: Sound

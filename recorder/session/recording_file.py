@@ -29,11 +29,7 @@ from .. import (
 
 
 class Recording:
-    """The files of one placement; no other recorder can open them meanwhile.
-
-    Args:
-        folder: The placement's folder; made where it does not exist, else continued.
-        metadata: Of this start.
+    """The files of one placement, new or continued; no other recorder can open them meanwhile.
 
     Raises:
         RecordingError: The folder cannot be written to, holds something else, belongs to another

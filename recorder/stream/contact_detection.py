@@ -20,10 +20,8 @@ LEAST_TREMOR = 0.1
 class ContactDetector:
     """Compares each rest with gravity, and with the quietest rest before.
 
-    Args:
-        joints: The model's actuated joints, in chain order.
-        gravity: Returns the gravity torque of each joint [N m] for joint positions [rad]; None
-            where the model has no masses.
+    ``gravity`` returns each joint's torque [N m] at joint positions; None where the model has no
+    masses.
     """
 
     def __init__(

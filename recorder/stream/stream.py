@@ -11,12 +11,9 @@ PATIENCE = 0.1
 
 
 class Stream:
-    """The states of a driver, in order, each with the time at which it arrived.
+    """The states of a driver, which it closes, in order, each with the time at which it arrived.
 
-    Args:
-        driver: Belongs to the stream from now on, which closes it.
-        capacity: How many states wait at most to be taken; beyond that the oldest is dropped and
-            counted in :attr:`dropped`.
+    Beyond the capacity the oldest is dropped and counted in :attr:`dropped`.
     """
 
     def __init__(self, driver: Driver, capacity: int = 120_000) -> None:

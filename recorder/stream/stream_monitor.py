@@ -25,15 +25,10 @@ ABSURD = 1e6
 
 
 class StreamMonitor(StationarityDetector):
-    """Monitor of a stream, fed one state at a time; it averages none but sound states.
+    """Monitor of a stream, fed state by state; it averages none but sound ones, over a window [s].
 
-    Args:
-        joints: The model's actuated joints, in chain order.
-        window: Length of the average of a capture [s].
-        still: Largest standard deviation of a joint of an arm that is still [rad], [m] for a
-            prismatic joint.
-        live: Whether a stream that is late is a fault.
-        resolution: The smallest step of a position that the stream can tell [rad].
+    ``still`` is the largest deviation of a joint at rest, ``resolution`` the stream's smallest step
+    [rad]; ``live`` makes a late stream a fault.
     """
 
     def __init__(
@@ -48,20 +43,13 @@ class StreamMonitor(StationarityDetector):
         super().__init__(joints, window, still)
         self.joints = tuple(joints)
         self.live = live
-        self.latest: JointState | None = None
-        """The last state that was not faulty."""
         self.arrival = -math.inf
         """Arrival of the last state, faulty or not, by the host's monotonic clock [s]."""
         self._arrivals: deque[float] = deque()
-        self._fault: str | None = None
-        self._offsets = [0.0] * len(self.joints)
-        self._speeds = [0.0] * len(self.joints)
         self._resolution = resolution
-        self._frozen_stream = FrozenStreamDetector(resolution)
-        self._stamp = -math.inf
-        self._least_delay = math.inf
         self._delay = 0.0
         self._connection = 0
+        self._reset()
 
     def feed(self, state: JointState, arrival: float, connection: int = 0) -> bool:
         """Take in a state; return whether the average was computed anew."""
@@ -119,8 +107,9 @@ class StreamMonitor(StationarityDetector):
 
     def _reset(self) -> None:
         """Forget what came before, so that nothing is compared with it."""
-        self.latest = None
-        self._fault = None
+        self.latest: JointState | None = None
+        """The last state that was not faulty."""
+        self._fault: str | None = None
         self._offsets = [0.0] * len(self.joints)
         self._speeds = [0.0] * len(self.joints)
         self._frozen_stream = FrozenStreamDetector(self._resolution)

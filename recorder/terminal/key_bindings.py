@@ -31,10 +31,7 @@ class KeyMapError(MukcaError):
 
 
 def keys_with(settings: Iterable[str]) -> dict[str, str]:
-    """Return the action of each key, with some given by the operator.
-
-    Args:
-        settings: Each like ``capture=Enter,PageDown``: an action, and its keys.
+    """Return each key's action, with some given by the operator, as in ``capture=Enter,PageDown``.
 
     Raises:
         KeyMapError: No such action, or no such key.

@@ -36,12 +36,7 @@ class Step:
 
 
 class Script:
-    """The steps of a key script, read as they come.
-
-    Args:
-        descriptor: A file's or a pipe's; closed by nobody here.
-        name: For messages.
-    """
+    """The steps of a key script, read as they come from a file or pipe, not closed here."""
 
     def __init__(self, descriptor: int, name: str = "standard input") -> None:
         self._descriptor = descriptor

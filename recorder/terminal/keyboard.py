@@ -44,13 +44,10 @@ class HangUp(Exception):  # noqa: N818 - an event, not a fault
 
 
 class Keyboard:
-    """Reads keys without waiting for Enter, and without showing them.
+    """Reads keys of a terminal without waiting for Enter, and without showing them.
 
     Ctrl-C and Ctrl-backslash still make signals. Ctrl-S and Ctrl-Z are switched off: they would
     freeze the screen in front of somebody who has one hand on an arm.
-
-    Args:
-        descriptor: A terminal's file descriptor.
     """
 
     def __init__(self, descriptor: int | None = None) -> None:
@@ -125,11 +122,7 @@ def _name(key: bytes) -> str:
 
 
 class ConsoleKeyboard(Keyboard):
-    """Keys from a console of Windows, where a thread passes them on; not run there yet.
-
-    Args:
-        console: The module msvcrt.
-    """
+    """Keys from a console of Windows, by msvcrt; a thread passes them on; not run there yet."""
 
     def __init__(self, console: Any) -> None:
         self._console = console

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
+from ...solver import results
 from ...solver.calibration import UsageError
 
 POSITIVE = (5e-324, sys.float_info.max)
@@ -88,6 +89,11 @@ class OutputOptions(JsonOption):
 
     out: Path | None = option("write the results to this folder", "DIR", group="output")
     force: bool = option("overwrite what is there", default=False, group="output")
+
+    def check_out(self) -> None:
+        """Refuse a folder whose results would be overwritten, before any work."""
+        if self.out is not None:
+            results.refuse_existing(self.out, force=self.force)
 
 
 def add_options(

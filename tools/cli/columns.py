@@ -23,12 +23,7 @@ EXAMPLE = "'q=joint_1..6 [deg]' 'x=x_t+x_dif [mm]'"
 
 
 def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
-    """Return the placement that columns of a file hold.
-
-    Args:
-        file: A CSV file with a header.
-        columns: For joint positions ``q``, and for ``effort``, ``socket`` and the ball's ``x``,
-            ``y`` and ``z``: their columns, see above.
+    """Return the placement that columns of a CSV file with a header hold, see above.
 
     Raises:
         UsageError: A word that is none, a column that is missing, or too little for a placement.

@@ -91,15 +91,9 @@ def table(
     bold: "Collection[int]" = (),
     no_wrap: bool = False,
 ) -> "Table":
-    """Table with its columns of words to the left and its columns of figures to the right.
+    """Table with columns of words to the left, folded where narrow, and of figures to the right.
 
-    Args:
-        title: Line above it; may be empty.
-        heads: Of the columns.
-        rows: Cells: words taken as they are, or text with a style.
-        left: Columns of words, which are folded where the terminal is narrow.
-        bold: Rows that sum up others.
-        no_wrap: Keep figures on one line.
+    The rows named in ``bold`` sum up others; ``no_wrap`` keeps figures on one line.
     """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table

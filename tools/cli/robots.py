@@ -133,15 +133,10 @@ def _by_name(given: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[
 def split_by_robot(
     train: Sequence[Path], test: Sequence[Path], robots: Mapping[str, object]
 ) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
-    """Sort paths by their robots, and leave out of the test what is trained on.
+    """Return placements to train on and to test on by robot, and a line for each left out.
 
-    A path is ``NAME:PATH`` where there are several robots, or the recording names the robot.
-
-    Returns:
-        The placements to train on and those to test on, and a line for each one left out.
-
-    Raises:
-        UsageError: A path of no robot, or one to train on that is named for the test too.
+    A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
+    no robot, or to train on and named for the test too, is a UsageError.
     """
     trained, tested = _by_robot(train, robots), _by_robot(test, robots)
     left_out: list[str] = []

@@ -23,10 +23,8 @@ def emulated_arm(
     """Return an arm that goes through a placement's configurations, or again and again through 40.
 
     ``motion`` is the duration of each rest and each move [s], ``noise`` that of the encoders [rad].
-    The poses and efforts that are no placement's are invented; these are no arm's gravity torque.
-
-    Raises:
-        MukcaError: The placement cannot be read, or is another robot's.
+    Poses and efforts that are no placement's are invented. A placement of another robot is a
+    MukcaError.
     """
     poses, efforts = _invented(joints) if folder is None else _recorded(folder, joints)
     hold, move = motion

@@ -122,11 +122,9 @@ def animation(pictures: Sequence[Image.Image], seconds: float) -> bytes:
 def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     """Return a PNG file of the models side by side in the end, and a GIF file from the start.
 
-    Shown is the trial that started with the elbow farthest from where it was taught. Above is the
-    arm; below the peg at the hole, or the paper with the lines of all trials.
-
-    Raises:
-        PictureError: This machine cannot render.
+    Shown is the trial that started with the elbow farthest from where it was taught: above the arm,
+    below the peg at the hole, or the lines of all trials. A machine that cannot render is a
+    PictureError.
     """
     columns = [(model.results.model, _frames(model)) for model in models]
     count = min(len(frames) for _, frames in columns)

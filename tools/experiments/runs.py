@@ -91,16 +91,9 @@ def record_placements(arm: Robot, seed: int) -> list[Placement]:
 
 
 def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
-    """Return the text of a model that a controller may be given.
+    """Return a model's text: ``nominal``, ``calibrated`` by recordings made now, ``true``, a file.
 
-    Args:
-        word: ``nominal``; ``calibrated`` from recordings made now; ``true``; or a URDF file.
-        nominal: The arm's nominal model.
-        arm: The arm as it truly is.
-        seed: Of the recordings.
-
-    Raises:
-        ModelError: The file cannot be read.
+    The seed is that of the recordings; a file that cannot be read is a ModelError.
     """
     if word == "nominal":
         return nominal.text.data

@@ -43,13 +43,10 @@ def has_images(folder: Path) -> bool:
 
 
 def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Placement:
-    """Return the views of a board in a folder of images.
+    """Return views of a board in a folder of images, with a row of ``joints.csv`` for each by name.
 
-    Args:
-        folder: Holds the images, and ``joints.csv``: a row for each, in the order of their names.
-        board: What they show.
-        camera: fx, fy, cx, cy [pixel], and up to five coefficients of distortion k1, k2, p1, p2,
-            k3; empty to find them from these images.
+    The camera is fx, fy, cx, cy [pixel], and up to five coefficients of distortion k1, k2, p1, p2,
+    k3; empty to find them from these images.
 
     Raises:
         RecordingError: OpenCV is not installed, images and rows differ in number, or too few of

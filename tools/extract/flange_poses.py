@@ -20,13 +20,9 @@ is no farther from the posture than this beyond the nearest leaves the choice op
 def joints_of(
     calibration: Calibration, views: Placement, near: Sequence[float] | None
 ) -> Placement:
-    """Return views with joint positions in place of the flange's poses.
+    """Return views whose columns are :data:`COLUMNS` with joint positions in place of these poses.
 
-    Args:
-        calibration: Of the arm; its nominal model gave the poses.
-        views: Their columns are :data:`COLUMNS`; others are returned as they are.
-        near: A posture, shape (m,) [rad], to which the joints stood nearest; None where the joints'
-            limits alone are to tell them.
+    The joints stood nearest to the posture ``near``, shape (m,) [rad], where it is given.
 
     Raises:
         UsageError: Several postures, endlessly many or none bring the flange to a pose.

@@ -25,17 +25,11 @@ class TimedRest:
 def find_rests(
     log: Log, joints: Sequence[JointLimits], *, window: float, still: float
 ) -> list[TimedRest]:
-    """Return the rests of an arm in the order of the log.
+    """Return the rests of an arm in the log's order, by the recorder's window [s] and stillness.
 
-    A rest is what a recording by a key script would capture: the arm has been still for longer
-    than a whole window, and nothing is wrong with the states. If they are missing for a while and
-    the arm then stands where it stood, it is one rest.
-
-    Args:
-        log: The joint states.
-        joints: The model's joints that move, in chain order.
-        window: How long an average is [s].
-        still: Largest standard deviation of a joint that is still [rad], [m].
+    A rest is what a recording by a key script would capture: the arm has been still for longer than
+    a whole window, and nothing is wrong with the states. If they are missing for a while and the
+    arm then stands where it stood, it is one rest.
     """
     watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same

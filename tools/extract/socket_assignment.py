@@ -107,15 +107,11 @@ def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Pr
 
 
 def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal]:
-    """Return the proposals with placements and sockets that the user gives instead.
+    """Return proposals with placements and sockets that words as ``front:0=1-30`` give instead.
 
-    Args:
-        proposals: All rests.
-        words: As in ``front:0=1-30``: placement, socket, and the rests' numbers from 1, in ranges
-            with commas between. Rests that no word names are left out.
-
-    Raises:
-        UsageError: A word that is none, a number without a rest, or a rest named twice.
+    A word is a placement, a socket, and the rests' numbers from 1, in ranges with commas between;
+    rests that none names are left out. One that is none, has no rest, or names one twice is a
+    UsageError.
     """
     given = [replace(p, placement=None, socket=0, why="not assigned") for p in proposals]
     for word in words:

@@ -171,11 +171,9 @@ class Workers:
     ) -> list[Result]:
         """Do a piece of work for each item, and return the results in the items' order.
 
-        Args:
-            work: A function at the top of a module, or a ``functools.partial`` of one. What it
-                raises ends all the work, and is raised here.
-            items: What it is given, one by one.
-            done: Told the index of each item as it is done, in whatever order.
+        ``work`` is a function at the top of a module, or a ``functools.partial`` of one; what it
+        raises ends all the work, and is raised here. ``done`` is told the index of each item, in
+        whatever order.
 
         Raises:
             WorkersLostError: Workers were lost again and again, or all of them.

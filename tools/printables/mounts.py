@@ -75,18 +75,10 @@ class Mount:
 def bolt_circle(
     diameter: float, count: int = 4, screw: str = "M6", slot: float = 0.0, **frame: Any
 ) -> Mount:
-    """Return a plate that is screwed to a flange, holes evenly around a circle.
+    """Return a plate that is screwed to a flange, its holes evenly around a circle [mm].
 
-    Args:
-        diameter: Of the circle [mm].
-        count: Number of the holes.
-        screw: One of :data:`SCREWS`.
-        slot: Length of the holes beyond their diameter, outwards [mm]: for circles up to twice that
-            larger.
-        frame: Fields of the mount's frame; its origin is in the plate's lower face.
-
-    Raises:
-        PrintableError: The holes do not fit, or no such screw.
+    Slots are longer than the holes by ``slot``, outwards, for circles up to twice that larger. The
+    frame's origin is in the plate's lower face. Holes that do not fit are a PrintableError.
     """
     if screw not in SCREWS:
         raise PrintableError(f"no screw {screw!r}; there are: {', '.join(SCREWS)}")
@@ -139,19 +131,12 @@ def grip(
     groove: tuple[float, float] = (0.0, 0.0),
     **frame: Any,
 ) -> Mount:
-    """Return a block that two parallel fingers hold, its shoulder resting on their ends.
+    """Return a block that two parallel fingers hold, its shoulder resting on their ends [mm].
 
-    Args:
-        width: Between the fingers, along y [mm].
-        depth: Along the fingers' width, x [mm].
-        length: Along the fingers [mm].
-        groove: Width and depth of a groove for each finger, in which the block cannot turn [mm];
-            none by default.
-        frame: Fields of the mount's frame; heights count from the block's lower end, and its origin
-            lies between the fingertips if they do not say otherwise.
-
-    Raises:
-        PrintableError: It is too small to hold, or too large.
+    The width is between the fingers, along y; the depth along their width, x; the length along
+    them. A groove, by its width and depth, holds a finger so that the block cannot turn. Heights
+    count from the block's lower end; the frame's origin lies between the fingertips if its fields
+    do not say otherwise.
     """
     check_range("a grip's width", width, 8, 60)
     check_range("a grip's depth", depth, 8, 60)
@@ -270,15 +255,10 @@ _ISO = re.compile(r"iso-(\d+(?:\.\d+)?)-(\d+)-(m\d+)")
 
 
 def find_mount(name: str) -> Mount:
-    """Return a mount by its name, by a robot whose flange or gripper it is for, or by its code.
+    """Return a mount by its name, by a shipped robot it is for, or by its code of ISO 9409-1.
 
-    Args:
-        name: One of :data:`MOUNTS`, the name of a shipped robot, or a code of ISO 9409-1, as in
-            ``iso-63-4-m6`` or ``ISO-9409-1-63-4-M6``: diameter of the bolt circle, number of
-            screws, their thread.
-
-    Raises:
-        PrintableError: There is none, or its holes do not fit.
+    A code is ``iso-63-4-m6`` or ``ISO-9409-1-63-4-M6``: diameter of the bolt circle, screws, their
+    thread; what is none of these, or holes that do not fit, is a PrintableError.
     """
     plain = name.lower().replace("iso-9409-1-", "iso-")
     if plain in MOUNTS:

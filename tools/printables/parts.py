@@ -1,27 +1,37 @@
 """A set of parts, the base and the balls that go with it: built, checked, and as files."""
 
+import math
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..._version import __version__
 from .anchor import ARMS, AnchoredBase
 from .ball import BallPart
-from .checks import check_body, check_tilt
 from .drawing import drawing_bytes, templates
 from .kernels import Mesh, step_bytes, to_manifold, to_mesh
 from .socket_base import SCREW_HOLE, SocketBase
-from .solid import TILT, PrintableError, Solid
+from .solid import BED, TILT, PrintableError, Solid, Sphere
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
 """Of solid plastic [kg/m³]."""
 FLOW = 5e-9
 """Plastic that a common printer lays down, a nozzle of 0.4 mm and its ways included [m³/s]."""
+
+LIFT = 0.1
+"""Height of the ball above its pads, to tell contact from collision [mm]."""
+COARSE = 0.02  # round surfaces are that exact here [mm]: far less than LIFT, and ten times faster
+COLLISION = 1e-6  # [mm³]
+AZIMUTHS = np.radians(np.arange(0, 360, 15))
+SPINS = (0.0, math.pi / 4, math.pi / 2)  # of the ball part about its own neck
 
 
 @dataclass(frozen=True)
@@ -49,11 +59,7 @@ class Part:
 
 
 def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Part]:
-    """Build and check a socket base and the ball parts for it, one after the other.
-
-    Args:
-        base: The socket base.
-        balls: The ball parts by name.
+    """Build and check a socket base and the ball parts for it, by their names, one after the other.
 
     Raises:
         PrintableError: A part cannot be printed, or hits the base when it leans.
@@ -136,6 +142,70 @@ def _checked(
     return Part(name, solid, mesh, levels, circles, {**common, **facts})
 
 
+def is_closed(mesh: Mesh) -> bool:
+    """Tell whether each edge joins two triangles that agree on which side is out."""
+    starts, ends = mesh.triangles, np.roll(mesh.triangles, -1, axis=1)
+    count = len(mesh.vertices)
+    there = np.sort((starts * count + ends).ravel())
+    back = np.sort((ends * count + starts).ravel())
+    return bool((np.diff(there) > 0).all() and (there == back).all())
+
+
+def check_body(name: str, body: "Manifold", mesh: Mesh) -> None:
+    """Refuse a part that is not one closed body, or does not fit the printer."""
+    bodies = len(body.decompose())
+    if bodies != 1 or not is_closed(mesh):
+        raise PrintableError(f"{name}: these parameters make no single closed body")
+    size = np.ptp(mesh.vertices, axis=0)
+    if size.max() > BED:
+        shown = " x ".join(f"{edge:.0f}" for edge in size)
+        raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
+
+
+def check_tilt(base: SocketBase, part: BallPart) -> None:
+    """Lean the ball part in every socket, all around, and refuse any collision with the base."""
+    ball = Sphere(part.ball / 2).at(z=part.height)
+    # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
+    rest = to_manifold(part.envelope() - ball, COARSE)
+    leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
+    poses: list[tuple[int, Any]] = []
+    for socket in range(base.sockets):
+        upright = leaning(base, part, socket, 0.0, 0.0)
+        poses.append((socket, to_manifold(ball, COARSE).transform(upright)))
+        poses += [(socket, rest.transform(leaning(base, part, socket, *lean))) for lean in leans]
+    fixed = to_manifold(base.solid(), COARSE)
+    for socket, placed in poses:
+        if (placed ^ fixed).volume() > COLLISION:
+            raise PrintableError(
+                f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "
+                f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "
+                "higher sockets or a larger distance"
+            )
+
+
+def leaning(
+    base: SocketBase, part: BallPart, socket: int, tilt: float, azimuth: float, spin: float = 0.0
+) -> np.ndarray:
+    """Return the pose of a ball part that sits in a socket LIFT above its seat, shape (3, 4) [mm].
+
+    Its neck leans by a tilt from the vertical to an azimuth from x, turned by a spin [rad].
+    """
+    flipped = np.diag((1.0, -1.0, -1.0))
+    lean = _turn_z(azimuth) @ _turn_y(tilt) @ _turn_z(spin - azimuth) @ flipped
+    centre = np.array((*base.centres[socket], base.height + LIFT))
+    return np.column_stack((lean, centre - lean[:, 2] * part.height))
+
+
+def _turn_z(angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _turn_y(angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
+
+
 def stl_bytes(mesh: Mesh) -> bytes:
     """Return a binary STL file; its unit, which the format does not state, is the millimetre."""
     corners = mesh.vertices[mesh.triangles].astype(np.float64)
@@ -200,9 +270,5 @@ FORMATS = tuple(_ENCODERS)
 
 
 def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
-    """Return a part's file in one of FORMATS; a 3MF file names its author.
-
-    Raises:
-        PrintableError: STEP without the package that writes it.
-    """
+    """Return a part's file in one of FORMATS; a 3MF file names its author."""
     return _ENCODERS[suffix](part, author)

@@ -4,16 +4,14 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ...recorder import Placement, Sample
+from ...recorder import Sample
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver.assessment import ARMS, RESOLUTION, known_arm, predicted_limit
 from ...solver.robot import Robot, load_robot
@@ -102,28 +100,10 @@ def limit_for(robot: Robot) -> float:
 
 
 class BackgroundGuidance(WorkerProcess):
-    """Guidance by a worker process; a ``GuidanceProvider``.
+    """Guidance by a worker process, a ``GuidanceProvider``; settings as of a ``PoseSelector``."""
 
-    Args:
-        robot: Options of the robot.
-        distance: Between the sockets [m].
-        sockets: Number of sockets.
-        goal: Of the predicted error of distances [m]; None for what ``mukca solve`` asks.
-        earlier: Placements that were recorded before with this arm.
-        turn: Farthest that a joint is led from where the session began [deg]; None for any.
-    """
-
-    def __init__(
-        self,
-        robot: RobotOptions,
-        distance: float,
-        sockets: int,
-        goal: float | None,
-        earlier: Sequence[Placement] = (),
-        turn: float | None = None,
-    ) -> None:
-        far = np.inf if turn is None else np.deg2rad(turn)
-        super().__init__(_advise, robot.model_arguments(), distance, goal, sockets, earlier, far)
+    def __init__(self, robot: RobotOptions, **settings: Any) -> None:
+        super().__init__(_advise, robot.model_arguments(), settings)
 
     def ask(self, request: GuidanceRequest) -> None:
         """Make a request; never waits."""
@@ -135,19 +115,11 @@ class BackgroundGuidance(WorkerProcess):
         return super().answer(wait)
 
 
-def _advise(
-    pipe: Connection,
-    robot: Mapping[str, Any],
-    distance: float,
-    goal: float | None,
-    sockets: int,
-    earlier: Sequence[Placement],
-    turn: float,
-) -> None:
+def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
     """Answer requests in the worker."""
     from .guidance import PoseSelector
 
-    selector = PoseSelector(load_robot(**robot), distance, goal, sockets, earlier, turn)
+    selector = PoseSelector(load_robot(**robot), **settings)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()

@@ -2,6 +2,7 @@
 
 import gc
 import logging
+import math
 import sys
 from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager
@@ -89,14 +90,13 @@ def record_session(
 
 
 def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
-    goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
     guidance = BackgroundGuidance(
         options,
-        options.distance,
-        options.sockets,
-        goal,
-        recorded_beside(options.out, robot),
-        options.turn,
+        distance=options.distance,
+        goal=None if options.goal_mm is None else 1e-3 * options.goal_mm,
+        sockets=options.sockets,
+        earlier=recorded_beside(options.out, robot),
+        turn=math.inf if options.turn is None else math.radians(options.turn),
     )
     return stack.enter_context(closing(guidance))
 

@@ -23,23 +23,14 @@ SEAT_NOISE = 5e-5
 
 
 def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, Robot]:
-    """Return the nominal Panda, and the demo arm as it truly is; or another, drawn like it.
-
-    Args:
-        seed: Of the draw.
-        keep_size: It is as large as the nominal arm, as real arms are.
-    """
+    """Return the nominal Panda and the demo arm as it truly is, of nominal size; or one like it."""
     nominal = load_robot("panda")
     generator = np.random.default_rng(seed)
     return nominal, perturb(nominal, generator, *ORIGIN_DEVIATION, keep_size=keep_size)
 
 
 def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
-    """Return the socket base in front of the arm, and to its left and right.
-
-    Args:
-        distance: Between its sockets [m].
-    """
+    """Return the socket base [m] in front of the arm, and to its left and right."""
     along_y = np.array([0.0, 1.0, 0.0])
     places = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
     return [Base(name, np.array(place), along_y, distance) for name, place in places.items()]
@@ -48,12 +39,7 @@ def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
 def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
     """Write the poses that a hand leads the demo arm to at each base, and the keys pressed.
 
-    The sockets take turns by sixes, as ``mukca record`` asks for.
-
-    Args:
-        folder: For the poses.
-        keys: File of the keys.
-        distance: Between the sockets of the base [m].
+    The sockets, so far apart [m], take turns by sixes, as ``mukca record`` asks for.
     """
     _, arm = demo_arm()
     generator = np.random.default_rng(0)

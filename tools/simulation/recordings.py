@@ -166,19 +166,10 @@ def record(
     imperfection: Imperfection | None = None,
     guide: InverseKinematics | None = None,
 ) -> Placement:
-    """Return a placement recorded with an arm.
+    """Return a placement recorded with an arm of true kinematics, so many samples in each socket.
 
-    Args:
-        arm: With its true kinematics.
-        base: Where the sockets are.
-        generator: Source of randomness.
-        samples: Configurations in each socket.
-        noise: Standard deviation of the ball's seat, per axis [m].
-        imperfection: What else is not ideal; its own noise counts then.
-        guide: Who leads the arm from pose to pose; None for poses at random.
-
-    Raises:
-        SimulationError: The base is out of the arm's reach.
+    The noise is that of the ball's seat, per axis [m], unless an imperfection has its own; without
+    a guide the poses are random. A base out of reach is a SimulationError.
     """
     how = imperfection or Imperfection(noise)
     sockets = np.repeat([0, 1], samples)
@@ -200,17 +191,9 @@ def lead(
     how: Imperfection,
     guide: InverseKinematics | None = None,
 ) -> np.ndarray:
-    """Return what the encoders read with the ball in some seats, shape (N, m).
+    """Return what the encoders read, shape (N, m), with the ball in some seats, shape (N, 3) [m].
 
-    Args:
-        arm: With its true kinematics.
-        seats: Where the ball belongs, shape (N, 3) [m].
-        generator: Source of randomness.
-        how: What is not ideal.
-        guide: Who leads the arm from pose to pose; None for poses at random.
-
-    Raises:
-        SimulationError: A seat is out of the arm's reach.
+    Without a guide the poses are random; a seat out of the arm's reach is a SimulationError.
     """
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
     true = (guide or InverseKinematics(arm)).reach(seats, generator)

@@ -156,14 +156,10 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
 
 
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
-    """Return what connects to the simulated arm at an address, with a session's faults in it.
+    """Return what connects to the simulated arm at a ``mock`` address, with a session's faults in.
 
-    Args:
-        address: As of ``mock``; its samples are the recording's, in their order.
-        robot: The model by which the ball is moved.
-
-    Raises:
-        DriverError: BAD_ADDRESS for a fault wrongly written, and as of ``mock``.
+    Its samples are the recording's, in their order; the robot's model moves the ball. A fault
+    wrongly written is a DriverError.
     """
     path, mark, query = address.partition("?")
     words = query.split("&") if query else []

@@ -42,15 +42,7 @@ class Imperfection:
 def realistic_flaws(
     robot: Robot, generator: np.random.Generator, extensions: Sequence[str] = tuple(SIZES)
 ) -> Imperfection:
-    """Return noise, elasticity and transmission error of a size that real arms have.
-
-    The sizes are those that calibrations of real arms with harmonic drives come out with.
-
-    Args:
-        robot: The arm.
-        generator: Source of randomness.
-        extensions: Names of its effects.
-    """
+    """Return noise, elasticity and transmission error as calibrations of real arms have them."""
     coefficients: list[np.ndarray] = []
     for extension in extensions:
         low, high = SIZES[extension]
@@ -73,14 +65,9 @@ def perturb(
 ) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
 
-    Args:
-        robot: The nominal arm.
-        generator: Source of randomness.
-        translation: Standard deviation of x, y, z [m].
-        angle: Standard deviation of roll, pitch, yaw [rad]; the ball's own are left, since they
-            have no effect.
-        keep_size: Whether the arm is as large as the nominal one, as real arms are: their links
-            are machined to better than 0.1 %, while such draws differ by up to 2 %.
+    ``translation`` is the standard deviation of x, y, z [m], ``angle`` of roll, pitch, yaw [rad].
+    Real arms keep the nominal size: links are machined to better than 0.1 %, while such draws
+    differ by up to 2 %.
     """
     origins = robot.origins
     for row, joint in zip(origins, robot.joints, strict=True):

@@ -20,16 +20,7 @@ def measured_points(
     noise: float = 0.0,
     name: str = "points",
 ) -> Placement:
-    """Return points that an instrument measured while the arm stood here and there.
-
-    Args:
-        arm: With its true kinematics.
-        frame: Where the instrument stands in the arm's base.
-        generator: Source of randomness.
-        samples: How many.
-        noise: Standard deviation of each coordinate [m].
-        name: Of the placement.
-    """
+    """Return points that an instrument at ``frame`` measured with noise [m] of an arm in poses."""
     q = workspace(arm, samples, int(generator.integers(2**31)))
     balls = BallModel(arm, []).points(np.empty(0), q)
     points = frame.inverse().apply(balls) + generator.normal(0, 1, balls.shape) * noise
@@ -47,18 +38,10 @@ def recorded_by_both(
     samples: int = 12,
     noise: float = 0.0,
 ) -> list[list[Placement]]:
-    """Return what several arms recorded at the same bases.
+    """Return what several arms recorded at the same bases, a list of placements for each arm.
 
-    Args:
-        arms: With their true kinematics.
-        poses: Where the base of each stands in the world.
-        bases: Where the sockets stand in the world.
-        generator: Source of randomness.
-        samples: Of each arm in each socket.
-        noise: Standard deviation of the ball's seat, per axis [m].
-
-    Returns:
-        For each arm, a placement for each base; those of one base have the same name.
+    Arms and bases stand at poses in the world, and placements of one base have one name; there are
+    so many samples in each socket, with noise of the ball's seat, per axis [m].
     """
     recorded: list[list[Placement]] = []
     for arm, pose in zip(arms, poses, strict=True):

@@ -177,7 +177,7 @@ def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda: Robot) ->
 @pytest.fixture
 def background() -> Iterator[BackgroundGuidance]:
     robot = RobotOptions(robot="panda")
-    with closing(BackgroundGuidance(robot, 0.05, sockets=2, goal=3e-4)) as background:
+    with closing(BackgroundGuidance(robot, distance=0.05, goal=3e-4)) as background:
         yield background
 
 

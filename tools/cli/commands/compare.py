@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import UsageError
-from ....solver.results import encode, refuse_existing, write_files
+from ....solver.results import encode, write_files
 from ...report import figures, page, plots
 from .. import OutputOptions, Terminal, argument, measure_all, option, table
 from .report import open_page
@@ -29,8 +29,7 @@ def run(options: Options, terminal: Terminal) -> int:
     """Compare, show the tables, and write the page."""
     if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
+    options.check_out()
     contenders = figures.contenders_of(options.calibrations)
     robot = contenders[0].calibration.robot
     if options.data:

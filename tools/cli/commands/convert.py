@@ -6,18 +6,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from ....recorder import (
-    METADATA,
-    find_placements,
-    hole_files,
-    read_metadata,
-    read_placement,
-    sample_files,
-)
+from .... import recorder
 from ....solver.results import OutputError, refuse_existing, write_files
 from .. import POSITIVE, Terminal, argument, option, placement_of_table, point_files
 
-FORMS = {"samples": sample_files, "holes": hole_files, "points": point_files}
+FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points": point_files}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,9 +41,11 @@ class Options:
 def run(options: Options, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
-    folders = [options.path] if options.columns else find_placements([options.path])
+    folders = [options.path] if options.columns else recorder.find_placements([options.path])
     placements = [
-        placement_of_table(folder, options.columns) if options.columns else read_placement(folder)
+        placement_of_table(folder, options.columns)
+        if options.columns
+        else recorder.read_placement(folder)
         for folder in folders
     ]
     outs = [options.out if f == options.path else options.out / f.name for f in folders]
@@ -61,10 +56,10 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.warn(*placement.remarks)
         known = replace(placement, distance=placement.distance or options.distance)
         files = FORMS[options.to](known)
-        metadata = {} if options.columns else read_metadata(folder / METADATA)
+        metadata = {} if options.columns else recorder.read_metadata(folder / recorder.METADATA)
         if metadata:
             metadata["distance"] = known.distance
-            files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
+            files[recorder.METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
         for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
             if file.name not in files:
                 raise OutputError(f"{file}: another recording is there; choose another --out")

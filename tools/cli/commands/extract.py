@@ -8,7 +8,7 @@ from typing import Any
 
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
-from ....solver.results import refuse_existing, write_files
+from ....solver.results import write_files
 from ... import extract
 from ...recording import joints_of
 from .. import (
@@ -65,8 +65,7 @@ class Options(RobotOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
+    options.check_out()
     robot = options.load_robot()
     joints = joints_of(robot)
     question = extract.Question(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
-from ....solver.results import encode, refuse_existing, write_files
+from ....solver.results import encode, write_files
 from ... import fleet
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, argument, option, part, table
 
@@ -21,7 +21,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate all arms, and write the page."""
-    refuse_existing(options.out, force=options.force)
+    options.check_out()
     items = [_arm(options, folder) for folder in fleet.find_arms(options.folder)]
     with terminal.progress(len(items)) as progress:
         arms = options.workers.map(

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from ....solver.calibration import UsageError
 from ....solver.partial import Camera
-from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
 from .tool import keep
 
@@ -55,8 +54,7 @@ def run(options: Options, terminal: Terminal) -> int:
     from ....solver.partial import handeye
     from ...extract import joints_of
 
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
+    options.check_out()
     calibration = load_calibration(options.calibration)
     near = numbers(options.near, "--near", (len(calibration.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]

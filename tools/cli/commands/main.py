@@ -9,9 +9,9 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from ...._version import __version__
 from ....errors import MukcaError
@@ -30,19 +30,6 @@ TYPED = {
     "flange and ball go together": "--flange LINK and --ball X Y Z go together",
 }
 """Words of the library's errors for its arguments, and those of the command line."""
-
-
-class Command(Protocol):
-    """Module of a verb."""
-
-    LIST: str
-    """In place of ``{list}`` in the text below the options, where that has it."""
-    Options: type[Any] | Mapping[str, type[Any]]
-    """Dataclass of the options, or one for each experiment."""
-
-    def run(self, options: Any, terminal: Terminal) -> int:
-        """Do the work and return the exit status; bad input raises a MukcaError."""
-        ...
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -105,8 +92,6 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def _command(verb: str) -> Command:
-    module: Command = importlib.import_module(  # pyright: ignore[reportAssignmentType]
-        f".{verb.replace('-', '_')}", __package__
-    )
-    return module
+def _command(verb: str) -> Any:
+    """Return a verb's module: ``Options``, ``run``, and ``LIST`` where its text has ``{list}``."""
+    return importlib.import_module(f".{verb.replace('-', '_')}", __package__)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ....solver.results import refuse_existing
 from .. import OutputOptions, Terminal, argument, option
 from .tool import keep
 
@@ -40,8 +39,7 @@ def run(options: Options, terminal: Terminal) -> int:
     from ....recorder import read_placements
     from ....solver.partial import rezero
 
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
+    options.check_out()
     found = rezero(
         arm_of(options.calibration),
         read_placements(*options.data),

@@ -26,8 +26,7 @@ class Options(RobotsOptions, OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
-    if options.out is not None:
-        results.refuse_existing(options.out, force=options.force)
+    options.check_out()
     found = calibrated(options, terminal)
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....solver.calibration import UsageError
-from ....solver.results import refuse_existing, write_files
+from ....solver.results import write_files
 from .. import OutputOptions, Terminal, argument, option
 from .command import read_rows
 
@@ -43,8 +43,7 @@ def run(options: Options, terminal: Terminal) -> int:
     from ....solver.calibration import load_calibration
     from ....solver.partial import tool
 
-    if options.out is not None:
-        refuse_existing(options.out, force=options.force)
+    options.check_out()
     calibration = load_calibration(options.calibration)
     robot = calibration.robot
     face = None

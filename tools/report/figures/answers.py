@@ -4,22 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ....solver.assessment import (
-    Assessment,
-    PlacementReport,
-    SampleErrors,
-    area,
-    norms,
-    short_names,
-)
+from ....solver import assessment, diagnostics
 from ....solver.data import as_point
-from ....solver.diagnostics import (
-    EVERYWHERE,
-    Diagnostic,
-    farthest_place,
-    fitted_alone,
-    standing_out,
-)
 from ....solver.results import NextPlacement, Uncertainty
 from .texts import text
 from .types import (
@@ -40,20 +26,20 @@ UNSOUND = 10.0
 
 
 def data_answer(
-    placements: Sequence[PlacementReport],
-    samples: Sequence[SampleErrors],
+    placements: Sequence[assessment.PlacementReport],
+    samples: Sequence[assessment.SampleErrors],
     floors: Mapping[str, float],
-    checks: Sequence[Diagnostic] | None,
+    checks: Sequence[diagnostics.Diagnostic] | None,
     repeatability: float | None,
     drifts: Sequence[str] = (),
 ) -> DataAnswer:
     """Return the answer whether the recordings look sound; ``floors`` by placement's name [m]."""
     worst = worst_samples(placements, samples)
-    names = short_names([row.name for row in placements])
+    names = assessment.short_names([row.name for row in placements])
     rows = zip(names, placements, strict=True)
     alone = {name: floors[row.name] for name, row in rows if row.name in floors}
     left = list(alone.values())
-    typical = standing_out(left) if len(left) > 1 else left
+    typical = diagnostics.standing_out(left) if len(left) > 1 else left
     wrong = placements_with_errors(placements, checks)
     most = np.inf if repeatability is None else UNSOUND * repeatability
     words = text(
@@ -76,19 +62,21 @@ def data_answer(
 
 
 def placements_with_errors(
-    placements: Sequence[PlacementReport], checks: Sequence[Diagnostic] | None
+    placements: Sequence[assessment.PlacementReport],
+    checks: Sequence[diagnostics.Diagnostic] | None,
 ) -> list[int]:
     """Return the indices of the placements in which the checks found errors."""
     wheres = [check.where for check in checks or () if check.level == "error"]
     return [
         i
         for i, row in enumerate(placements)
-        if EVERYWHERE in wheres or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
+        if diagnostics.EVERYWHERE in wheres
+        or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
     ]
 
 
 def farthest_held_out(
-    placements: Sequence[PlacementReport], wrong: Sequence[int]
+    placements: Sequence[assessment.PlacementReport], wrong: Sequence[int]
 ) -> tuple[int, float] | None:
     """Return the sound placement farthest from those trained on, and its distance to them [m]."""
     positions = np.array([row.position for row in placements])
@@ -96,13 +84,13 @@ def farthest_held_out(
     free = [i for i in np.flatnonzero(~trained).tolist() if i not in wrong]
     if not free or not trained.any():
         return None
-    gaps = norms(positions[free][:, None] - positions[trained]).min(axis=1)
+    gaps = assessment.norms(positions[free][:, None] - positions[trained]).min(axis=1)
     best = int(np.argmax(gaps))
     return free[best], float(gaps[best])
 
 
 def worst_samples(
-    placements: Sequence[PlacementReport], samples: Sequence[SampleErrors]
+    placements: Sequence[assessment.PlacementReport], samples: Sequence[assessment.SampleErrors]
 ) -> list[WorstSample]:
     """Return the samples by falling calibrated error."""
     rows: list[WorstSample] = []
@@ -137,12 +125,14 @@ HARDLY_MOVED = float(np.radians(30))
 """A joint that turns less than this in a socket tells little about itself [rad]."""
 
 
-def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: float) -> Answers:
+def answers_of(
+    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors], tolerance: float
+) -> Answers:
     """Return the answers to a user's three questions, for a task's tolerance [m]."""
     document = found.predictions.document
     measured = [placement.measured for placement in found.predictions.placements]
     seated = [each for each in measured if each.kind == "sockets"]
-    floors = fitted_alone(found.predictions.robot, seated)
+    floors = diagnostics.fitted_alone(found.predictions.robot, seated)
     limits = found.verdict.limits
     drifts = [row.text for row in limits if "drift" in row.name and row.status in _DRIFTS]
     return Answers(
@@ -154,15 +144,17 @@ def answers_of(found: Assessment, samples: Sequence[SampleErrors], tolerance: fl
     )
 
 
-def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: float) -> UseAnswer:
+def _use_answer(
+    found: assessment.Assessment, uncertainty: Uncertainty | None, tolerance: float
+) -> UseAnswer:
     """Return the answer whether a task with a tolerance may be done, placement by placement."""
     placements, verdict = found.placements, found.verdict
-    names = short_names([row.name for row in placements])
+    names = assessment.short_names([row.name for row in placements])
     rows: list[UseAtPlacement] = []
     for name, row in zip(names, placements, strict=True):
         y = row.position[1]  # the name may be given from the other side
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
-        where, answer = area(row.position, brief=True), answer_at(row, tolerance)
+        where, answer = assessment.area(row.position, brief=True), answer_at(row, tolerance)
         rows.append(UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
     distances = next(row for row in verdict.limits if row.name == "between_placements")
     called = [row.called for row in rows]
@@ -178,7 +170,7 @@ def _use_answer(found: Assessment, uncertainty: Uncertainty | None, tolerance: f
     )
 
 
-def answer_at(row: PlacementReport, tolerance: float) -> Answer:
+def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
     """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
     if row.role == "train":
         return "trained on"
@@ -197,13 +189,15 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 
 
 def _next_answer(
-    found: Assessment, checks: Sequence[Diagnostic] | None, advice: NextPlacement | None
+    found: assessment.Assessment,
+    checks: Sequence[diagnostics.Diagnostic] | None,
+    advice: NextPlacement | None,
 ) -> NextAnswer:
     """Return what to train on and to record next: the method's advice, or the farthest place."""
     placements = found.placements
-    names = short_names([row.name for row in placements])
+    names = assessment.short_names([row.name for row in placements])
     positions = np.array([row.position for row in placements])
-    place = as_point(farthest_place(positions))
+    place = as_point(diagnostics.farthest_place(positions))
     trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
     joints = [
         joint.name
@@ -223,7 +217,7 @@ def _next_answer(
         far=farthest and farthest[1],
         held_out=any(row.role == "test" for row in placements),
         place=place,
-        gap=float(norms(positions - place).min()),
+        gap=float(assessment.norms(positions - place).min()),
         joints=joints,
     )
     return NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))

@@ -13,15 +13,7 @@ from markupsafe import Markup
 from ....solver.assessment import fixed, short_names
 from ....solver.results import Document, encode
 from ...experiments import SimulationDocument
-from ..figures import (
-    Answer,
-    ComparisonDocument,
-    ReportDocument,
-    answer_at,
-    comparison_sentence,
-    environment,
-    use_text,
-)
+from .. import figures
 from ..plots import Plot, comparison_plots, map_sentence, shown_unit, simulation_plot
 
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
@@ -30,14 +22,7 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 def render(
     template: str, document: Document, data: Mapping[str, object] | None = None, **values: object
 ) -> str:
-    """Return a page.
-
-    Args:
-        template: Its file below ``templates``.
-        document: The figures that the page shows, which it also holds as JSON.
-        data: More JSON for the page's script, by the element's id.
-        values: Further variables of the template.
-    """
+    """Return a page by its template; it also holds the document's figures, and data, as JSON."""
     embedded: dict[str, Markup] = {}
     for name, each in {"figures": document, **(data or {})}.items():
         text = encode(each, compact=True).decode()
@@ -45,7 +30,9 @@ def render(
             text = text.replace(sign, f"\\u{ord(sign):04x}")
         embedded[name] = Markup(text)  # noqa: S704  no sign of HTML is left in it
     figure = partial(figure_value, document)
-    html = environment().get_template(template).render(figure=figure, data=embedded, **values)
+    html = (
+        figures.environment().get_template(template).render(figure=figure, data=embedded, **values)
+    )
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
 
 
@@ -71,7 +58,7 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
 
     allowed: float
     """[m]."""
-    answers: tuple[Answer, ...]
+    answers: tuple[figures.Answer, ...]
     """At each placement."""
     use: tuple[str, ...]
     """The answer in words, cut where the error that the task allows is to stand."""
@@ -79,7 +66,7 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
     """The sentence below the map, likewise."""
 
 
-def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
+def answers_by_tolerance(report: figures.ReportDocument) -> list[AnswersFrom]:
     """Return the answers for any error that the task may allow, the first for the smallest."""
     changes = {0.0}  # tolerances at which the answer for a placement changes [m]
     for row in report.placements:
@@ -90,10 +77,12 @@ def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
     return [_step(report, allowed) for allowed in sorted(changes)]
 
 
-def _step(report: ReportDocument, allowed: float) -> AnswersFrom:
+def _step(report: figures.ReportDocument, allowed: float) -> AnswersFrom:
     called = [row.called for row in report.answers.use.rows]
-    answers: tuple[Answer, ...] = tuple(answer_at(row, allowed) for row in report.placements)
-    use = use_text(called, answers, _NUMBER, report.verdict.status)
+    answers: tuple[figures.Answer, ...] = tuple(
+        figures.answer_at(row, allowed) for row in report.placements
+    )
+    use = figures.use_text(called, answers, _NUMBER, report.verdict.status)
     return AnswersFrom(
         allowed=allowed,
         answers=answers,
@@ -102,7 +91,7 @@ def _step(report: ReportDocument, allowed: float) -> AnswersFrom:
     )
 
 
-def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
+def report_page(report: figures.ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
     """Return the report of a calibration as HTML; the first section's plot is with the answers."""
     (_, (table_map,)), *sections = plots.items()
     role, judged = report.summary.judged
@@ -140,13 +129,13 @@ def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> s
     return render("found.html.j2", found, found=found)
 
 
-def comparison_page(result: ComparisonDocument) -> str:
+def comparison_page(result: figures.ComparisonDocument) -> str:
     """Return the comparison of calibrations as HTML."""
     return render(
         "comparison.html.j2",
         result,
         result=result,
-        sentences=[comparison_sentence(result, pair) for pair in result.pairs],
+        sentences=[figures.comparison_sentence(result, pair) for pair in result.pairs],
         plots=comparison_plots(result),
         names=short_names([row.name for row in result.placements]),
     )
