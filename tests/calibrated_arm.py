@@ -21,7 +21,7 @@ class Simulated:
     later: Placement
     """Recorded since, joints in order, 8 samples in each socket."""
 
-    def touched(self, tip: np.ndarray, count: int = 10, seed: int = 0) -> Placement:
+    def touched(self, tip, count=10, seed=0):
         """Return touches of one fixed point by a tip on the flange [m], to 0.05 mm."""
         generator = np.random.default_rng(seed)
         arm = self.with_tip(tip)
@@ -30,13 +30,13 @@ class Simulated:
         q = record(arm, base, generator, samples=count, imperfection=how).positions[:count]
         return Placement.of_arrays("touches", q, [0] * count, arm.joint_names)
 
-    def recorded_by(self, arm: mukca.Robot) -> Placement:
+    def recorded_by(self, arm):
         """Return samples of an arm, 6 in each socket of another base."""
         (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
         how = Imperfection(5e-5, self.truth.deflection)
         return record(arm, base, np.random.default_rng(2), samples=6, imperfection=how)
 
-    def with_tip(self, tip: np.ndarray) -> mukca.Robot:
+    def with_tip(self, tip):
         """Return the true arm, its ball at a tip on the flange [m]."""
         origins = self.truth.model.origins(self.truth.values)
         origins[-1, :3] = tip
@@ -44,7 +44,7 @@ class Simulated:
         moved = tuple(replace(joint, origin=Origin.of(own)) for joint, own in joints)
         return replace(self.truth.robot, joints=moved)
 
-    def read(self, offsets: dict[int, float]) -> Placement:
+    def read(self, offsets):
         """Return the later placement, read by joints whose zeros are off [rad]."""
         q = self.later.positions.copy()
         for joint, offset in offsets.items():
@@ -54,7 +54,7 @@ class Simulated:
         )
 
 
-def simulate() -> Simulated:
+def simulate():
     """Return the arm; the same each time."""
     robot = mukca.load_robot("panda")
     flaws = {"compliance": 4e-5, "tilt": 2e-5}

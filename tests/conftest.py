@@ -3,7 +3,6 @@
 import fcntl
 import gc
 import os
-from collections.abc import Callable, Iterator
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -17,7 +16,7 @@ from hypothesis import settings
 from virtual_time import VirtualTime
 
 from mukca.recorder import set_distance, write_holes
-from mukca.solver.robot import Robot, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, record
 
@@ -28,7 +27,7 @@ settings.register_profile("unhurried", deadline=None)
 settings.load_profile("unhurried")
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     parser.addoption(
         "--hardware",
         action="append",
@@ -39,7 +38,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Iterator[None]:
+def pytest_collection():
     """Look for no garbage among thousands of tests, now or later: that takes long."""
     gc.disable()
     try:
@@ -50,7 +49,7 @@ def pytest_collection() -> Iterator[None]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
+def pytest_make_collect_report(collector):
     """Let the first process that comes to a module compile it for all: one does the work."""
     if not isinstance(collector, pytest.Module):
         return (yield)
@@ -62,7 +61,7 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
 LONG = ("tools/test_insertion.py", "tools/test_emulated_arms.py", "recorder/test_kill.py")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items):
     """Begin with what waits in real time, while the other processes compute; then what is long."""
     items.sort(
         key=lambda item: (
@@ -73,21 +72,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture
-def virtual_time() -> Iterator[VirtualTime]:
+def virtual_time():
     """A clock that goes on when everybody in this process waits."""
     with VirtualTime().running() as time:
         yield time
 
 
 @pytest.fixture(scope="session")
-def shared(
-    tmp_path_factory: pytest.TempPathFactory, worker_id: str
-) -> Callable[[str, Callable[[Path], object]], Path]:
+def shared(tmp_path_factory, worker_id):
     """Return a folder by name, made by the first of all test processes that asks for it."""
     base = tmp_path_factory.getbasetemp()
     base = base if worker_id == "master" else base.parent
 
-    def shared(name: str, make: Callable[[Path], object]) -> Path:
+    def shared(name, make):
         folder, done = base / name, base / f"{name}.done"
         with (base / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -100,10 +97,10 @@ def shared(
 
 
 @pytest.fixture
-def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+def command(capsys):
     """Run `mukca` with words in this process: status, output, error."""
 
-    def run(*words: object) -> tuple[int, str, str]:
+    def run(*words):
         try:
             status = main([*map(str, words)])
         except SystemExit as stop:  # argparse's own refusals
@@ -115,7 +112,7 @@ def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str,
 
 
 @pytest.fixture(scope="session")
-def recordings() -> Path:
+def recordings():
     """Recordings of real arms, which stand beside the project or not at all."""
     folder = ROOT.parent / "shared" / "recordings"
     if not folder.is_dir():
@@ -124,23 +121,23 @@ def recordings() -> Path:
 
 
 @pytest.fixture(scope="session")
-def panda() -> Robot:
+def panda():
     return load_robot("panda")
 
 
 @pytest.fixture(scope="session")
-def true_panda(panda: Robot) -> Robot:
+def true_panda(panda):
     """A Panda whose true kinematics differ from its URDF."""
     return perturb(panda, np.random.default_rng(7), 2e-3, 5e-3)
 
 
 @pytest.fixture(scope="session")
-def session(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+def session(true_panda, shared):
     """A folder with three placements of that arm, 2 x 12 samples each; nobody writes there."""
     return shared("session", lambda folder: _record_session(true_panda, folder))
 
 
-def _record_session(true_panda: Robot, folder: Path) -> None:
+def _record_session(true_panda, folder):
     generator = np.random.default_rng(8)
     along_y = np.array([0.0, 1.0, 0.0])
     for name, x, y in (("front", 0.5, 0.0), ("left", 0.35, 0.4), ("right", 0.35, -0.4)):
@@ -151,10 +148,10 @@ def _record_session(true_panda: Robot, folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def demo(shared: Callable[..., Path]) -> Path:
+def demo(shared):
     """What `mukca demo` writes; beside it, in demo.txt, what it says."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         said = folder.with_suffix(".txt").open("w")
         with VirtualTime().running(), said, redirect_stdout(said):
             assert main(["demo", "--out", str(folder)]) == 0

@@ -1,10 +1,7 @@
 """Emulated controllers in virtual time, which drivers in this process then live in too."""
 
 import os
-from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
 import can
 import pytest
@@ -17,7 +14,7 @@ from mukca.tools.cli.commands import open_emulator
 
 
 @contextmanager
-def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
+def emulated(name, folder, *options):
     """Run an emulator in this process."""
     words, journal = emulator_words(name, folder, options)
     asked = read_options(build_parser("emulate").parse_args(["emulate", *words]))
@@ -35,7 +32,7 @@ def emulated(name: str, folder: Path, *options: str) -> Iterator[Emulation]:
 class _Peer:
     """An emulator in this process."""
 
-    def __init__(self, options: Any, time: VirtualTime) -> None:
+    def __init__(self, options, time):
         self.emulator = open_emulator(options)
         self._time = time
         time.peers.append(self.emulator)
@@ -43,10 +40,10 @@ class _Peer:
         if options.wait:
             self.emulator.wait_for_line(self._reader)
 
-    def release(self) -> None:
+    def release(self):
         os.write(self._writer, b"\n")
 
-    def stop(self) -> None:
+    def stop(self):
         if self.emulator not in self._time.peers:
             return
         self._time.peers.remove(self.emulator)
@@ -64,13 +61,13 @@ class VirtualBus:
 
     network_is_down = False
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, **settings):
         self._bus = _REAL_BUS(**settings)
 
-    def fileno(self) -> int:
+    def fileno(self):
         return self._bus.fileno()
 
-    def recv(self, wait: float) -> can.Message | None:
+    def recv(self, wait):
         if self.network_is_down:
             raise OSError("Network is down")
         end = clock.now() + wait
@@ -80,8 +77,8 @@ class VirtualBus:
         frame.timestamp = clock.now()
         return frame
 
-    def send(self, message: can.Message) -> None:
+    def send(self, message):
         self._bus.send(message)
 
-    def shutdown(self) -> None:
+    def shutdown(self):
         self._bus.shutdown()

@@ -6,11 +6,10 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import can
 import pytest
@@ -23,10 +22,10 @@ _worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 class Running(Protocol):
     """What an emulator runs in."""
 
-    def release(self) -> None:
+    def release(self):
         """Let an arm move that was told to wait."""
 
-    def stop(self) -> None:
+    def stop(self):
         """End it, with its journal whole; safe to call twice."""
 
 
@@ -41,21 +40,21 @@ class Emulation:
     journal: Path
 
     @property
-    def host(self) -> str:
+    def host(self):
         """The controller's IP address."""
         return self.address.partition(":")[0]
 
     @property
-    def emulator(self) -> Any:
+    def emulator(self):
         """The emulator itself, where it runs in this process."""
         return getattr(self.running, "emulator")  # noqa: B009
 
-    def entries(self) -> list[dict[str, Any]]:
+    def entries(self):
         """Return the journal's whole lines."""
         lines = self.journal.read_text(encoding="utf-8").splitlines(keepends=True)
         return [json.loads(line) for line in lines if line.endswith("\n")]
 
-    def received(self) -> list[tuple[str, bytes]]:
+    def received(self):
         """Return the messages that came in: channel and bytes."""
         return [
             (entry["channel"], bytes.fromhex(entry["received"]))
@@ -63,26 +62,21 @@ class Emulation:
             if "received" in entry
         ]
 
-    def sent(self) -> dict[int, dict[str, Any]]:
+    def sent(self):
         """Return the states that went out, by number."""
         return {entry["sent"]: entry for entry in self.entries() if "sent" in entry}
 
-    def release(self) -> None:
+    def release(self):
         """Let an arm move that was told to wait."""
         self.running.release()
 
-    def stop(self) -> None:
+    def stop(self):
         """End it, with its journal whole."""
         self.running.stop()
 
 
 @contextmanager
-def emulated_program(
-    name: str,
-    folder: Path,
-    *options: str,
-    command: tuple[str, ...] = (sys.executable, "-m", "mukca"),
-) -> Iterator[Emulation]:
+def emulated_program(name, folder, *options, command=(sys.executable, "-m", "mukca")):
     """Run ``mukca emulate`` as a program of its own, in real time."""
     words, journal = emulator_words(name, folder, options)
     process = subprocess.Popen(
@@ -110,17 +104,17 @@ class _Program:
 
     process: subprocess.Popen[str]
 
-    def release(self) -> None:
+    def release(self):
         assert self.process.stdin is not None
         self.process.stdin.write("\n")
         self.process.stdin.flush()
 
-    def stop(self) -> None:
+    def stop(self):
         self.process.terminate()
         self.process.wait(120)
 
 
-def emulator_words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[list[str], Path]:
+def emulator_words(name, folder, options):
     """Return an emulator's arguments, at an address that nobody else uses, and its journal."""
     journal = folder / f"journal{next(_numbers)}.jsonl"
     address = own_address(name, options)
@@ -129,7 +123,7 @@ def emulator_words(name: str, folder: Path, options: tuple[str, ...]) -> tuple[l
     return [name, "--json", "--journal", str(journal), "--address", address, *options], journal
 
 
-def own_address(name: str, options: tuple[str, ...] = ()) -> str:
+def own_address(name, options=()):
     """Return an address for an emulator that nobody else uses."""
     if name in ("piper", "damiao") or (name == "kinova" and "can" in options):
         return own_bus()
@@ -140,18 +134,18 @@ def own_address(name: str, options: tuple[str, ...] = ()) -> str:
     return own_host()
 
 
-def own_host() -> str:
+def own_host():
     """Return a loopback address that nobody else uses."""
     number = next(_numbers)
     return f"127.{20 + _worker}.{number // 200}.{1 + number % 200}"
 
 
-def own_bus() -> str:
+def own_bus():
     """Return a CAN bus that nobody else uses: one by its port, since Linux mixes the groups."""
     return f"udp_multicast/239.74.163.2?port={43200 + 200 * _worker + next(_numbers)}&hop_limit=0"
 
 
-def need_multicast() -> None:
+def need_multicast():
     """Skip a test on a computer that has no CAN bus of this kind."""
     try:
         with can.Bus("239.74.163.2", "udp_multicast", port=43199, hop_limit=0) as bus:

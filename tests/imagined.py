@@ -2,13 +2,8 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-
-import mukca
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SIZES = {"zero": 1, "compliance": 1, "tilt": 2, "play": 1, "harmonic_1": 2, "harmonic_2": 2}
@@ -16,18 +11,16 @@ SIZES["curve"] = 360
 """Coefficients of each correction, for each joint."""
 
 
-def configurations(robot: mukca.Robot, count: int, seed: int = 0) -> np.ndarray:
+def configurations(robot, count, seed=0):
     """Joint positions at random, shape (count, m)."""
     return np.random.default_rng([seed, 5]).uniform(-1.5, 1.5, (count, len(robot.joint_names)))
 
 
-def imagine(
-    robot: mukca.Robot, template: dict[str, Any], off: float = 2e-3, size: float = 2e-5
-) -> dict[str, Any]:
+def imagine(robot, template, off=2e-3, size=2e-5):
     """A calibration of a robot: every number off by some of ``off``, all joints corrected."""
     rng = np.random.default_rng([0, len(robot.joints)])
     by_component = {value["component"]: value for value in template["parameters"]}
-    values: list[dict[str, Any]] = []
+    values = []
     for joint in robot.joints:
         if not joint.actuated and joint is not robot.ball_joint:
             continue
@@ -70,7 +63,7 @@ def imagine(
     }
 
 
-def edited(file: Path, out: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+def edited(file, out, change):
     """Write a calibration again, with something changed in it."""
     document = json.loads(file.read_text())
     change(document)
@@ -78,7 +71,7 @@ def edited(file: Path, out: Path, change: Callable[[dict[str, Any]], object]) ->
     return out
 
 
-def turned(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+def turned(x=0.0, y=0.0, z=0.0):
     """The turn about x, then y, then z, as the roll, pitch and yaw of a URDF, shape (4, 4)."""
     T = np.eye(4)
     for axis, angle in enumerate((x, y, z)):
@@ -90,14 +83,14 @@ def turned(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
     return T
 
 
-def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
+def rigid(origin):
     """The transform of a URDF origin, shape (4, 4)."""
     T = turned(*origin[3:])
     T[:3, 3] = origin[:3]
     return T
 
 
-def poses(urdf: str, link: str, q: np.ndarray) -> np.ndarray:
+def poses(urdf, link, q):
     """Where Pinocchio has a link, shape (N, 4, 4)."""
     import pinocchio
 

@@ -4,7 +4,6 @@ import math
 import socket
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import ModuleType, SimpleNamespace
@@ -28,7 +27,7 @@ class Arm:
     sent: list[list[float]] = field(default_factory=list)
     """Positions told so far [degrees]."""
 
-    def feedback(self) -> SimpleNamespace:
+    def feedback(self):
         degrees = self.degrees or [_sway(joint, time.monotonic()) for joint in range(7)]
         self.sent.append(degrees)
         actuators = [
@@ -38,12 +37,12 @@ class Arm:
         return SimpleNamespace(actuators=actuators)
 
 
-def _sway(joint: int, now: float) -> float:
+def _sway(joint, now):
     return (350 + joint + 5 * math.sin((1 + joint / 10) * now)) % 360
 
 
 @contextmanager
-def kortex_arm() -> Iterator[Arm]:
+def kortex_arm():
     """Make `import kortex_api` find the stand-in, and a port that its arm listens at."""
     arm = Arm()
     modules = stand_in(arm)
@@ -58,7 +57,7 @@ def kortex_arm() -> Iterator[Arm]:
         server.close()
 
 
-def stand_in(arm: Arm) -> dict[str, ModuleType]:
+def stand_in(arm):
     """Return the package's modules, each call of which is noted."""
 
     class TCPTransport:

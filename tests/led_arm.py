@@ -20,7 +20,7 @@ class Led(Motion):
     begun: list[float] = field(default_factory=list)
     """When each move began [s]."""
 
-    def phase(self, time: float) -> tuple[int, float]:
+    def phase(self, time):
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
         if STEPS.stat().st_size > len(self.begun):
             self.begun.append(max([time, *(begun + self.move for begun in self.begun[-1:])]))

@@ -4,14 +4,13 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 
 from mukca.tools.emulators.kuka import nested, numbers
 
 
 @contextmanager
-def listening(serve: Callable[[socket.socket], None], clients: int = 1) -> Iterator[str]:
+def listening(serve, clients=1):
     """Something at a port that serves so many clients, one after the other."""
     server = socket.create_server(("127.0.0.1", 0))
 
@@ -28,10 +27,10 @@ def listening(serve: Callable[[socket.socket], None], clients: int = 1) -> Itera
     server.close()
 
 
-def answering(answer: bytes) -> AbstractContextManager[str]:
+def answering(answer):
     """Something at a port that answers whatever it is asked with the same bytes."""
 
-    def serve(client: socket.socket) -> None:
+    def serve(client):
         with suppress(OSError):
             client.recv(4096)
             client.sendall(answer)
@@ -40,10 +39,10 @@ def answering(answer: bytes) -> AbstractContextManager[str]:
     return listening(serve, clients=1000)
 
 
-def saying(*texts: bytes, pause: float = 0.0) -> AbstractContextManager[str]:
+def saying(*texts, pause=0.0):
     """A server that sends each text again and again, whatever it hears."""
 
-    def serve(client: socket.socket) -> None:
+    def serve(client):
         while texts:
             for text in texts:
                 client.sendall(text)
@@ -53,7 +52,7 @@ def saying(*texts: bytes, pause: float = 0.0) -> AbstractContextManager[str]:
     return listening(serve)
 
 
-def rtde_controller(*packages: bytes) -> AbstractContextManager[str]:
+def rtde_controller(*packages):
     """A CB3 controller (125 Hz) that sends these packages, all at once, when it is started."""
     replies = {
         b"V": b"\1",
@@ -62,7 +61,7 @@ def rtde_controller(*packages: bytes) -> AbstractContextManager[str]:
         b"S": b"\1",
     }
 
-    def serve(client: socket.socket) -> None:
+    def serve(client):
         while request := client.recv(4096):
             kind = request[2:3]
             reply = rtde_package(kind, replies[kind])
@@ -71,10 +70,10 @@ def rtde_controller(*packages: bytes) -> AbstractContextManager[str]:
     return listening(serve)
 
 
-def fci_robot(*datagrams: bytes, version: int = 5) -> AbstractContextManager[str]:
+def fci_robot(*datagrams, version=5):
     """A Franka that sends these datagrams once it is connected to."""
 
-    def serve(client: socket.socket) -> None:
+    def serve(client):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
             host = client.getpeername()[0]
             udp.bind(("127.0.0.1", 0))
@@ -87,7 +86,7 @@ def fci_robot(*datagrams: bytes, version: int = 5) -> AbstractContextManager[str
     return listening(serve)
 
 
-def robot_state(number: int) -> bytes:
+def robot_state(number):
     """A RobotState of FCI version 5: seven torques of 1 to 7 N m, angles of 0.1 to 0.7 rad."""
     datagram = bytearray(2373)
     struct.pack_into("<Q", datagram, 0, number)
@@ -97,14 +96,12 @@ def robot_state(number: int) -> bytes:
     return bytes(datagram)
 
 
-def rtde_package(kind: bytes, payload: bytes = b"") -> bytes:
+def rtde_package(kind, payload=b""):
     """A package of RTDE."""
     return struct.pack(">H", 3 + len(payload)) + kind + payload
 
 
-def fri_message(
-    sequence: int, joints: tuple[float, ...], session: int, multiplier: int, milliseconds: int
-) -> bytes:
+def fri_message(sequence, joints, session, multiplier, milliseconds):
     """A monitoring message of FRI 1.15, without torques."""
     values = b"".join(b"\x09" + struct.pack("<d", q) for q in joints)
     stamp = numbers({1: milliseconds // 1000, 2: milliseconds % 1000 * 10**6})

@@ -4,18 +4,16 @@ from io import BytesIO
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 TOUCH = 1e-3  # what is less deep than that touches, and does not cross [mm]
 
 
-def load_stl(content: bytes) -> trimesh.Trimesh:
+def load_stl(content):
     """Read an STL file as a slicer does: triangles, whose equal corners are then joined."""
     return trimesh.load_mesh(BytesIO(content), file_type="stl")
 
 
-def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64], ...]:
+def crossings(segments, mesh):
     """Return which segments, shape (n, 2, 3), cross which faces, both ends deeper than TOUCH."""
     lengths = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     kept = np.flatnonzero(lengths > 2 * TOUCH)
@@ -33,9 +31,7 @@ def crossings(segments: Array, mesh: trimesh.Trimesh) -> tuple[NDArray[np.int64]
     return kept[rays[deep]], faces[deep]
 
 
-def _hit_before(
-    lengths: Array, starts: Array, ways: Array, mesh: trimesh.Trimesh
-) -> NDArray[np.int64]:
+def _hit_before(lengths, starts, ways, mesh):
     """Return the rays that may hit a face before they end, by Embree where it is installed.
 
     Trimesh asks it for rays without an end: six times as long.
@@ -47,7 +43,7 @@ def _hit_before(
     return np.flatnonzero(scene.run(starts, ways, dists=ends) >= 0)
 
 
-def self_crossings(mesh: trimesh.Trimesh) -> int:
+def self_crossings(mesh):
     """Count the edges that pierce a face which they do not touch.
 
     Two triangles of a mesh that share no corner intersect exactly if an edge of one pierces the
@@ -58,7 +54,7 @@ def self_crossings(mesh: trimesh.Trimesh) -> int:
     return int((~own).sum())
 
 
-def collide(moved: trimesh.Trimesh, fixed: trimesh.Trimesh, pose: Array | None = None) -> bool:
+def collide(moved, fixed, pose=None):
     """Tell whether two closed surfaces intersect, or one holds the other.
 
     Args:
@@ -76,11 +72,11 @@ def collide(moved: trimesh.Trimesh, fixed: trimesh.Trimesh, pose: Array | None =
     )
 
 
-def _moved(points: Array, pose: Array) -> Array:
+def _moved(points, pose):
     return points @ pose[:3, :3].T + pose[:3, 3]
 
 
-def _edges_near(mesh: trimesh.Trimesh, other: trimesh.Trimesh, pose: Array) -> Array:
+def _edges_near(mesh, other, pose):
     """Return the edges, moved by a pose, that do not lie beyond one side of the other's box."""
     points = _moved(mesh.vertices, pose)
     low, high = other.bounds
@@ -89,7 +85,7 @@ def _edges_near(mesh: trimesh.Trimesh, other: trimesh.Trimesh, pose: Array) -> A
     return points[edges[beyond[edges[:, 0]] & beyond[edges[:, 1]] == 0]]
 
 
-def thinnest_wall(mesh: trimesh.Trimesh, samples: int = 20000) -> float:
+def thinnest_wall(mesh, samples=20000):
     """Return the least distance through the material to an opposite face.
 
     From points all over the surface, straight inwards; faces that lean more than 45 degrees to
@@ -104,14 +100,14 @@ def thinnest_wall(mesh: trimesh.Trimesh, samples: int = 20000) -> float:
     return float(np.linalg.norm(hits - points[rays], axis=1)[opposite].min())
 
 
-def overhanging(mesh: trimesh.Trimesh, degrees: float = 45.0) -> NDArray[np.int64]:
+def overhanging(mesh, degrees=45.0):
     """Return the faces that look down and lean farther from the vertical, but for the bed's."""
     looks_down = mesh.face_normals[:, 2] < -np.sin(np.radians(degrees)) - 1e-3
     lifted = mesh.triangles[:, :, 2].max(axis=1) > 0.01
     return np.flatnonzero(looks_down & lifted & (mesh.area_faces > 1e-6))
 
 
-def fit_sphere(points: Array) -> tuple[Array, float]:
+def fit_sphere(points):
     """Return centre and radius of the sphere through points, by linear least squares."""
     system = np.column_stack((2 * points, np.ones(len(points))))
     solution, *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)

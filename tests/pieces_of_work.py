@@ -3,14 +3,13 @@
 import os
 import signal
 import time
-from pathlib import Path
 
 
-def square(number: int) -> int:
+def square(number):
     return number * number
 
 
-def square_after_one_death(marker: Path, number: int) -> int:
+def square_after_one_death(marker, number):
     """The first process that comes by 3 dies of it."""
     if number == 3:
         try:
@@ -21,15 +20,15 @@ def square_after_one_death(marker: Path, number: int) -> int:
     return number * number
 
 
-def die(_: int) -> None:
+def die(_):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def refuse(number: int) -> None:
+def refuse(number):
     raise ValueError(f"no {number}")
 
 
-def say_who_and_sleep(folder: Path, number: int) -> int:
+def say_who_and_sleep(folder, number):
     """Leave one's process number there, and be busy for long."""
     (folder / f"{os.getpid()}.pid").touch()
     time.sleep(60)

@@ -2,14 +2,12 @@
 
 from functools import cache
 
-import trimesh
 from mesh_checks import load_stl
 
 from mukca.tools.printables import (
     MOUNTS,
     AnchoredBase,
     BallPart,
-    Part,
     SocketBase,
     bolt_circle,
     build_parts,
@@ -52,25 +50,25 @@ BALLS: dict[str, BallPart] = {
 
 
 @cache
-def base(name: str) -> Part:
+def base(name):
     return next(build_parts(BASES[name], {}))
 
 
 @cache
-def ball(name: str) -> Part:
+def ball(name):
     return made(name, BALLS[name])
 
 
-def made(name: str, ball: BallPart) -> Part:
+def made(name, ball):
     """A ball part as it is built beside a base with room for it."""
     return list(build_parts(SocketBase(distance=120, ball=ball.ball), {name: ball}))[-1]
 
 
 @cache
-def base_mesh(name: str) -> trimesh.Trimesh:
+def base_mesh(name):
     return load_stl(encode("stl", base(name)))
 
 
 @cache
-def ball_mesh(name: str) -> trimesh.Trimesh:
+def ball_mesh(name):
     return load_stl(encode("stl", ball(name)))

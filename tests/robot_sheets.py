@@ -8,12 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pinocchio
 import yourdfpy
 
 FOLDER = Path(str(files("mukca.solver.robot") / "shipped"))
-Matrix = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class DataSheet:
     "The ball's place along the flange's other two axes [m]."
 
 
-def numbered(pattern: str, count: int) -> tuple[str, ...]:
+def numbered(pattern, count):
     return tuple(pattern.format(i) for i in range(1, count + 1))
 
 
@@ -83,11 +81,11 @@ DATA_SHEETS = {
 NAMES = sorted(DATA_SHEETS)
 
 
-def path_of(name: str) -> Path:
+def path_of(name):
     return FOLDER / f"{name}.urdf"
 
 
-def load(name: str) -> yourdfpy.URDF:
+def load(name):
     return yourdfpy.URDF.load(
         str(path_of(name)),
         load_meshes=False,
@@ -97,7 +95,7 @@ def load(name: str) -> yourdfpy.URDF:
     )
 
 
-def chain(name: str) -> list[yourdfpy.Joint]:
+def chain(name):
     """The joints from the root to the ball, which must be all joints of the file."""
     by_child = {joint.child: joint for joint in load(name).robot.joints}
     link, found = "ball_link", list[yourdfpy.Joint]()
@@ -107,12 +105,12 @@ def chain(name: str) -> list[yourdfpy.Joint]:
     return found
 
 
-def inertials(name: str) -> dict[str, yourdfpy.Inertial]:
+def inertials(name):
     links = load(name).robot.links
     return {link.name: link.inertial for link in links if link.inertial is not None}
 
 
-def pose(name: str, link: str, q: npt.ArrayLike) -> Matrix:
+def pose(name, link, q):
     """4 x 4 pose of a link in base_link, by pinocchio."""
     model = pinocchio.buildModelFromUrdf(str(path_of(name)))
     data = model.createData()
@@ -121,7 +119,7 @@ def pose(name: str, link: str, q: npt.ArrayLike) -> Matrix:
     return np.array(data.oMf[model.getFrameId(link)].homogeneous)
 
 
-def random_configurations(name: str, count: int = 20) -> Matrix:
+def random_configurations(name, count=20):
     rng = np.random.default_rng(7)
     limits = [joint.limit for joint in chain(name) if joint.type != "fixed"]
     low, high = [x.lower for x in limits], [x.upper for x in limits]

@@ -9,7 +9,7 @@ import json
 import math
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,7 +45,7 @@ class Rosbridge:
     port: int = 0
     begun: float = field(default_factory=time.monotonic)
 
-    def handle(self, client: ServerConnection) -> None:
+    def handle(self, client):
         self.clients.append(client)
         with suppress(ConnectionClosed):
             for text in client:
@@ -54,7 +54,7 @@ class Rosbridge:
                 if message["op"] == "subscribe" and message["topic"] == self.topic:
                     threading.Thread(target=self.publish, args=(client,), daemon=True).start()
 
-    def publish(self, client: ServerConnection) -> None:
+    def publish(self, client):
         waiting = list(self.first_messages)
         injector = FaultInjector(self.faults)
         with suppress(ConnectionClosed):
@@ -70,7 +70,7 @@ class Rosbridge:
                 time.sleep(0.005)
 
 
-def joint_state(number: int) -> dict[str, Any]:
+def joint_state(number):
     """Return the number-th message: a joint's angle tells which joint it is."""
     sway = 0.01 * math.sin(number / 50)
     return {
@@ -82,7 +82,7 @@ def joint_state(number: int) -> dict[str, Any]:
     }
 
 
-def arm_state(number: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def arm_state(number):
     """Return the arm's positions and efforts in the number-th message."""
     message = joint_state(number)
     order = [NAMES.index(name) for name in ARM]
@@ -91,7 +91,7 @@ def arm_state(number: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 @contextmanager
-def rosbridge(**settings: Any) -> Iterator[Rosbridge]:
+def rosbridge(**settings):
     """Run a rosbridge on a free port."""
     bridge = Rosbridge(**settings)
     with serve(bridge.handle, bridge.host, bridge.port) as server:

@@ -14,10 +14,8 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any
 
 import mukca
 from mukca.recorder import hole_files, sample_files
@@ -52,7 +50,7 @@ FREE = {
 """Whose keys are names of other things."""
 
 
-def keys(value: Any, path: str = "") -> Iterator[str]:
+def keys(value, path=""):
     """Yield the way to every key; items of a list count as one."""
     if isinstance(value, dict):
         for key, inner in value.items():
@@ -65,7 +63,7 @@ def keys(value: Any, path: str = "") -> Iterator[str]:
 
 
 @contextmanager
-def inside(folder: Path) -> Iterator[None]:
+def inside(folder):
     """Work in a folder for a while."""
     before = Path.cwd()
     os.chdir(folder)
@@ -75,7 +73,7 @@ def inside(folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
-def printed(words: str) -> dict[str, Any]:
+def printed(words):
     """Return the exit status of a command, and the keys that it prints."""
     out = io.StringIO()
     with redirect_stdout(out), redirect_stderr(io.StringIO()):
@@ -84,7 +82,7 @@ def printed(words: str) -> dict[str, Any]:
     return {"status": status, "keys": sorted(set(keys(found)))}
 
 
-def write(folder: Path) -> None:
+def write(folder):
     """Make a set."""
     robot = mukca.load_robot("panda")
     _, placements = mukca.simulate_recordings(robot, 3, samples=10, seed=1)
@@ -102,7 +100,7 @@ def write(folder: Path) -> None:
     (folder / "known.json").write_text(json.dumps(known, indent=1) + "\n")
 
 
-def told(folder: Path) -> dict[str, Any]:
+def told(folder):
     """Return what every command says of the files of a set."""
     with tempfile.TemporaryDirectory() as scratch:
         copy = shutil.copytree(folder, Path(scratch) / "set")
@@ -110,7 +108,7 @@ def told(folder: Path) -> dict[str, Any]:
             return {words: printed(words) for words in COMMANDS}
 
 
-def lost(folder: Path) -> list[str]:
+def lost(folder):
     """Return what the present version no longer says or reads, a line each."""
     known = json.loads((folder / "known.json").read_text())
     lines = [f"mukca.{name}" for name in known["names"] if not hasattr(mukca, name)]

@@ -10,8 +10,6 @@ import sys
 import termios
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import pyte
 
@@ -26,15 +24,7 @@ class TerminalSession:
     Use it as a context manager; at its end the command is killed if it still runs.
     """
 
-    def __init__(
-        self,
-        command: Sequence[str],
-        *,
-        columns: int = 80,
-        rows: int = 24,
-        environment: Mapping[str, str] | None = None,
-        limit_file_size: int | None = None,
-    ) -> None:
+    def __init__(self, command, *, columns=80, rows=24, environment=None, limit_file_size=None):
         self.master, slave = os.openpty()
         self.slave = slave  # kept open, so that its settings can be read after the command's end
         self._set_size(columns, rows)
@@ -44,7 +34,7 @@ class TerminalSession:
         self._lock = threading.Lock()
         self.output = b""
 
-        def prepare() -> None:
+        def prepare():
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
             if limit_file_size is not None:
                 import resource
@@ -63,10 +53,10 @@ class TerminalSession:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> "TerminalSession":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
@@ -76,7 +66,7 @@ class TerminalSession:
             os.close(self.slave)
 
     @property
-    def text(self) -> str:
+    def text(self):
         """What the screen shows."""
         columns = range(self.screen.columns)
         with self._lock:
@@ -84,18 +74,18 @@ class TerminalSession:
             return "\n".join("".join([row[x].data for x in columns]).rstrip() for row in rows)
 
     @property
-    def settings(self) -> list[Any]:
+    def settings(self):
         """The terminal's settings now."""
         return termios.tcgetattr(self.slave)
 
-    def press(self, keys: str | bytes) -> None:
+    def press(self, keys):
         """Type."""
         os.write(self.master, keys if isinstance(keys, bytes) else keys.encode())
 
-    def wait_for(self, *texts: str, gone: Sequence[str] = (), timeout: float = PATIENCE) -> str:
+    def wait_for(self, *texts, gone=(), timeout=PATIENCE):
         """Wait until the screen shows all of some texts and none of others; return the screen."""
 
-        def found(shown: str) -> bool:
+        def found(shown):
             flat = "".join(line.ljust(self.screen.columns) for line in shown.split("\n"))
             there = all(
                 text in shown or text in flat for text in texts
@@ -104,7 +94,7 @@ class TerminalSession:
 
         return self._wait_until(found, f"{texts} without {gone}", timeout)
 
-    def _wait_until(self, holds: Callable[[str], bool], wanted: str, timeout: float) -> str:
+    def _wait_until(self, holds, wanted, timeout):
         """Look at the screen whenever something was written; it takes a while to put together."""
         deadline, seen, shown = time.monotonic() + timeout, -1, ""
         while time.monotonic() < deadline:
@@ -117,29 +107,29 @@ class TerminalSession:
             time.sleep(0.02)
         raise AssertionError(f"{wanted} is not on the screen:\n{self.text}")
 
-    def resize(self, columns: int, rows: int) -> None:
+    def resize(self, columns, rows):
         """Change the terminal's size, as dragging its window does."""
         with self._lock:
             self.screen.resize(rows, columns)
         self._set_size(columns, rows)
         os.killpg(self.process.pid, signal.SIGWINCH)
 
-    def hang_up(self) -> None:
+    def hang_up(self):
         """Close the terminal, as a lost SSH connection does."""
         with contextlib.suppress(OSError):
             os.close(self.slave)
         with contextlib.suppress(OSError):
             os.close(self.master)
 
-    def wait(self, timeout: float = PATIENCE) -> int:
+    def wait(self, timeout=PATIENCE):
         """Return the command's exit status."""
         return self.process.wait(timeout)
 
-    def _set_size(self, columns: int, rows: int) -> None:
+    def _set_size(self, columns, rows):
         size = struct.pack("HHHH", rows, columns, 0, 0)
         fcntl.ioctl(self.master, termios.TIOCSWINSZ, size)
 
-    def _read(self) -> None:
+    def _read(self):
         while True:
             try:
                 data = os.read(self.master, 65536)

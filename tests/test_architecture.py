@@ -24,17 +24,17 @@ READING = {"dataset", "csv_files", "placement", "samples"}
 """Files of the recorder that read recordings; :mod:`mukca.recorder.dataset` is their door."""
 
 
-def face(folder: Path) -> dict[str, str]:
+def face(folder):
     """The names that a folder offers, each with the module that it comes from."""
     tree = ast.parse((folder / "__init__.pyi").read_text())
     rows = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     return {alias.name: node.module or "" for node in rows for alias in node.names}
 
 
-def imports(file: Path) -> list[str]:
+def imports(file):
     """The package's modules that a file imports anywhere, as dotted paths below the root."""
     package = file.relative_to(ROOT).parts[:-1]
-    modules: list[str] = []
+    modules = []
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = package[: len(package) - node.level + 1]
@@ -51,7 +51,7 @@ def imports(file: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.relative_to(ROOT)))
-def test_data_flows_one_way_through_the_rooms(file: Path) -> None:
+def test_data_flows_one_way_through_the_rooms(file):
     room = file.relative_to(ROOT).parts[0]
     for module in imports(file):
         other = module.split(".")[0]
@@ -59,9 +59,9 @@ def test_data_flows_one_way_through_the_rooms(file: Path) -> None:
             assert ROOMS.index(other) <= ROOMS.index(room), f"{file}: {module} is above {room}"
 
 
-def test_the_solver_takes_from_the_recorder_what_reads_recordings() -> None:
+def test_the_solver_takes_from_the_recorder_what_reads_recordings():
     offered = face(ROOT / "recorder")
-    taken: set[str] = set()
+    taken = set()
     for file in sorted((ROOT / "solver").rglob("*.py")):
         for module in imports(file):
             if module.split(".")[0] in ("drivers", "recorder"):
@@ -78,7 +78,7 @@ def test_the_solver_takes_from_the_recorder_what_reads_recordings() -> None:
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda f: str(f.relative_to(ROOT)))
-def test_a_face_offers_what_is_there(folder: Path) -> None:
+def test_a_face_offers_what_is_there(folder):
     """Each name is loaded from its file, and none has the name of a file of its folder."""
     names = face(folder)
     loaded = importlib.import_module(".".join(["mukca", *folder.relative_to(ROOT).parts]))
@@ -87,7 +87,7 @@ def test_a_face_offers_what_is_there(folder: Path) -> None:
     assert all(getattr(loaded, name) is not None for name in names)
 
 
-def test_folders_come_in_by_each_others_faces() -> None:
+def test_folders_come_in_by_each_others_faces():
     for file in FILES:
         for module in imports(file):
             target = ROOT.joinpath(*module.split("."))
@@ -95,17 +95,17 @@ def test_folders_come_in_by_each_others_faces() -> None:
                 assert target.parent == file.parent, f"{file}: {module} by its folder's face"
 
 
-def test_what_a_module_imports_fits_a_glance() -> None:
+def test_what_a_module_imports_fits_a_glance():
     for file in FILES:
         assert len(set(imports(file))) <= 10, file
 
 
-def test_nobody_inside_imports_the_face_of_the_root() -> None:
+def test_nobody_inside_imports_the_face_of_the_root():
     for file in FILES:
         assert "" not in imports(file), file
 
 
-def test_folders_import_in_no_circle_and_the_page_shows_how() -> None:
+def test_folders_import_in_no_circle_and_the_page_shows_how():
     """``python docs/images/architecture.py`` draws both anew."""
     path = ROOT / "docs" / "images" / "architecture.py"
     spec = importlib.util.spec_from_file_location("architecture", path)
@@ -117,14 +117,14 @@ def test_folders_import_in_no_circle_and_the_page_shows_how() -> None:
     assert drawing.picture(graph) == (ROOT / "docs" / "images" / "architecture.svg").read_text()
 
 
-def test_every_folder_with_code_is_shipped() -> None:
+def test_every_folder_with_code_is_shipped():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     shipped = set(project["tool"]["setuptools"]["packages"])
     folders = {".".join(["mukca", *file.relative_to(ROOT).parts[:-1]]) for file in FILES}
     assert folders | {"mukca"} == shipped
 
 
-def test_the_root_holds_no_other_module() -> None:
+def test_the_root_holds_no_other_module():
     assert {file.name for file in ROOT.glob("*.py")} == {
         "__init__.py",
         "__main__.py",
@@ -135,14 +135,14 @@ def test_the_root_holds_no_other_module() -> None:
 
 
 @pytest.mark.slow
-def test_only_the_command_line_prints() -> None:
+def test_only_the_command_line_prints():
     for file in FILES:
         calls = [n for n in ast.walk(ast.parse(file.read_text())) if isinstance(n, ast.Call)]
         printing = [c for c in calls if isinstance(c.func, ast.Name) and c.func.id == "print"]
         assert not printing, file
 
 
-def test_no_message_points_into_a_folder_that_is_not_installed() -> None:
+def test_no_message_points_into_a_folder_that_is_not_installed():
     """The pages of docs/ come with the repository, not with the package."""
     for file in FILES:
         if "docs/" in (source := file.read_text()):
@@ -151,7 +151,7 @@ def test_no_message_points_into_a_folder_that_is_not_installed() -> None:
             assert not [text for text in shown if re.search(r"\bdocs/", text)], file
 
 
-def test_constraints_pin_every_dependency() -> None:
+def test_constraints_pin_every_dependency():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines if "==" in line}
@@ -162,14 +162,14 @@ def test_constraints_pin_every_dependency() -> None:
         assert name == "mukca" or name in pinned, requirement
 
 
-def test_the_version_stands_in_one_place() -> None:
+def test_the_version_stands_in_one_place():
     version = mukca.__version__
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     assert version not in (ROOT / "pyproject.toml").read_text()
     assert not [file for file in FILES if f'"{version}"' in file.read_text()]
 
 
-def test_workflows_call_the_makefile_and_nothing_else() -> None:
+def test_workflows_call_the_makefile_and_nothing_else():
     targets = re.findall(r"^(\w[\w-]*):", (ROOT / "Makefile").read_text(), re.M)
     for file in (ROOT / ".github" / "workflows").glob("*.yml"):
         runs = re.findall(r"- run: (.*)", file.read_text())

@@ -4,8 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable
-from pathlib import Path
 
 import pytest
 
@@ -44,9 +42,7 @@ WINDOWS_HAS_NOT = (*MACOS_HAS_NOT, "SIGHUP", "SIGQUIT", "SIGWINCH", "SIGALRM", "
                    "O_DIRECTORY", "O_CLOEXEC", "poll", "fpathconf", "AF_UNIX")  # fmt: skip
 
 
-def run_without(
-    absent: Iterable[str], names: Iterable[str], *words: str, cwd: Path
-) -> subprocess.CompletedProcess[str]:
+def run_without(absent, names, *words, cwd):
     lists = (",".join(absent), ",".join(names) or "nothing")
     return subprocess.run(
         [sys.executable, "-c", WITHOUT, *lists, *words],
@@ -59,7 +55,7 @@ def run_without(
 
 
 @pytest.mark.slow
-def test_solve_and_report_need_no_extra_and_no_posix(session: Path, tmp_path: Path) -> None:
+def test_solve_and_report_need_no_extra_and_no_posix(session, tmp_path):
     out = tmp_path / "calibrated"
     words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out), "--json")
     absent = (*EXTRAS, *DRIVERS, *POSIX)
@@ -70,7 +66,7 @@ def test_solve_and_report_need_no_extra_and_no_posix(session: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_check_needs_no_extra_and_no_posix(session: Path) -> None:
+def test_check_needs_no_extra_and_no_posix(session):
     absent = (*EXTRAS, *DRIVERS, *POSIX)
     result = run_without(absent, WINDOWS_HAS_NOT, "check", "front", "--robot", "panda", cwd=session)
     assert result.returncode in (0, 1) and "Traceback" not in result.stderr, result.stderr
@@ -78,9 +74,7 @@ def test_check_needs_no_extra_and_no_posix(session: Path) -> None:
 
 
 @pytest.mark.slow
-def test_recording_needs_no_extra_and_nothing_that_macos_has_not(
-    session: Path, tmp_path: Path
-) -> None:
+def test_recording_needs_no_extra_and_nothing_that_macos_has_not(session, tmp_path):
     driver, out = f"mock:{session / 'front'}?speed=20", str(tmp_path / "again")
     keys = tmp_path / "keys.txt"
     keys.write_text("wait=1 !a q")
@@ -105,7 +99,7 @@ assert main([*sys.argv[1:], "second"]) == 0 and locked
 
 
 @pytest.mark.slow
-def test_recording_asks_windows_for_what_it_has(session: Path, tmp_path: Path) -> None:
+def test_recording_asks_windows_for_what_it_has(session, tmp_path):
     (tmp_path / "keys.txt").write_text("wait=1 !a q")
     driver = f"mock:{session / 'front'}?speed=20"
     words = ("record", "--robot", "panda", "--driver", driver, "--keys", "keys.txt", "--out")
@@ -116,7 +110,7 @@ def test_recording_asks_windows_for_what_it_has(session: Path, tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_parts_without_their_kernel_name_the_extra(tmp_path: Path) -> None:
+def test_parts_without_their_kernel_name_the_extra(tmp_path):
     result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1
     assert "pip install 'mukca[print]'" in result.stderr

@@ -25,10 +25,10 @@ CONF = "\n".join(f"delta_{name} = [0, 0, 0, 0, 0, 0]" for name in ("theta", "a",
 class Recorder:
     """Whatever is called is kept."""
 
-    def __init__(self, q: np.ndarray, sent: dict[str, tuple]) -> None:
+    def __init__(self, q, sent):
         self.q, self.sent = q, sent
 
-    def __getattr__(self, name: str):
+    def __getattr__(self, name):
         def call(*words, angle=None, **_):
             self.sent[name] = words if angle is None else (angle,)
             return (0, [*self.q, 0.0]) if name == "get_servo_angle" else list(self.q)
@@ -37,7 +37,7 @@ class Recorder:
 
 
 @pytest.mark.parametrize("maker", ARMS)
-def test_the_lines_send_what_they_should(maker: str, tmp_path, monkeypatch) -> None:
+def test_the_lines_send_what_they_should(maker, tmp_path, monkeypatch):
     flaws = {"compliance": 5e-5, "transmission": 2e-4}
     truth, _ = mukca.simulate_recordings(mukca.load_robot(ARMS[maker]), 1, samples=2, **flaws)
     arm = FullModel(truth)
@@ -69,18 +69,18 @@ def test_the_lines_send_what_they_should(maker: str, tmp_path, monkeypatch) -> N
     CHECKS[maker](arm, q, T, sent, names)
 
 
-def pose(place, turn: Rotation) -> np.ndarray:
+def pose(place, turn):
     T = np.eye(4)
     T[:3, 3], T[:3, :3] = place, turn.as_matrix()
     return T
 
 
-def reaches(controller: FullModel, arm: FullModel, sent: np.ndarray, q: np.ndarray, T) -> None:
+def reaches(controller, arm, sent, q, T):
     """The controller's joints for what it was sent bring the true flange to the pose."""
     assert np.abs(arm.flange(controller.command(sent, q)) - T).max() < 2e-6
 
 
-def check_ur(arm, q, T, sent, names) -> None:
+def check_ur(arm, q, T, sent, names):
     robot = mukca.load_robot("ur5e", base="base_link_inertia")
     controller = FullModel(CalibratedRobot(robot, (), np.zeros(0)))
     written = np.array(re.search(r"\[(.*)\]", names["script"])[1].split(","), dtype=float)
@@ -89,25 +89,25 @@ def check_ur(arm, q, T, sent, names) -> None:
     assert np.abs(arm.flange(sent["moveJ"][0]) - T).max() < 1e-9
 
 
-def check_franka(arm, q, T, sent, names) -> None:
+def check_franka(arm, q, T, sent, names):
     place, turn, _ = sent["move_to_pose"]
     reaches(arm.nominal, arm, pose(place, Rotation.from_quat(turn)), q + 0.01, T)
     assert np.abs(arm.flange(sent["move_to_joint_position"][0]) - T).max() < 1e-9
 
 
-def check_kuka(arm, q, T, sent, names) -> None:
+def check_kuka(arm, q, T, sent, names):
     X, Y, Z, A, B, C = map(float, re.findall(r"-?\d+\.\d+", names["line"]))
     turn = Rotation.from_euler("ZYX", [A, B, C], degrees=True)
     reaches(arm.nominal, arm, pose(1e-3 * np.array([X, Y, Z]), turn), q, T)
 
 
-def check_xarm(arm, q, T, sent, names) -> None:
+def check_xarm(arm, q, T, sent, names):
     six = np.array(sent["set_position"])
     reaches(arm.nominal, arm, pose(1e-3 * six[:3], Rotation.from_euler("xyz", six[3:])), q, T)
     assert np.abs(arm.flange(sent["set_servo_angle"][0]) - T).max() < 1e-9
 
 
-def check_lerobot(arm, q, T, sent, names) -> None:
+def check_lerobot(arm, q, T, sent, names):
     motors = ["a", "b", "c", "d", "e"]
     robot = SimpleNamespace(
         get_observation=lambda: {
@@ -119,7 +119,7 @@ def check_lerobot(arm, q, T, sent, names) -> None:
     assert arm.ball(names["act"](robot, point, motors)) == pytest.approx(point, abs=1e-9)
 
 
-def check_moveit(arm, q, T, sent, names) -> None:
+def check_moveit(arm, q, T, sent, names):
     rows = [q, q + 0.02]
     points = [SimpleNamespace(positions=row.tolist()) for row in rows]
     trajectory = SimpleNamespace(joint_trajectory=SimpleNamespace(points=points))

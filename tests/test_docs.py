@@ -9,7 +9,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 
 @pytest.mark.parametrize("page", [*PAGES, *ROOT.glob("*.md")], ids=lambda page: page.name)
-def test_every_link_leads_to_a_file(page: Path) -> None:
+def test_every_link_leads_to_a_file(page):
     text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.M | re.S)
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
         path, _, anchor = target.partition("#")
@@ -37,12 +36,12 @@ def test_every_link_leads_to_a_file(page: Path) -> None:
             assert anchor in slugs, f"{page.name}: {target}"
 
 
-def test_every_page_is_in_the_navigation() -> None:
+def test_every_page_is_in_the_navigation():
     nav = (ROOT / "mkdocs.yml").read_text().split("\nnav:")[1]
     assert {page.name for page in PAGES} == set(re.findall(r"[\w-]+\.md", nav))
 
 
-def test_every_cause_has_the_page_that_the_program_names(tmp_path: Path) -> None:
+def test_every_cause_has_the_page_that_the_program_names(tmp_path):
     copy = shutil.copytree(ROOT / "docs/causes", tmp_path / "causes")
     subprocess.run([sys.executable, str(copy / "pages.py")], check=True)
     for page in copy.glob("*.md"):
@@ -51,7 +50,7 @@ def test_every_cause_has_the_page_that_the_program_names(tmp_path: Path) -> None
     assert names | {"index"} == {page.stem for page in (ROOT / "docs/causes").glob("*.md")}
 
 
-def test_every_verb_is_in_the_documents() -> None:
+def test_every_verb_is_in_the_documents():
     from mukca.tools.cli import VERBS
 
     text = "\n".join(page.read_text() for page in [*PAGES, ROOT / "README.md"])
@@ -59,10 +58,10 @@ def test_every_verb_is_in_the_documents() -> None:
 
 
 @pytest.mark.slow
-def test_every_command_in_the_documents_is_one() -> None:
+def test_every_command_in_the_documents_is_one():
     from mukca.tools.cli import VERBS, build_parser
 
-    wrong: list[str] = []
+    wrong = []
     pages = [page for page in PAGES if page.name != "benchmarks.md"]  # that shows what was printed
     for page in [*pages, ROOT / "README.md"]:
         text = page.read_text().replace("\\\n", " ")
@@ -87,13 +86,13 @@ HOLES = {
 
 
 @pytest.mark.slow
-def test_the_readme_says_how_far_distances_between_bases_are_off(recordings: Path) -> None:
+def test_the_readme_says_how_far_distances_between_bases_are_off(recordings):
     robot = mukca.load_robot(recordings / "panda_3/nominal.urdf")
     placements = mukca.read_placements(recordings / "panda_3")
     train = [p for p in placements if p.path and p.path.name == "frontcenter"]
     found = mukca.calibrate(robot, train).calibrated
 
-    def off(ball: Callable[[np.ndarray], np.ndarray]) -> list[float]:
+    def off(ball):
         seats = {
             p.path.name: [ball(p.positions)[p.sockets == k].mean(axis=0) for k in (0, 1)]
             for p in placements
@@ -113,7 +112,7 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings: Pat
     assert f"by {np.mean(after):.2f} mm after ({max(after):.2f})" in text
 
 
-def test_figures_are_those_of_the_benchmarks() -> None:
+def test_figures_are_those_of_the_benchmarks():
     """After ``python benchmarks/page.py --measure ...`` the other pages take what it found."""
     path = ROOT / "benchmarks" / "page.py"
     spec = importlib.util.spec_from_file_location("benchmarks_page", path)

@@ -10,7 +10,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,12 +25,12 @@ Run = Callable[..., str]
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+def run(tmp_path, monkeypatch, capsys):
     """Run an example in a folder of its own, and return what it printed."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
 
-    def run(script: str, *words: str) -> str:
+    def run(script, *words):
         monkeypatch.setattr(sys, "argv", [script, *words])
         runpy.run_path(str(EXAMPLES / script), run_name="__main__")
         return capsys.readouterr().out
@@ -40,7 +39,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda file: file.name)
-def test_an_example_is_short_and_uses_the_public_face_alone(script: Path) -> None:
+def test_an_example_is_short_and_uses_the_public_face_alone(script):
     text = script.read_text()
     nodes = list(ast.walk(ast.parse(text)))
     imported = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
@@ -51,7 +50,7 @@ def test_an_example_is_short_and_uses_the_public_face_alone(script: Path) -> Non
 
 
 @pytest.mark.slow
-def test_calibrate_from_csv(run: Run, tmp_path: Path) -> None:
+def test_calibrate_from_csv(run, tmp_path):
     shown = run("calibrate_from_csv.py")
     placements = mukca.read_placements(tmp_path / "recordings")
     assert [len(p.samples) for p in placements] == [24, 24, 24]
@@ -62,7 +61,7 @@ def test_calibrate_from_csv(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_own_urdf(run: Run, tmp_path: Path) -> None:
+def test_own_urdf(run, tmp_path):
     shown = run("own_urdf.py")
     assert "6 joints, base_link -> ball_link" in shown
     calibration = mukca.load_calibration(tmp_path / "my_arm_calibrated" / "calibration.json")
@@ -73,7 +72,7 @@ def test_own_urdf(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_stream_arm(tmp_path: Path) -> None:
+def test_stream_arm(tmp_path):
     """As a program of its own."""
     words = [sys.executable, "-W", "error", str(EXAMPLES / "stream_arm.py")]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=300)
@@ -87,7 +86,7 @@ def test_stream_arm(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_use_in_pinocchio(run: Run) -> None:
+def test_use_in_pinocchio(run):
     pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
     shown = run("use_in_pinocchio.py")
     difference, nominal = re.findall(r"by ([\d.e+-]+) m", shown)
@@ -97,7 +96,7 @@ def test_use_in_pinocchio(run: Run) -> None:
 
 
 @pytest.mark.slow
-def test_monte_carlo(run: Run) -> None:
+def test_monte_carlo(run):
     _, *rows = run("monte_carlo.py", "1", "5", "20").splitlines()
     few, many = ([float(word) for word in row.split()] for row in rows)
     assert (few[0], many[0]) == (5, 20)
@@ -105,23 +104,21 @@ def test_monte_carlo(run: Run) -> None:
     assert 0 < many[2] < 2  # by the nominal model it is some 10 mm
 
 
-def snippets(page: str) -> list[str]:
+def snippets(page):
     """Return the Python code on a page, block by block."""
     text = (EXAMPLES.parent / "docs" / page).read_text()
     return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
 
 
 @pytest.mark.slow
-def test_the_code_in_the_documents_runs(
-    tmp_path: Path, session: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_code_in_the_documents_runs(tmp_path, session, monkeypatch):
     for name in ("front", "left", "right"):
         shutil.copytree(session / name, tmp_path / "recordings" / name)
     shutil.copytree(session / "left", tmp_path / "recordings" / "july")
     monkeypatch.chdir(tmp_path)
     code = "\n".join(snippets("python.md")).replace("samples=30", "samples=8")
     code = code.replace("franka:172.16.0.2", "mock:recordings/front")
-    names: dict[str, Any] = {}
+    names = {}
     exec(code, names)
     assert len(names["state"].position) == 7
     q = names["q"]
@@ -137,11 +134,11 @@ def test_the_code_in_the_documents_runs(
 
 
 @pytest.mark.slow
-def test_the_tours_run_from_top_to_bottom(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tours_run_from_top_to_bottom(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (EXAMPLES.parent / "docs" / "tours.md").read_text().replace("range(1, 7)", "range(1, 3)")
-    names: dict[str, Any] = {}
-    statuses: list[int] = []
+    names = {}
+    statuses = []
     for kind, block in re.findall(r"^```(\w*)\n(.*?)^```", text, re.M | re.S):
         if kind == "python":
             exec(block, names)
@@ -153,15 +150,13 @@ def test_the_tours_run_from_top_to_bottom(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-def test_the_notebook_runs_from_top_to_bottom(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_notebook_runs_from_top_to_bottom(tmp_path, monkeypatch):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
     notebook = json.loads((EXAMPLES.parent / "docs" / "notebook.ipynb").read_text())
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
+    names = {}
     exec("\n".join(cells).replace("samples=30", "samples=12"), names)
     before, after = (np.mean(names["spread"][name]) for name in ("nominal", "calibrated"))
     assert after < 0.2 < before

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 ROS = ROOT / "packaging" / "ros2" / "mukca_ros"
 
 
-def test_the_recipe_requires_what_the_project_requires() -> None:
+def test_the_recipe_requires_what_the_project_requires():
     recipe = jinja2.Template((ROOT / "packaging/conda/meta.yaml").read_text()).render(PYTHON="py")
     run = re.findall(r"^    - (.*)$", recipe.split("  run:\n")[1].split("\ntest:")[0], re.M)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -33,7 +33,7 @@ def test_the_recipe_requires_what_the_project_requires() -> None:
 
 
 @pytest.mark.slow
-def test_the_ros_package_installs_what_ament_looks_for(tmp_path: Path) -> None:
+def test_the_ros_package_installs_what_ament_looks_for(tmp_path):
     source, out = shutil.copytree(ROS, tmp_path / "mukca_ros"), tmp_path / "out"
     out.mkdir()
     steps = ["install_data", f"--install-dir={out}", "build_py", f"--build-lib={out}"]
@@ -50,7 +50,7 @@ def test_the_ros_package_installs_what_ament_looks_for(tmp_path: Path) -> None:
     assert package.findtext("export/build_type") == "ament_python"
 
 
-def test_the_launch_file_feeds_the_urdf_with_the_corrected_states() -> None:
+def test_the_launch_file_feeds_the_urdf_with_the_corrected_states():
     launch = (ROS / "launch/calibrated.launch.py").read_text()
     node = (ROS / "mukca_ros/true_joint_states.py").read_text()
     assert '("joint_states", "joint_states_true")' in launch and '"joint_states_true"' in node

@@ -16,14 +16,14 @@ TEXT = (FOLDER / "print.md").read_text()
 ROWS = [[cell.strip() for cell in line.split("|")[1:-1]] for line in TEXT.splitlines()]
 
 
-def test_its_pictures_are_there_and_small() -> None:
+def test_its_pictures_are_there_and_small():
     pictures = re.findall(r"\]\((images/[^)]+)\)", TEXT)
     assert len(pictures) >= 12
     for picture in pictures:
         assert 2_000 < (FOLDER / picture).stat().st_size < 50_000
 
 
-def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
+def test_its_options_exist(capsys):
     with pytest.raises(SystemExit):
         main(["print-parts", "--help"])
     known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
@@ -34,7 +34,7 @@ def test_its_options_exist(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MOUNTS)
-def test_its_mounts_are_those_that_are_made(name: str) -> None:
+def test_its_mounts_are_those_that_are_made(name):
     part = BallPart(MOUNTS[name])
     row, payload = [row for row in ROWS if row and row[0] == f"`{name}`"]
     assert f"{part.position[part.mount.axis]:g} mm beyond" in row[2]
@@ -54,14 +54,14 @@ def test_its_mounts_are_those_that_are_made(name: str) -> None:
         ("piper", ["iso-50-4-m6"]),
     ],
 )
-def test_pages_of_arms_say_what_to_tell_the_arm(page: str, mounts: list[str]) -> None:
+def test_pages_of_arms_say_what_to_tell_the_arm(page, mounts):
     text = " ".join((FOLDER / f"{page}.md").read_text().split())
     told = re.findall(r"weighs (\d+ g),(?: with its centre)? (\d+ mm) be", text)
     told += re.findall(r"plate (\d+ g), with its centre (\d+ mm) be", text)
     assert [list(pair) for pair in told] == [_payload(name) for name in mounts]
 
 
-def _payload(name: str) -> list[str]:
+def _payload(name):
     part = printed_parts.ball(name)
     along = part.facts["centre_of_mass"][MOUNTS[name].axis]
     return [
@@ -70,7 +70,7 @@ def _payload(name: str) -> list[str]:
     ]
 
 
-def test_its_limits_of_distance_hold() -> None:
+def test_its_limits_of_distance_hold():
     low, high = map(float, re.findall(r"20 mm\s+allows ([\d.]+) to (\d\.\d+)", TEXT)[0])
     for distance in (low, high):
         SocketBase(distance=1000 * distance)
@@ -78,7 +78,7 @@ def test_its_limits_of_distance_hold() -> None:
             SocketBase(distance=1000 * (distance + (0.001 if distance == high else -0.001)))
 
 
-def test_its_figures_of_scale_hold() -> None:
+def test_its_figures_of_scale_hold():
     rows = [row for row in ROWS if len(row) == 3 and "ppm" in row[1]]
     assert len(rows) == 4
     for distance, ppm, far in rows:
@@ -87,7 +87,7 @@ def test_its_figures_of_scale_hold() -> None:
         assert float(far.split()[0]) == pytest.approx(400 * scale, abs=0.005)
 
 
-def test_its_figures_of_play_hold() -> None:
+def test_its_figures_of_play_hold():
     generator = np.random.default_rng(0)
     arm = generator.normal(size=(200_000, 3)) * 0.15 / (2 * np.sqrt(2 / np.pi))
     way = generator.normal(size=arm.shape)
@@ -101,7 +101,7 @@ def test_its_figures_of_play_hold() -> None:
 
 
 @pytest.mark.parametrize("robot", shipped_robots())
-def test_the_ball_of_a_shipped_model_is_where_its_printed_mount_holds_it(robot: str) -> None:
+def test_the_ball_of_a_shipped_model_is_where_its_printed_mount_holds_it(robot):
     mount = next((m for m in MOUNTS.values() if m.links.get(robot)), None)
     if mount is None:
         pytest.skip("its maker publishes no frame at which a mount could be placed")

@@ -5,10 +5,8 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote
 
 import pytest
@@ -23,7 +21,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(tmp_path_factory):
     out = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(out)]
     env = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
@@ -35,14 +33,14 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class Page(HTMLParser):
     """The main text of a page: code boxes, items of numbered lists, links, and words."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file):
         super().__init__()
         self.boxes = self.items = self.depth = self.code = 0
-        self.links: list[str] = []
+        self.links = []
         self.words = ""
         self.feed(re.search(r"<article.*</article>", file.read_text(), re.S)[0])  # type: ignore[index]
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         given = dict(attrs)
         self.boxes += tag == "pre"
         self.code += tag in {"pre", "code"}
@@ -50,20 +48,20 @@ class Page(HTMLParser):
         self.items += tag == "li" and self.depth > 0
         self.links += [link for name in ("href", "src") if (link := given.get(name))]
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         self.code -= tag in {"pre", "code"}
         self.depth -= tag == "ol"
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         self.words += "" if self.code else data
 
 
-def _pages() -> Iterator[Path]:
+def _pages():
     return (page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in BY_CODE)
 
 
-def test_every_page_is_built_as_it_is_written(site: Path) -> None:
-    wrong: list[str] = []
+def test_every_page_is_built_as_it_is_written(site):
+    wrong = []
     for source in _pages():
         text, built = source.read_text(), Page(site / f"{source.stem}.html")
         fences = len(re.findall(r"^ *```", text, re.M)) // 2
@@ -84,9 +82,9 @@ def test_every_page_is_built_as_it_is_written(site: Path) -> None:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_the_site_works_from_the_disk_on_every_screen(site: Path) -> None:
-    playwright: Any = pytest.importorskip("playwright.sync_api")
-    wrong: list[str] = []
+def test_the_site_works_from_the_disk_on_every_screen(site):
+    playwright = pytest.importorskip("playwright.sync_api")
+    wrong = []
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         tab = browser.new_page()

@@ -23,14 +23,14 @@ TURN = 6
 """Samples in a socket before it is the other's turn."""
 
 
-def commands() -> list[list[str]]:
+def commands():
     """The commands of the steps on recording and solving, in their order."""
     steps = PAGE[PAGE.index("4. Print") : PAGE.index("Only where the socket base stands on")]
     fences = "\n".join(re.findall(r"```\n(.*?)```", steps, re.S))
     return [shlex.split(line)[1:] for line in fences.splitlines() if line.strip()]
 
 
-def lead(folder: Path) -> None:
+def lead(folder):
     """Write where a hand leads an arm whose zeros, links, gears and encoders are off."""
     robot, generator = load_robot("so101"), np.random.default_rng(3)
     arm, zeros = perturb(robot, generator, 3e-4, 5e-3), np.radians(generator.normal(0, 2, 5))
@@ -47,9 +47,7 @@ def lead(folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.waits
-def test_the_page_leads_to_a_pass(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_page_leads_to_a_pass(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     lead(tmp_path / "hand")
     keys = tmp_path / "keys"

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import pytest
 import stored
@@ -12,12 +11,12 @@ SETS = sorted(stored.STORED.iterdir())
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", SETS, ids=lambda folder: folder.name)
-def test_nothing_of_a_release_is_lost(folder: Path) -> None:
+def test_nothing_of_a_release_is_lost(folder):
     assert stored.lost(folder) == []
 
 
 @pytest.mark.slow
-def test_a_key_that_is_lost_is_named(tmp_path: Path) -> None:
+def test_a_key_that_is_lost_is_named(tmp_path):
     copy = shutil.copytree(SETS[-1], tmp_path / "set")
     known = json.loads((copy / "known.json").read_text())
     known["names"].append("levitate")

@@ -23,7 +23,7 @@ SHIPPED = re.compile(
 )
 
 
-def look_inside(wheel: Path) -> None:
+def look_inside(wheel):
     """Refuse a wheel that holds a test, a page of documentation or an example."""
     names = zipfile.ZipFile(wheel).namelist()
     strange = [name for name in names if not SHIPPED.match(name)]
@@ -31,11 +31,11 @@ def look_inside(wheel: Path) -> None:
     print(f"{wheel.name}: {len(names)} files, {wheel.stat().st_size / 1e3:.0f} kB")
 
 
-def try_with(python: str, wheel: Path) -> None:
+def try_with(python, wheel):
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
-        def run(*words: object) -> str:
+        def run(*words):
             environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
             result = subprocess.run(
                 [*map(str, words)],

@@ -7,9 +7,7 @@ for a moment in which the kernel carries them (:data:`CARRIED`).
 """
 
 import select
-from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
 
 from mukca.drivers import clock
 
@@ -20,31 +18,21 @@ LATE = 1e-6
 """Nobody is woken earlier than asked, and by a real clock always somewhat later [s]."""
 
 
-class Peer(Protocol):
-    """Somebody who acts at moments of his own, or when there is something to read."""
-
-    watched: dict[int, Callable[[], None]]
-
-    def heed(self, readable: Sequence[int]) -> None: ...
-    def due(self) -> float: ...
-    def send_due(self) -> None: ...
-
-
 class Every:
-    """A peer that does the same again and again."""
+    """A peer, which acts at moments of its own or when it can read: the same again and again."""
 
-    def __init__(self, time: "VirtualTime", seconds: float, act: Callable[[], object]) -> None:
-        self.watched: dict[int, Callable[[], None]] = {}
+    def __init__(self, time, seconds, act):
+        self.watched = {}
         self._seconds, self._act = seconds, act
         self._next = time.now() + seconds
 
-    def heed(self, readable: Sequence[int]) -> None:
+    def heed(self, readable):
         pass
 
-    def due(self) -> float:
+    def due(self):
         return self._next
 
-    def send_due(self) -> None:
+    def send_due(self):
         self._next += self._seconds
         self._act()
 
@@ -52,19 +40,19 @@ class Every:
 class VirtualTime(clock.Clock):
     """Stands in for the host's clock, and for the threads that do something again and again."""
 
-    def __init__(self) -> None:
-        self.peers: list[Peer] = []
+    def __init__(self):
+        self.peers = []
         self._now = 1000.0
-        self._threads: list[tuple[Callable[[], bool], Callable[[], None]]] = []
+        self._threads = []
         self._stepping = False
 
-    def now(self) -> float:
+    def now(self):
         return self._now
 
-    def sleep(self, seconds: float) -> None:
+    def sleep(self, seconds):
         self.wait([], seconds)
 
-    def wait(self, sources: Sequence[Any], seconds: float) -> list[Any]:
+    def wait(self, sources, seconds):
         end = self._now + seconds
         while True:
             ready = self._ready(sources, 0.0)
@@ -85,7 +73,7 @@ class VirtualTime(clock.Clock):
                     continue
             self._now = end + LATE
 
-    def _ready(self, sources: Sequence[Any], carried: float) -> list[Any]:
+    def _ready(self, sources, carried):
         """Let peers act on what has come in; return the sources that can be read then."""
         while True:
             watched = [file for peer in self.peers for file in peer.watched]
@@ -96,12 +84,12 @@ class VirtualTime(clock.Clock):
             for peer in asked:
                 peer.heed([file for file in readable if file in peer.watched])
 
-    def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
+    def repeat(self, step, end):
         thread = step, end
         self._threads.append(thread)
         return lambda: self._end(thread)
 
-    def _step(self) -> None:
+    def _step(self):
         """Do what all threads do meanwhile."""
         self._stepping = True
         for thread in list(self._threads):
@@ -109,17 +97,17 @@ class VirtualTime(clock.Clock):
                 self._end(thread)
         self._stepping = False
 
-    def _end(self, thread: tuple[Callable[[], bool], Callable[[], None]]) -> None:
+    def _end(self, thread):
         if thread in self._threads:
             self._threads.remove(thread)
             thread[1]()
 
-    def jump(self, moment: float) -> None:
+    def jump(self, moment):
         """Let it be another moment at once [s]; nobody acts meanwhile."""
         self._now = moment
 
     @contextmanager
-    def running(self) -> Iterator["VirtualTime"]:
+    def running(self):
         """Put it in the place of the host's clock."""
         with clock.use(self):
             yield self

@@ -1,7 +1,5 @@
 """A connection that is lost is made again, and whatever cannot be mended is said at once."""
 
-from collections.abc import Sequence
-
 import pytest
 
 from mukca.drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
@@ -12,36 +10,34 @@ pytestmark = pytest.mark.usefixtures("virtual_time")
 class Scripted(Driver):
     """Does one thing after the other: a state for True, an error for its reason."""
 
-    def __init__(
-        self, acts: Sequence[bool | Reason], names: tuple[str, ...] = ("a",), missed: int = 0
-    ) -> None:
+    def __init__(self, acts, names=("a",), missed=0):
         self.acts = list(acts)
         self.names = names
         self.missed = self.rejected = missed
         self.closed = 0
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self):
         return self.names
 
-    def read(self, timeout: float) -> JointState:
+    def read(self, timeout):
         act = self.acts.pop(0)
         if isinstance(act, Reason):
             raise DriverError(act, f"it is {act.value}")
         return JointState(0.0, (1.0,))
 
-    def close(self) -> None:
+    def close(self):
         self.closed += 1
 
 
 class Robot:
     """Hands out connections, or refuses them."""
 
-    def __init__(self, *connections: Scripted | Reason) -> None:
+    def __init__(self, *connections):
         self.connections = list(connections)
-        self.attempts: list[float] = []
+        self.attempts = []
 
-    def __call__(self) -> Driver:
+    def __call__(self):
         self.attempts.append(clock.now())
         connection = self.connections.pop(0)
         if isinstance(connection, Reason):
@@ -49,19 +45,19 @@ class Robot:
         return connection
 
 
-def test_states_pass_through() -> None:
+def test_states_pass_through():
     driver = Reconnecting(Robot(Scripted([True, True])))
     assert driver.read(1.0).position == driver.read(1.0).position == (1.0,)
     assert driver.drops == 0 and driver.trouble is None
 
 
-def test_the_first_connection_must_succeed() -> None:
+def test_the_first_connection_must_succeed():
     with pytest.raises(DriverError, match="busy"):
         Reconnecting(Robot(Reason.BUSY))
 
 
 @pytest.mark.parametrize("reason", [Reason.UNREACHABLE, Reason.BUSY, Reason.PROTOCOL])
-def test_a_drop_is_told_and_mended(reason: Reason) -> None:
+def test_a_drop_is_told_and_mended(reason):
     first, second = Scripted([True, reason], missed=3), Scripted([True], missed=4)
     driver = Reconnecting(Robot(first, second), first_wait=0.0)
     driver.read(1.0)
@@ -74,7 +70,7 @@ def test_a_drop_is_told_and_mended(reason: Reason) -> None:
     assert driver.missed == driver.rejected == 7
 
 
-def test_attempts_become_rarer() -> None:
+def test_attempts_become_rarer():
     robot = Robot(Scripted([Reason.UNREACHABLE]), *[Reason.UNREACHABLE] * 4, Scripted([True]))
     driver = Reconnecting(robot, first_wait=0.05, longest_wait=0.2)
     while True:
@@ -89,7 +85,7 @@ def test_attempts_become_rarer() -> None:
     assert driver.drops == 1
 
 
-def test_a_short_silence_keeps_the_connection_and_a_long_one_ends_it() -> None:
+def test_a_short_silence_keeps_the_connection_and_a_long_one_ends_it():
     first = Scripted([True, Reason.SILENT, Reason.SILENT])
     driver = Reconnecting(Robot(first, Scripted([True])), first_wait=0.0, silence=0.1)
     driver.read(1.0)
@@ -104,7 +100,7 @@ def test_a_short_silence_keeps_the_connection_and_a_long_one_ends_it() -> None:
 
 
 @pytest.mark.parametrize("reason", [Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT])
-def test_what_cannot_be_mended_is_raised(reason: Reason) -> None:
+def test_what_cannot_be_mended_is_raised(reason):
     driver = Reconnecting(Robot(Scripted([Reason.UNREACHABLE]), reason), first_wait=0.0)
     with pytest.raises(DriverError):
         driver.read(0.1)
@@ -113,7 +109,7 @@ def test_what_cannot_be_mended_is_raised(reason: Reason) -> None:
     assert caught.value.reason is reason
 
 
-def test_another_robot_at_the_address_is_refused() -> None:
+def test_another_robot_at_the_address_is_refused():
     other = Scripted([True], names=("x", "y"))
     driver = Reconnecting(Robot(Scripted([Reason.UNREACHABLE]), other), first_wait=0.0)
     with pytest.raises(DriverError):
@@ -123,7 +119,7 @@ def test_another_robot_at_the_address_is_refused() -> None:
     assert caught.value.reason is Reason.WRONG_ROBOT and other.closed == 1
 
 
-def test_a_closed_connection_stays_closed() -> None:
+def test_a_closed_connection_stays_closed():
     first = Scripted([True])
     driver = Reconnecting(Robot(first))
     driver.close()

@@ -24,7 +24,7 @@ from mukca.recorder import read_stream_log
 from mukca.tools.cli import main
 
 
-def record(folder: Path, seed: int) -> None:
+def record(folder, seed):
     """Capture one configuration after the other, as fast as it goes."""
     hand, keys = folder.parent / "hand.csv", folder.parent / "keys.txt"
     hand.write_text("\n".join(",".join(map(repr, q)) for q in configurations(500, seed)))
@@ -37,13 +37,13 @@ def record(folder: Path, seed: int) -> None:
         main([*words, "--keys", str(keys), "--target", "10000"])
 
 
-def counted(output: bytes) -> int:
+def counted(output):
     """The last number of captures that the screen showed."""
     found = re.findall(rb" 0: *(\d+)/10000", output)
     return int(found[-1]) if found else 0
 
 
-def killed(folder: Path, seed: int, generator: random.Random) -> int:
+def killed(folder, seed, generator):
     """Run a session, kill it at some moment after its first capture; return what it counted."""
     before = counted_in(folder)
     process, terminal = pty.fork()
@@ -71,7 +71,7 @@ def killed(folder: Path, seed: int, generator: random.Random) -> int:
     return counted(output)
 
 
-def counted_in(folder: Path) -> int:
+def counted_in(folder):
     """The number of whole captures in the file."""
     file = folder / "samples.csv"
     whole = file.read_bytes().rpartition(b"\n")[0] if file.exists() else b""

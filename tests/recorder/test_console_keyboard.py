@@ -12,13 +12,13 @@ from mukca.recorder.terminal import ConsoleKeyboard
 class Typed:
     """The module msvcrt, with keys that were typed."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         self._text = deque(text)
 
-    def kbhit(self) -> bool:
+    def kbhit(self):
         return bool(self._text)
 
-    def getwch(self) -> str:
+    def getwch(self):
         return self._text.popleft()
 
 
@@ -37,9 +37,9 @@ class Typed:
         ("ж€", []),
     ],
 )
-def test_keys_of_a_console_are_those_of_a_terminal(text: str, names: list[str]) -> None:
+def test_keys_of_a_console_are_those_of_a_terminal(text, names):
     with VirtualTime().running(), ConsoleKeyboard(Typed(text)) as keyboard:
-        keys: list[str] = []
+        keys = []
         while clock.wait([keyboard], 1.0):
             keys += keyboard.read()
     assert keys == names

@@ -8,9 +8,7 @@ JOINTS = (JointLimits("shoulder"), JointLimits("elbow"))
 QUIET = (0.02, 0.02)
 
 
-def rest(
-    effort: tuple[float, ...] | None, spread: tuple[float, ...] | None = QUIET
-) -> StationaryPose:
+def rest(effort, spread=QUIET):
     return StationaryPose((0.1, 0.2), (1e-5, 1e-5), effort, spread, 1.0, 300)
 
 
@@ -23,12 +21,12 @@ def rest(
         ((40.0, 2.4), "elbow exerts -2.6 N m"),
     ],
 )
-def test_a_load_beyond_gravity_is_told(effort: tuple[float, float], told: str | None) -> None:
+def test_a_load_beyond_gravity_is_told(effort, told):
     said = ContactDetector(JOINTS, lambda q: (40.0, 5.0)).evidence(rest(effort))
     assert said is None if told is None else told in str(said)
 
 
-def test_tremor_is_told_against_the_quietest_rest() -> None:
+def test_tremor_is_told_against_the_quietest_rest():
     push = ContactDetector(JOINTS)
     assert push.evidence(rest((1.0, 1.0), (0.5, 0.5))) is None  # nothing to compare with yet
     assert push.evidence(rest((1.0, 1.0), QUIET)) is None
@@ -39,9 +37,9 @@ def test_tremor_is_told_against_the_quietest_rest() -> None:
     assert push.evidence(rest((1.0, 1.0), QUIET)) is None
 
 
-def test_without_efforts_nothing_is_claimed() -> None:
+def test_without_efforts_nothing_is_claimed():
     assert ContactDetector(JOINTS, lambda q: (40.0, 5.0)).evidence(rest(None, None)) is None
 
 
-def test_without_masses_no_load_is_claimed() -> None:
+def test_without_masses_no_load_is_claimed():
     assert ContactDetector(JOINTS).evidence(rest((1000.0, 0.0))) is None

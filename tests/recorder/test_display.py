@@ -29,19 +29,19 @@ VIEW = View(
 class Terminal:
     """A pseudo-terminal that knows no size, and a screen on it."""
 
-    def __init__(self, encoding: str = "utf-8") -> None:
+    def __init__(self, encoding="utf-8"):
         self.master, slave = os.openpty()
         self.stream = open(slave, "w", encoding=encoding)  # noqa: SIM115, PTH123
         self.screen = Screen(Console(file=self.stream, force_terminal=True))
 
-    def written(self) -> str:
+    def written(self):
         """All that was written by now; a pseudo-terminal hands it over a little later."""
         text = b""
         while select.select([self.master], [], [], 0.2)[0]:
             text += os.read(self.master, 65536)
         return text.decode()
 
-    def close(self) -> None:
+    def close(self):
         self.stream.close()
         os.close(self.master)
 
@@ -53,17 +53,17 @@ def terminal():
     made.close()
 
 
-def rows(written: str) -> list[int]:
+def rows(written):
     return [int(row) for row in re.findall(r"\x1b\[(\d+);1H", written)]
 
 
-def test_a_terminal_without_a_size_gets_80_by_24(terminal: Terminal) -> None:
+def test_a_terminal_without_a_size_gets_80_by_24(terminal):
     with terminal.screen as screen:
         screen.show(VIEW)
         assert rows(terminal.written()) == list(range(1, 25))
 
 
-def test_only_changed_lines_are_written_again(terminal: Terminal) -> None:
+def test_only_changed_lines_are_written_again(terminal):
     with terminal.screen as screen:
         screen.show(VIEW)
         terminal.written()
@@ -73,14 +73,14 @@ def test_only_changed_lines_are_written_again(terminal: Terminal) -> None:
         assert rows(terminal.written()) == [7]
 
 
-def test_the_screen_before_comes_back(terminal: Terminal) -> None:
+def test_the_screen_before_comes_back(terminal):
     with pytest.raises(RuntimeError), terminal.screen:
         assert "\x1b[?1049h" in terminal.written()
         raise RuntimeError
     assert terminal.written().endswith("\x1b[?25h\x1b[?1049l")
 
 
-def test_a_terminal_without_unicode_gets_ascii() -> None:
+def test_a_terminal_without_unicode_gets_ascii():
     terminal = Terminal("ascii")
     with terminal.screen as screen:
         screen.show(VIEW)
@@ -88,7 +88,7 @@ def test_a_terminal_without_unicode_gets_ascii() -> None:
     terminal.close()
 
 
-def test_without_a_terminal_messages_are_lines() -> None:
+def test_without_a_terminal_messages_are_lines():
     text = io.StringIO()
     session = VIEW.session.with_message("first").with_message("[b]second[/b]", alarm=True)
     with Lines(Console(file=text)) as lines:
@@ -101,7 +101,7 @@ def test_without_a_terminal_messages_are_lines() -> None:
     assert text.getvalue() == "first\n! [b]second[/b]\nthird\n! [b]second[/b]\n"
 
 
-def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
+def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes():
     text = io.StringIO()
     by_hand = replace(VIEW, scripted=False)
     with Lines(Console(file=text)) as lines:
@@ -119,7 +119,7 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes() -> None:
     ]
 
 
-def test_a_simple_terminal_shows_the_advice_once_and_rings() -> None:
+def test_a_simple_terminal_shows_the_advice_once_and_rings():
     text = io.StringIO()
     advised = replace(VIEW, advice=Advice(3, 0, 4e-4, 3e-4, target=(0.8,)))
     simple = Console(file=text, force_terminal=True, color_system=None, width=200)
@@ -131,7 +131,7 @@ def test_a_simple_terminal_shows_the_advice_once_and_rings() -> None:
     assert "next best ◆: elbow up by 40.1°" in text.getvalue()
 
 
-def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain() -> None:
+def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():
     session = Session(tuple(JointLimits(name, -1, 2) for name in ("base", "elbow", "wrist")))
     advice = Advice(3, 0, 4e-4, 3e-4, target=(-0.2, 0.01, 1.2), lift=True)
     text = io.StringIO()
@@ -142,7 +142,7 @@ def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain() -> None:
     )
 
 
-def test_without_a_terminal_the_help_is_there_when_it_is_asked_for() -> None:
+def test_without_a_terminal_the_help_is_there_when_it_is_asked_for():
     text = io.StringIO()
     with Lines(Console(file=text)) as lines:
         for shown in (True, True, False, True):

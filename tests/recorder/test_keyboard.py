@@ -4,16 +4,14 @@ import contextlib
 import os
 import select
 import termios
-from collections.abc import Iterator
 
 import pytest
-from virtual_time import VirtualTime
 
 from mukca.recorder.terminal import Keyboard
 
 
 @pytest.fixture
-def pty() -> Iterator[tuple[int, int]]:
+def pty():
     master, slave = os.openpty()
     yield master, slave
     for descriptor in (master, slave):
@@ -21,13 +19,13 @@ def pty() -> Iterator[tuple[int, int]]:
             os.close(descriptor)
 
 
-def pressed(keyboard: Keyboard, master: int, keys: bytes, wait: float = 5.0) -> list[str]:
+def pressed(keyboard, master, keys, wait=5.0):
     os.write(master, keys)
     ready, _, _ = select.select([keyboard], [], [], wait)
     return keyboard.read() if ready else []
 
 
-def test_keys_come_at_once_and_unseen(pty: tuple[int, int]) -> None:
+def test_keys_come_at_once_and_unseen(pty):
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, b"a") == ["a"]
@@ -37,7 +35,7 @@ def test_keys_come_at_once_and_unseen(pty: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("fails", [False, True])
-def test_the_terminal_is_given_back(pty: tuple[int, int], fails: bool) -> None:
+def test_the_terminal_is_given_back(pty, fails):
     _, slave = pty
     before = termios.tcgetattr(slave)
     with contextlib.suppress(RuntimeError), Keyboard(slave):
@@ -47,7 +45,7 @@ def test_the_terminal_is_given_back(pty: tuple[int, int], fails: bool) -> None:
     assert termios.tcgetattr(slave) == before
 
 
-def test_what_was_typed_blindly_does_not_reach_the_shell(pty: tuple[int, int]) -> None:
+def test_what_was_typed_blindly_does_not_reach_the_shell(pty):
     master, slave = pty
     with Keyboard(slave):
         os.write(master, b"rm -r *\n")
@@ -74,7 +72,7 @@ def test_what_was_typed_blindly_does_not_reach_the_shell(pty: tuple[int, int]) -
         (b"\x13\x1a", ["\x13", "\x1a"]),
     ],
 )
-def test_special_keys_have_names(pty: tuple[int, int], sequence: bytes, names: list[str]) -> None:
+def test_special_keys_have_names(pty, sequence, names):
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, sequence + b"q") == [*names, "q"]
@@ -82,18 +80,14 @@ def test_special_keys_have_names(pty: tuple[int, int], sequence: bytes, names: l
         assert os.read(master, 10) == b"seen"
 
 
-def test_a_sequence_that_comes_in_two_parts_is_no_letter_either(
-    pty: tuple[int, int], virtual_time: VirtualTime
-) -> None:
+def test_a_sequence_that_comes_in_two_parts_is_no_letter_either(pty, virtual_time):
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, b"s\x1b[") == ["s"]
         assert pressed(keyboard, master, b"Aq") == ["Up", "q"]
 
 
-def test_escape_alone_does_not_swallow_the_next_key(
-    pty: tuple[int, int], virtual_time: VirtualTime
-) -> None:
+def test_escape_alone_does_not_swallow_the_next_key(pty, virtual_time):
     master, slave = pty
     with Keyboard(slave) as keyboard:
         assert pressed(keyboard, master, b"\x1b") == []

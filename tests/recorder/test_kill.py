@@ -10,7 +10,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 
-def test_what_the_screen_counted_is_in_the_file(tmp_path: Path) -> None:
+def test_what_the_screen_counted_is_in_the_file(tmp_path):
     program = Path(__file__).with_name("killed_sessions.py")
     words = [sys.executable, str(program), str(tmp_path / "front"), "50"]
     environment = {**os.environ, "PYTHONPATH": str(program.parents[1])}

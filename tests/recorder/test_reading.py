@@ -1,7 +1,5 @@
 """Reading placements: what is read is what was written, and bad files are told in one line."""
 
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,19 +15,19 @@ GOOD = "capture,1,0,1.0,2.0,300,0.1,0.2,1e-5,1e-5,,"
 MORE = "capture,2,1,2.0,3.0,300,0.3,0.4,1e-5,2e-5,1.5,2.5"
 
 
-def holes(folder: Path, hole_0: str, hole_1: str = "1,2,3\n4,5,6\n") -> Path:
+def holes(folder, hole_0, hole_1="1,2,3\n4,5,6\n"):
     folder.mkdir(exist_ok=True)
     (folder / "hole_0.csv").write_text(hole_0)
     (folder / "hole_1.csv").write_text(hole_1)
     return folder
 
 
-def recorded(folder: Path, *lines: str) -> Path:
+def recorded(folder, *lines):
     (folder / "samples.csv").write_text("\n".join(lines) + "\n")
     return folder
 
 
-def read(folder: Path) -> mukca.Placement:
+def read(folder):
     (placement,) = mukca.read_placements(folder)
     return placement
 
@@ -40,13 +38,13 @@ def read(folder: Path) -> mukca.Placement:
         st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), min_size=1, max_size=5
     )
 )
-def test_floats_read_back_exactly(rows: list[tuple[float, ...]], tmp_path_factory) -> None:
+def test_floats_read_back_exactly(rows, tmp_path_factory):
     text = "\n".join(",".join(map(repr, row)) for row in rows)
     samples = read(holes(tmp_path_factory.mktemp("exact"), text, text)).samples
     assert [sample.position for sample in samples] == [*rows, *rows]
 
 
-def test_samples_keep_socket_and_line(tmp_path: Path) -> None:
+def test_samples_keep_socket_and_line(tmp_path):
     placement = read(holes(tmp_path / "front", "1,2,3\n\n4,5,6\n"))
     assert placement.sockets.tolist() == [0, 0, 1, 1] and placement.positions.shape == (4, 3)
     files = [sample.where.split("front/")[1] for sample in placement.samples]
@@ -56,7 +54,7 @@ def test_samples_keep_socket_and_line(tmp_path: Path) -> None:
     assert placement.efforts is None
 
 
-def test_windows_line_ends_and_byte_order_mark(tmp_path: Path) -> None:
+def test_windows_line_ends_and_byte_order_mark(tmp_path):
     placement = read(holes(tmp_path, "\ufeff1,2,3\r\n4,5,6\r\n"))
     assert placement.positions[0].tolist() == [1, 2, 3]
 
@@ -68,12 +66,12 @@ def test_windows_line_ends_and_byte_order_mark(tmp_path: Path) -> None:
         ("a,b,c\n1,2,3\n", "a,b,c\n4,5,6\n"),
     ],
 )
-def test_columns_go_by_known_names_or_by_order(tmp_path: Path, first: str, second: str) -> None:
+def test_columns_go_by_known_names_or_by_order(tmp_path, first, second):
     ordered = read(holes(tmp_path, first, second)).for_joints(NAMES)
     assert ordered.positions.tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
-def test_efforts_and_spreads_follow_the_chain_s_order_too(tmp_path: Path) -> None:
+def test_efforts_and_spreads_follow_the_chain_s_order_too(tmp_path):
     *_, sample = read(recorded(tmp_path, HEADER, GOOD, MORE)).for_joints(("b", "a")).samples
     assert sample.position == (0.4, 0.3)
     assert sample.effort == (2.5, 1.5) and sample.spread == (2e-5, 1e-5)
@@ -87,7 +85,7 @@ def test_efforts_and_spreads_follow_the_chain_s_order_too(tmp_path: Path) -> Non
         ("1,5,2,5,3,5\n", "look like decimal commas: separate by semicolons"),
     ],
 )
-def test_columns_that_fit_no_chain_are_told(tmp_path: Path, text: str, told: str) -> None:
+def test_columns_that_fit_no_chain_are_told(tmp_path, text, told):
     with pytest.raises(mukca.MukcaError, match=told):
         read(holes(tmp_path, text, text)).for_joints(NAMES)
 
@@ -112,7 +110,7 @@ def test_columns_that_fit_no_chain_are_told(tmp_path: Path, text: str, told: str
         ("\0\1" * 50, "hole_0.csv"),
     ],
 )
-def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: str) -> None:
+def test_bad_files_are_told_with_file_and_line(tmp_path, text, told):
     with pytest.raises(mukca.MukcaError, match=told) as caught:
         read(holes(tmp_path, text))
     assert "hole_0.csv" in str(caught.value)
@@ -128,12 +126,12 @@ def test_bad_files_are_told_with_file_and_line(tmp_path: Path, text: str, told: 
         "j2 [deg],j1,j3\n114.591559026165,1,3\n",
     ],
 )
-def test_files_of_others_are_read_as_they_meant_them(tmp_path: Path, text: str) -> None:
+def test_files_of_others_are_read_as_they_meant_them(tmp_path, text):
     placement = read(holes(tmp_path, text, text)).for_joints(NAMES)
     assert placement.positions[0] == pytest.approx([1, 2, 3], abs=1e-12)
 
 
-def test_a_placement_without_a_sample_is_skipped_beside_others(tmp_path: Path) -> None:
+def test_a_placement_without_a_sample_is_skipped_beside_others(tmp_path):
     holes(tmp_path / "good", "1,2,3\n")
     (tmp_path / "good/hole_2.csv").write_text("a,b,c\n")
     empty = holes(tmp_path / "begun", "a,b,c\n", "a,b,c\n")
@@ -145,7 +143,7 @@ def test_a_placement_without_a_sample_is_skipped_beside_others(tmp_path: Path) -
         mukca.read_placements(empty)
 
 
-def test_points_need_no_header(tmp_path: Path) -> None:
+def test_points_need_no_header(tmp_path):
     (tmp_path / "points.csv").write_text("1,2,3,0.1,0.2,0.3\n")
     placement = read(tmp_path).for_joints(NAMES)
     assert placement.samples[0].position == (1, 2, 3)
@@ -153,7 +151,7 @@ def test_points_need_no_header(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["hole_0.csv", "samples.csv"])
-def test_a_binary_file_is_told(tmp_path: Path, name: str) -> None:
+def test_a_binary_file_is_told(tmp_path, name):
     (tmp_path / name).write_bytes(b"\xff\xfe\x00\x01\n" * 50)
     with pytest.raises(mukca.MukcaError, match="not a text file"):
         read(tmp_path)
@@ -172,7 +170,7 @@ def test_a_binary_file_is_told(tmp_path: Path, name: str) -> None:
         "j1;j2;j3\r\n-1,5;2;0,3\r\n4;5;6\r\n",
     ],
 )
-def test_other_separators_and_decimal_commas_are_read(tmp_path: Path, text: str) -> None:
+def test_other_separators_and_decimal_commas_are_read(tmp_path, text):
     (tmp_path / "hole_0.csv").write_bytes(text.encode())
     placement = read(tmp_path)
     assert placement.positions.tolist() == [[-1.5, 2, 0.3], [4, 5, 6]]
@@ -192,14 +190,14 @@ def test_other_separators_and_decimal_commas_are_read(tmp_path: Path, text: str)
         '{"robot_name": 3}',
     ],
 )
-def test_a_bad_placement_json_is_told(tmp_path: Path, text: str) -> None:
+def test_a_bad_placement_json_is_told(tmp_path, text):
     folder = holes(tmp_path, "1,2,3\n")
     (folder / "placement.json").write_text(text)
     with pytest.raises(mukca.MukcaError, match=r"placement\.json"):
         read(folder)
 
 
-def test_a_placement_json_is_read_and_may_say_more(tmp_path: Path) -> None:
+def test_a_placement_json_is_read_and_may_say_more(tmp_path):
     folder = holes(tmp_path, "1,2,3\n")
     text = '{"distance": 0.1, "place": "wall", "frame": null, "sessions": 3}'
     (folder / "placement.json").write_text(text)
@@ -207,7 +205,7 @@ def test_a_placement_json_is_read_and_may_say_more(tmp_path: Path) -> None:
     assert (placement.distance, placement.place, placement.frame) == (0.1, "wall", None)
 
 
-def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path: Path) -> None:
+def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):
     for name in ("right", "left"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "hole_0.csv").write_text("1,2\n3,4\n")
@@ -220,7 +218,7 @@ def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path: 
     assert repr(both[0].samples[2]) == "Sample(unnumbered, socket 1: 5.0000, 6.0000)"
 
 
-def test_paths_without_a_placement_are_told_in_one_line(tmp_path: Path) -> None:
+def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
     file = tmp_path / "file"
     file.write_text("1,2,3")
     for paths, told in (
@@ -252,15 +250,13 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path: Path) -> None:
         ([""], "no header line"),
     ],
 )
-def test_a_bad_line_of_a_recording_is_told_with_its_place(
-    tmp_path: Path, lines: list[str], told: str
-) -> None:
+def test_a_bad_line_of_a_recording_is_told_with_its_place(tmp_path, lines, told):
     with pytest.raises(mukca.MukcaError, match=told) as caught:
         read(recorded(tmp_path, *lines))
     assert "samples.csv" in str(caught.value)
 
 
-def test_marks_on_earlier_samples_count(tmp_path: Path) -> None:
+def test_marks_on_earlier_samples_count(tmp_path):
     marks = ["undo,1,0,1.0,,,,,,,,", "undo,2,1,1.0,,,,,,,,", "redo,1,0,1.0,,,,,,,,"]
     (sample,) = read(recorded(tmp_path, HEADER, GOOD, MORE, *marks)).samples
     assert (sample.number, sample.socket, sample.states) == (1, 0, 300)
@@ -268,14 +264,14 @@ def test_marks_on_earlier_samples_count(tmp_path: Path) -> None:
     assert read(recorded(tmp_path, HEADER, GOOD, relabel)).sockets.tolist() == [1]
 
 
-def test_a_torn_end_is_not_read_and_told(tmp_path: Path) -> None:
+def test_a_torn_end_is_not_read_and_told(tmp_path):
     file = recorded(tmp_path, HEADER, GOOD, MORE) / "samples.csv"
     file.write_bytes(file.read_bytes()[:-3])
     placement = read(tmp_path)
     assert len(placement.samples) == 1 and "torn off" in placement.remarks[0]
 
 
-def test_both_forms_in_one_folder_are_refused(tmp_path: Path) -> None:
+def test_both_forms_in_one_folder_are_refused(tmp_path):
     recorded(holes(tmp_path, "1,2\n"), HEADER, GOOD)
     with pytest.raises(mukca.MukcaError, match="both"):
         read(tmp_path)

@@ -5,20 +5,17 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_time import VirtualTime
 
 from mukca.drivers import Reconnecting, clock, open_driver
-from mukca.recorder import Metadata, Sample
-from mukca.recorder.session import Advice, Alarm, GuidanceRequest, Recording, Session, View
+from mukca.recorder import Metadata
+from mukca.recorder.session import Advice, Alarm, Recording, Session, View
 from mukca.recorder.stream import JointLimits, Stream, StreamMonitor
-from mukca.recorder.terminal import Outcome, Recorder, Script, keys_with
+from mukca.recorder.terminal import Recorder, Script, keys_with
 
 PLACES = [(0.1, 0.2), (0.6, -0.4), (0.2, 0.5), (-0.5, 0.1), (0.9, 0.9)]
 JOINTS = (JointLimits("a", -1, 1), JointLimits("b", -1, 1))
@@ -32,39 +29,32 @@ class Seen:
     bells: int = 0
     sleep: float = 0.0
 
-    def __enter__(self) -> "Seen":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         pass
 
-    def show(self, view: View) -> None:
+    def show(self, view):
         self.views.append(view)
         clock.sleep(self.sleep)
 
-    def bell(self) -> None:
+    def bell(self):
         self.bells += 1
 
     @property
-    def alarms(self) -> list[str]:
+    def alarms(self):
         return [message.text for message in self.views[-1].session.messages if message.alarm]
 
 
 NAMES = tuple(joint.name for joint in JOINTS)
-Record = Callable[..., tuple[Outcome, Seen]]
 
 
 @pytest.fixture
-def arm(tmp_path: Path) -> Callable[..., str]:
+def arm(tmp_path):
     """Return the address of a simulated arm that rests at some places, with some faults."""
 
-    def arm(
-        *faults: str,
-        places: Sequence[Sequence[float]] = PLACES,
-        speed: float = 8.0,
-        hold: float = 1.0,
-        buffer: float = math.inf,
-    ) -> str:
+    def arm(*faults, places=PLACES, speed=8.0, hold=1.0, buffer=math.inf):
         file = tmp_path / "hand.csv"
         file.write_text("\n".join(",".join(map(repr, place)) for place in places))
         options = [f"rate=200&hold={hold}&move=0.6&speed={speed}&buffer={buffer}"]
@@ -74,10 +64,8 @@ def arm(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture
-def record_in_real_time(tmp_path: Path) -> Record:
-    def run(
-        address: str, keys: str, seen: Seen | None = None, **more: object
-    ) -> tuple[Outcome, Seen]:
+def record_in_real_time(tmp_path):
+    def run(address, keys, seen=None, **more):
         seen = seen or Seen()
         with ExitStack() as stack:
             reader, writer = os.pipe()
@@ -99,7 +87,7 @@ def record_in_real_time(tmp_path: Path) -> Record:
                 recording,
                 seen,
                 script=Script(reader),
-                **more,  # pyright: ignore
+                **more,
             )
             return recorder.run(), seen
 
@@ -107,15 +95,15 @@ def record_in_real_time(tmp_path: Path) -> Record:
 
 
 @pytest.fixture
-def record(record_in_real_time: Record, virtual_time: VirtualTime) -> Record:
+def record(record_in_real_time, virtual_time):
     return record_in_real_time
 
 
-def positions(outcome: Outcome) -> np.ndarray:
+def positions(outcome):
     return np.array([sample.position for sample in outcome.session.live])
 
 
-def test_a_script_does_the_same_however_busy_the_computer_is(arm, record, tmp_path: Path) -> None:
+def test_a_script_does_the_same_however_busy_the_computer_is(arm, record, tmp_path):
     outcome, _ = record(arm(), "a*2 s a q")
     (tmp_path / "front/samples.csv").unlink()
     slow, _ = record(arm(), "a*2 s a q", Seen(sleep=0.3))
@@ -135,9 +123,7 @@ def test_a_script_does_the_same_however_busy_the_computer_is(arm, record, tmp_pa
         ("short@0.8+1.0", "1 joints came, but the model has 2"),
     ],
 )
-def test_every_misbehaviour_is_refused_with_its_reason(
-    arm, record, virtual_time: VirtualTime, fault: str, told: str
-) -> None:
+def test_every_misbehaviour_is_refused_with_its_reason(arm, record, virtual_time, fault, told):
     """A key is pressed again and again, from before the fault until after it."""
     source = arm(fault, places=[(0.1, 0.2)], speed=1.0)
     again = [(0.03 * k, "ua") for k in range(1, 100)]
@@ -152,7 +138,7 @@ def test_every_misbehaviour_is_refused_with_its_reason(
     assert seen.bells
 
 
-def test_a_lost_stream_is_told_within_a_second_and_its_return_too(arm, record) -> None:
+def test_a_lost_stream_is_told_within_a_second_and_its_return_too(arm, record):
     _, seen = record(arm("drop@1.2+1.0", speed=1.0), "a wait=1 a q")
     times = [view for view in seen.views if view.session.messages]
     lost = next(v for v in times if "the stream is silent" in v.session.messages[-1].text)
@@ -160,11 +146,11 @@ def test_a_lost_stream_is_told_within_a_second_and_its_return_too(arm, record) -
     assert any("the stream is back after" in m.text for m in seen.views[-1].session.messages)
 
 
-def test_no_view_counts_what_is_not_on_the_disk(arm, record, tmp_path: Path) -> None:
+def test_no_view_counts_what_is_not_on_the_disk(arm, record, tmp_path):
     file = tmp_path / "front/samples.csv"
 
     class Checking(Seen):
-        def show(self, view: View) -> None:
+        def show(self, view):
             super().show(view)
             assert file.read_bytes().count(b"\ncapture") >= len(view.session.samples)
 
@@ -173,22 +159,19 @@ def test_no_view_counts_what_is_not_on_the_disk(arm, record, tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(
-    arm,
-    record_in_real_time,
-) -> None:
+def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(arm, record_in_real_time):
     """In real time: a thread reads as fast as it can."""
     source = arm(speed=10_000.0)  # two million states a second
     outcome, seen = record_in_real_time(source, "a*5 !s !0 q")
     assert len(outcome.session.live) == 5
-    ends: list[float] = []
+    ends = []
 
-    def end() -> None:
+    def end():
         ends.append(time.monotonic())
         signal.raise_signal(signal.SIGTERM)
 
     class Ending(Seen):
-        def show(self, view: View) -> None:
+        def show(self, view):
             super().show(view)
             if len(self.views) == 5:
                 end()
@@ -202,17 +185,17 @@ def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(
     assert len(seen.views) > 3
 
 
-def test_a_slow_screen_loses_no_state(arm, record) -> None:
+def test_a_slow_screen_loses_no_state(arm, record):
     source = arm(speed=1.0, buffer=2.0)
     _, seen = record(source, "wait=3 q", Seen(sleep=0.4))
     assert seen.views[-1].missed == 0 and len(seen.views) < 12
 
 
 @pytest.fixture
-def by_hand(tmp_path: Path, virtual_time: VirtualTime) -> Record:
+def by_hand(tmp_path, virtual_time):
     """Run a session without a script, in which keys are typed at moments of the arm's time."""
 
-    def run(address: str, *typed: tuple[float, str], **more: object) -> tuple[Outcome, Seen]:
+    def run(address, *typed, **more):
         keyboard, seen = Typist(virtual_time, typed), Seen()
         metadata = Metadata("arm", NAMES, ("rad", "rad"), 0.05)
         with Recording(tmp_path / "front", metadata) as recording:
@@ -224,7 +207,7 @@ def by_hand(tmp_path: Path, virtual_time: VirtualTime) -> Record:
                 recording,
                 seen,
                 keyboard=keyboard,
-                **more,  # pyright: ignore
+                **more,
             )
             outcome = recorder.run()
             stream.close()
@@ -236,43 +219,43 @@ def by_hand(tmp_path: Path, virtual_time: VirtualTime) -> Record:
 class Typist:
     """A keyboard on which keys are typed at given moments."""
 
-    def __init__(self, time: VirtualTime, typed: Sequence[tuple[float, str]]) -> None:
-        self.watched: dict[int, Callable[[], None]] = {}
+    def __init__(self, time, typed):
+        self.watched = {}
         self._reader, self._writer = os.pipe()
         self._typed = [(time.now() + moment, keys) for moment, keys in typed]
         time.peers.append(self)
 
-    def __enter__(self) -> "Typist":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         pass
 
-    def fileno(self) -> int:
+    def fileno(self):
         return self._reader
 
-    def read(self) -> list[str]:
+    def read(self):
         names = {" ": "space", "\r": "Enter"}
         return [names.get(key, key) for key in os.read(self._reader, 100).decode()]
 
-    def heed(self, readable: Sequence[int]) -> None:
+    def heed(self, readable):
         pass
 
-    def due(self) -> float:
+    def due(self):
         return self._typed[0][0] if self._typed else math.inf
 
-    def send_due(self) -> None:
+    def send_due(self):
         os.write(self._writer, self._typed.pop(0)[1].encode())
 
 
-def words_of(seen: Seen) -> list[str]:
+def words_of(seen):
     """The banner's words, each time that they changed."""
     words = [view.prompt.words for view in seen.views]
     return [b for a, b in zip(["", *words], words, strict=False) if a != b]
 
 
 @pytest.mark.slow
-def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(arm, by_hand) -> None:
+def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(arm, by_hand):
     outcome, seen = by_hand(
         arm(speed=1.0), (0.5, "a"), (4.6, "u"), (8.0, "s"), (20.0, "q"), hands_free=True
     )
@@ -284,7 +267,7 @@ def test_hands_free_waits_for_a_key_between_sockets_and_counts_samples(arm, by_h
     assert words[1] == "SOCKET 0 NOW" and "SOCKET 1 NOW" in words and "PRESS" not in words
 
 
-def test_hands_free_does_not_take_again_what_was_taken_back(arm, by_hand) -> None:
+def test_hands_free_does_not_take_again_what_was_taken_back(arm, by_hand):
     outcome, _ = by_hand(arm(speed=1.0), (0.5, "a"), (2.4, "u"), (4.4, "q"), hands_free=True)
     assert outcome.session.withdrawn == (2,)
     assert outcome.session.samples[1].stamp > 1.6 + 0.5  # it rests from 1.6 on; two windows
@@ -292,8 +275,8 @@ def test_hands_free_does_not_take_again_what_was_taken_back(arm, by_hand) -> Non
 
 
 @pytest.mark.slow
-def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(arm, by_hand) -> None:
-    def doubt(samples: Sequence[Sample]) -> str | None:
+def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(arm, by_hand):
+    def doubt(samples):
         return "is elsewhere." if samples[-1].position[0] > 0.5 else None
 
     outcome, seen = by_hand(
@@ -303,7 +286,7 @@ def test_hands_free_takes_no_implausible_pose_and_has_no_patience_to_lose(arm, b
     assert seen.alarms == ["this pose is elsewhere. space captures it all the same"]
 
 
-def test_press_is_never_said_where_it_would_be_refused(arm, by_hand) -> None:
+def test_press_is_never_said_where_it_would_be_refused(arm, by_hand):
     """A key is pressed whenever the banner says so, and at no other time."""
     typed = (0.5, "a"), (3.8, "a"), (6.0, "s"), (9.0, "q")
     outcome, seen = by_hand(arm(speed=1.0, hold=2.5), *typed)
@@ -315,14 +298,14 @@ def test_press_is_never_said_where_it_would_be_refused(arm, by_hand) -> None:
     assert {"GOT 1", "NEXT POSE", "MOVE", "SOCKET 1 NOW", "PRESS"} <= set(words_of(seen))
 
 
-def test_a_new_placement_is_asked_for_first(arm, by_hand) -> None:
+def test_a_new_placement_is_asked_for_first(arm, by_hand):
     typed = (0.5, "a"), (1.2, "n"), (1.3, "n"), (2.5, "a"), (3.0, "n"), (3.2, "y"), (6.0, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed)
     assert outcome.new_placement and outcome.moved == () and len(outcome.session.live) == 2
     assert "MOVED?" in words_of(seen)
 
 
-def test_nothing_is_captured_while_a_number_is_typed(arm, by_hand) -> None:
+def test_nothing_is_captured_while_a_number_is_typed(arm, by_hand):
     typed = (0.5, "a"), (1.6, "x"), (9.0, "qq")
     outcome, seen = by_hand(arm(speed=1.0), *typed, hands_free=True)
     assert len(outcome.session.live) == 1 and "WHICH?" in words_of(seen)
@@ -333,13 +316,13 @@ def test_nothing_is_captured_while_a_number_is_typed(arm, by_hand) -> None:
     [(True, (0.5,), 1), (True, (0.1,), 2), (True, (0.5, 2.0), 1 + 3), (False, (0.1, 0.5), 0)],
 )
 def test_a_captured_sample_is_one_tone_a_refused_two_and_the_end_three(
-    arm, by_hand, sound: bool, pressed: tuple[float, ...], bells: int
-) -> None:
+    arm, by_hand, sound, pressed, bells
+):
     typed = [(moment, "a") for moment in pressed]
     assert by_hand(arm(speed=1.0), *typed, (3.5, "q"), sound=sound)[1].bells == bells
 
 
-def test_other_keys_can_capture_and_numbers_are_typed(arm, by_hand) -> None:
+def test_other_keys_can_capture_and_numbers_are_typed(arm, by_hand):
     keys = keys_with(["capture=+"])
     typed = (0.5, "+"), (2.0, "+"), (3.0, "x1"), (3.1, "q"), (3.2, "l2 1"), (3.3, "\r"), (3.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, keys=keys)
@@ -354,26 +337,26 @@ def test_other_keys_can_capture_and_numbers_are_typed(arm, by_hand) -> None:
 class Guidance:
     """Says what it is told to, as soon as it is asked."""
 
-    def __init__(self, *said: dict[str, object]) -> None:
-        self.trouble: str | None = None
+    def __init__(self, *said):
+        self.trouble = None
         self.idle = True
-        self.asked: list[GuidanceRequest] = []
+        self.asked = []
         self._said = list(said)
 
-    def ask(self, question: GuidanceRequest) -> None:
+    def ask(self, question):
         self.asked.append(question)
         self.idle = False
 
-    def answer(self) -> Advice | None:
+    def answer(self):
         if self.idle:
             return None
         self.idle = True
         question = self.asked[-1]
         said = self._said[min(len(question.samples), len(self._said) - 1)]
-        return Advice(len(question.samples), question.socket, 5e-4, 3e-4, **said)  # pyright: ignore
+        return Advice(len(question.samples), question.socket, 5e-4, 3e-4, **said)
 
 
-def test_advice_ends_a_socket_and_the_placement(arm, by_hand) -> None:
+def test_advice_ends_a_socket_and_the_placement(arm, by_hand):
     adviser = Guidance({}, {"leave": True}, {"enough": True, "closing": ("go left",)})
     typed = (0.5, "a"), (1.9, "s"), (2.2, "a"), (4.5, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
@@ -400,9 +383,7 @@ FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2
         (FORGOTTEN, "s", [(1, 0), (2, 1), (3, 1)], []),
     ],
 )
-def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(
-    arm, by_hand, alarm: Alarm, key: str, left: list[tuple[int, int]], moved: list[int]
-) -> None:
+def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, alarm, key, left, moved):
     adviser = Guidance({}, {}, {}, {"alarms": (alarm,), "enough": True})
     typed = (0.5, "a"), (2.2, "a"), (3.8, "a"), (5.2, key), (5.6, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
@@ -416,7 +397,7 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(
     assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 
-def test_advice_that_fails_ends_no_session(arm, by_hand) -> None:
+def test_advice_that_fails_ends_no_session(arm, by_hand):
     adviser = Guidance({})
     adviser.trouble = "it ended with status 1"
     outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), guidance=adviser)

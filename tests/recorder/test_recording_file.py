@@ -18,17 +18,17 @@ exact = st.floats(allow_nan=False, allow_infinity=False)
 pairs = st.tuples(exact, exact)
 
 
-def sample(number: int, socket: int = 0) -> Sample:
+def sample(number, socket=0):
     return Sample(
         (0.1 * number, -0.2), socket, (1.5, 2.5), "", number, 1.7e9 + number, 0.5, 300, (1e-5, 2e-5)
     )
 
 
-def bare(samples: tuple[Sample, ...]) -> list[Sample]:
+def bare(samples):
     return [replace(s, where="") for s in samples]
 
 
-def record(folder: Path, *numbers: int) -> None:
+def record(folder, *numbers):
     with Recording(folder, METADATA) as recording:
         for number in numbers:
             recording.capture(sample(number))
@@ -37,7 +37,7 @@ def record(folder: Path, *numbers: int) -> None:
 @pytest.mark.slow
 @settings(max_examples=30)
 @given(rows=st.lists(st.tuples(pairs, st.none() | pairs, st.none() | pairs, exact), max_size=5))
-def test_what_is_written_reads_back_exactly(rows, tmp_path_factory) -> None:
+def test_what_is_written_reads_back_exactly(rows, tmp_path_factory):
     folder = tmp_path_factory.mktemp("exact")
     written = [
         Sample(position, k % 3, effort, "", k, time, time, k + 1, spread)
@@ -52,12 +52,12 @@ def test_what_is_written_reads_back_exactly(rows, tmp_path_factory) -> None:
 
 
 @pytest.fixture
-def synced(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Path, int]]:
+def synced(monkeypatch):
     """Files and folders as they are synced, with the size of a file by then."""
-    synced: list[tuple[Path, int]] = []
+    synced = []
     true_sync = os.fsync
 
-    def sync(descriptor: int) -> None:
+    def sync(descriptor):
         true_sync(descriptor)
         path = Path(f"/proc/self/fd/{descriptor}").readlink()
         synced.append((path, os.fstat(descriptor).st_size if path.is_file() else 0))
@@ -66,9 +66,7 @@ def synced(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Path, int]]:
     return synced
 
 
-def test_a_capture_is_synced_before_it_returns(
-    tmp_path: Path, synced: list[tuple[Path, int]]
-) -> None:
+def test_a_capture_is_synced_before_it_returns(tmp_path, synced):
     file = tmp_path / "samples.csv"
     with Recording(tmp_path, METADATA) as recording:
         before = len(synced)
@@ -78,9 +76,7 @@ def test_a_capture_is_synced_before_it_returns(
         assert len(synced) == before + 2
 
 
-def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(
-    tmp_path: Path, synced: list[tuple[Path, int]]
-) -> None:
+def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(tmp_path, synced):
     folder = tmp_path / "data/front"
     Recording(folder, METADATA).close()
     assert {(tmp_path, 0), (tmp_path / "data", 0)} <= set(synced)
@@ -91,7 +87,7 @@ def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(
     assert metadata in synced[: len(synced) - 1 - synced[::-1].index((folder, 0))]
 
 
-def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path):
     with Recording(tmp_path, METADATA) as recording:
         before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
         with full_disk(10), pytest.raises(MukcaError, match=r"placement\.json cannot be written"):
@@ -101,21 +97,21 @@ def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path: P
         assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
-def test_joints_are_checked_even_without_metadata(tmp_path: Path) -> None:
+def test_joints_are_checked_even_without_metadata(tmp_path):
     record(tmp_path, 1)
     (tmp_path / "placement.json").unlink()
     with pytest.raises(MukcaError, match=r"samples\.csv:1: recorded with joints"):
         Recording(tmp_path, replace(METADATA, joints=("a", "c")))
 
 
-def test_a_changed_model_is_told(tmp_path: Path) -> None:
+def test_a_changed_model_is_told(tmp_path):
     record(tmp_path, 1)
     with Recording(tmp_path, replace(METADATA, model_sha256="2e")) as recording:
         assert any("model has changed" in remark for remark in recording.remarks)
 
 
 @pytest.mark.slow
-def test_a_torn_end_costs_only_itself(tmp_path: Path) -> None:
+def test_a_torn_end_costs_only_itself(tmp_path):
     """Cut the file at every byte: all whole lines stay, the rest is kept aside, and it goes on."""
     record(tmp_path / "whole", 1)
     whole = (tmp_path / "whole/samples.csv").read_bytes()
@@ -137,7 +133,7 @@ def test_a_torn_end_costs_only_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("how", ["appended", "replaced", "deleted"])
-def test_a_file_that_was_changed_meanwhile_is_not_written_to(tmp_path: Path, how: str) -> None:
+def test_a_file_that_was_changed_meanwhile_is_not_written_to(tmp_path, how):
     file = tmp_path / "samples.csv"
     with Recording(tmp_path, METADATA) as recording:
         recording.capture(sample(1))
@@ -154,7 +150,7 @@ def test_a_file_that_was_changed_meanwhile_is_not_written_to(tmp_path: Path, how
 
 
 @pytest.mark.parametrize("place", ["file", "beneath a file", "read-only", "holes"])
-def test_a_folder_that_cannot_be_used_is_told(tmp_path: Path, place: str) -> None:
+def test_a_folder_that_cannot_be_used_is_told(tmp_path, place):
     folder = tmp_path / "front"
     if place == "holes":
         folder.mkdir()
@@ -170,7 +166,7 @@ def test_a_folder_that_cannot_be_used_is_told(tmp_path: Path, place: str) -> Non
 
 @settings(max_examples=30)
 @given(rows=st.lists(pairs, min_size=1, max_size=4))
-def test_either_form_converts_to_the_other_and_back(rows, tmp_path_factory) -> None:
+def test_either_form_converts_to_the_other_and_back(rows, tmp_path_factory):
     folder = tmp_path_factory.mktemp("forms")
     samples = tuple(Sample(row, k // 2) for k, row in enumerate(rows))
     read = Placement("x", samples, None, 0.05)

@@ -18,7 +18,7 @@ MOMENT = ("trouble", "moving", "contact", "captured", "question", "typed", "alar
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
-def session(count: int = 12, sockets: int = 2, joints: tuple[JointLimits, ...] = JOINTS) -> Session:
+def session(count=12, sockets=2, joints=JOINTS):
     made = Session(joints, sockets=sockets)
     for k in range(count):
         position = tuple(0.05 * k * (i - 3) for i in range(len(joints)))
@@ -28,19 +28,17 @@ def session(count: int = 12, sockets: int = 2, joints: tuple[JointLimits, ...] =
     return made
 
 
-def view(made: Session | None = None, **more: object) -> View:
+def view(made=None, **more):
     """A view; what to do now follows from what a moment may say."""
     made = made or session()
     position = more.pop("position", (0.3,) * len(made.joints))
     said = {f: more.pop(f) for f in MOMENT if f in more}
-    ready = prompt_for(OperatorContext(made, position, **said))  # pyright: ignore
+    ready = prompt_for(OperatorContext(made, position, **said))
     facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
-    return View(made, "panda  mock:hand  data/front", ready, **facts)  # pyright: ignore
+    return View(made, "panda  mock:hand  data/front", ready, **facts)
 
 
-def drawn(
-    shown: View, width: int = 80, height: int = 24, plain: bool = False, colour: str | None = None
-) -> list[str]:
+def drawn(shown, width=80, height=24, plain=False, colour=None):
     console = Console(
         file=io.StringIO(), width=width, height=height, force_terminal=True, color_system=colour
     )
@@ -64,7 +62,7 @@ def drawn(
 )
 def test_it_fits_any_terminal(
     width, height, joints, sockets, count, helps, plain, trouble, message
-) -> None:
+):
     made = session(count, sockets, tuple(JointLimits(f"j{i}", -1, 1) for i in range(joints)))
     shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
     lines = render(shown, width, height, plain=plain)
@@ -74,7 +72,7 @@ def test_it_fits_any_terminal(
 
 
 @pytest.mark.parametrize("plain", [False, True])
-def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
+def test_all_that_is_needed_is_on_80_by_24(plain):
     made = (
         session()
         .with_message("captured sample 12")
@@ -119,11 +117,11 @@ def test_all_that_is_needed_is_on_80_by_24(plain: bool) -> None:
         ({"position": None}, "panda_joint1"),
     ],
 )
-def test_what_holds_now_is_said(more: dict[str, object], says: str) -> None:
+def test_what_holds_now_is_said(more, says):
     assert any(says in line for line in drawn(view(**more)))
 
 
-def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
+def test_what_is_continued_is_asked_in_a_small_window_too():
     card = (
         "Continues 2 in socket 0, 1 in socket 1; the last 2026-11-22 02:33; in /data/arm/front",
         "Sockets 50 mm apart. The ball was last in socket 1.",
@@ -136,13 +134,13 @@ def test_what_is_continued_is_asked_in_a_small_window_too() -> None:
     assert all(line in shown for line in card)
 
 
-def test_a_long_reason_has_the_line_to_itself() -> None:
+def test_a_long_reason_has_the_line_to_itself():
     reason = "the arm stands where it stood for sample 2 in socket 1"
     assert any(reason[:46] in line for line in drawn(view(trouble=reason), 60, 14))
     assert any("WAIT: the arm stands" in line for line in drawn(view(trouble=2 * reason), 80, 24))
 
 
-def test_all_of_the_help_is_on_80_by_24_and_its_keys_on_60() -> None:
+def test_all_of_the_help_is_on_80_by_24_and_its_keys_on_60():
     shown = drawn(view(help=True))
     assert not any("…" in line for line in shown)
     for key in (
@@ -158,7 +156,7 @@ def test_all_of_the_help_is_on_80_by_24_and_its_keys_on_60() -> None:
     )
 
 
-def test_the_bar_shows_limits_captures_of_both_sockets_target_and_place() -> None:
+def test_the_bar_shows_limits_captures_of_both_sockets_target_and_place():
     joint = (JointLimits("a", math.radians(-100), math.radians(100)),)
     made = Session(joint)
     for number, (degrees, socket) in enumerate(((-50, 0), (0, 0), (75, 1)), start=1):
@@ -176,23 +174,23 @@ def test_the_bar_shows_limits_captures_of_both_sockets_target_and_place() -> Non
     assert "-100.0°├" in line and "┤100.0°" in line and line.endswith("50.0°")
 
 
-def test_a_joint_without_limits_has_a_bar_of_one_turn() -> None:
+def test_a_joint_without_limits_has_a_bar_of_one_turn():
     assert any("-180.0°├" in line for line in drawn(view(Session((JointLimits("wheel"),)))))
 
 
-def test_a_prismatic_joint_is_shown_in_millimetres() -> None:
+def test_a_prismatic_joint_is_shown_in_millimetres():
     made = Session((JointLimits("rail", 0, 0.5, prismatic=True),))
     assert any(
         "0.0 mm├" in x and x.endswith("123.0 mm") for x in drawn(view(made, position=(0.123,)))
     )
 
 
-def test_the_active_socket_is_told_by_more_than_colour() -> None:
+def test_the_active_socket_is_told_by_more_than_colour():
     assert "SOCKET 0" in drawn(view())[4] and "SOCKET 1" in drawn(view(session().switched(1)))[4]
 
 
 @pytest.mark.parametrize(("width", "height"), [(60, 14), (60, 15), (80, 24)])
-def test_a_refusal_and_all_joints_are_there_in_a_small_window(width: int, height: int) -> None:
+def test_a_refusal_and_all_joints_are_there_in_a_small_window(width, height):
     why = (
         "refused: the arm stands where it stood for sample 12 in socket 0: move the ball to "
         "socket 1 first"
@@ -204,7 +202,7 @@ def test_a_refusal_and_all_joints_are_there_in_a_small_window(width: int, height
 
 
 @pytest.mark.parametrize(("width", "height"), [(59, 14), (60, 13)])
-def test_a_window_that_is_too_small_says_what_is_needed(width: int, height: int) -> None:
+def test_a_window_that_is_too_small_says_what_is_needed(width, height):
     assert drawn(view(), width, height) == [f"needs 60 x 14, has {width} x {height}: PRESS"]
 
 
@@ -221,9 +219,7 @@ def test_a_window_that_is_too_small_says_what_is_needed(width: int, height: int)
         ("LET GO", {"contact": "elbow"}),
     ],
 )
-def test_the_banner_is_three_rows_of_one_colour_and_fits_the_smallest_window(
-    words: str, more: dict[str, object]
-) -> None:
+def test_the_banner_is_three_rows_of_one_colour_and_fits_the_smallest_window(words, more):
     shown = view(**more)
     lines = render(shown, 60, 14)
     rows = [line for line in lines if str(line.style).startswith("bold white on ")]
@@ -232,7 +228,7 @@ def test_the_banner_is_three_rows_of_one_colour_and_fits_the_smallest_window(
         assert row.cell_len == 60 and row.plain.endswith(" ") and row.plain.strip()
 
 
-def test_the_gauge_holds_what_is_predicted_against_the_goal() -> None:
+def test_the_gauge_holds_what_is_predicted_against_the_goal():
     advice = Advice(12, 0, 4.3e-4, 3e-4, True, 1.2e-4, 1e-4, 2e-4, 0.05003)
     for width in (80, 120):
         line = next(line for line in drawn(view(advice=advice), width) if "predicted" in line)
@@ -249,7 +245,7 @@ def test_the_gauge_holds_what_is_predicted_against_the_goal() -> None:
     assert not any("predicted" in line for line in early)
 
 
-def test_the_newest_message_is_whole_and_last() -> None:
+def test_the_newest_message_is_whole_and_last():
     made = session().with_message("older").with_message("word " * 20 + "end", alarm=True)
     lines = [line for line in drawn(view(made)) if line.startswith((" !", " >"))]
     assert lines[0] == " > older" and lines[-1].endswith("end") and len(lines) == 3

@@ -1,7 +1,6 @@
 """Key scripts: what a word means, and when its time has come."""
 
 import os
-from collections.abc import Iterator
 
 import pytest
 
@@ -12,7 +11,7 @@ PATIENCE = 30.0
 """So long a step waits for the arm [s]."""
 
 
-def script(text: str, chunk: int = 1000) -> Script:
+def script(text, chunk=1000):
     reader, writer = os.pipe()
     made = Script(reader, "keys.txt")
     data = text.encode()
@@ -25,7 +24,7 @@ def script(text: str, chunk: int = 1000) -> Script:
     return made
 
 
-def keys(made: Script) -> Iterator[str]:
+def keys(made):
     """All keys, with a new rest always at hand."""
     moment = 0.0
     while not made.over:
@@ -47,26 +46,26 @@ def keys(made: Script) -> Iterator[str]:
         ("r delete=3 relabel=4:1", "rdelete=3relabel=4:1"),
     ],
 )
-def test_words_become_keys(text: str, pressed: str, chunk: int) -> None:
+def test_words_become_keys(text, pressed, chunk):
     assert "".join(keys(script(text, chunk))) == pressed
 
 
 @pytest.mark.parametrize(
     "word", ["x", "a*", "a*x", "wait", "wait=", "wait=x", "a,s", "!", "*3", "delete=", "relabel=1"]
 )
-def test_a_word_without_a_meaning_is_told(word: str) -> None:
+def test_a_word_without_a_meaning_is_told(word):
     with pytest.raises(MukcaError, match=r"keys\.txt: .* is no word of a key script") as caught:
         script(f"a s\n{word} q")
     assert repr(word) in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["", "# nothing", " \n\n"])
-def test_a_script_without_keys_is_told(text: str) -> None:
+def test_a_script_without_keys_is_told(text):
     with pytest.raises(MukcaError, match="holds no keys"):
         script(text)
 
 
-def test_a_capture_waits_for_a_new_rest_and_other_keys_do_not() -> None:
+def test_a_capture_waits_for_a_new_rest_and_other_keys_do_not():
     made = script("s a !a q")
     assert made.due(0.0, 0.0, "moving") == "s"
     assert made.due(0.0, 0.0, "moving") is None
@@ -76,7 +75,7 @@ def test_a_capture_waits_for_a_new_rest_and_other_keys_do_not() -> None:
     assert made.over
 
 
-def test_a_pause_goes_by_the_robot_s_clock() -> None:
+def test_a_pause_goes_by_the_robot_s_clock():
     made = script("wait=2 q")
     assert made.due(0.0, 100.0, None) is None
     assert made.due(9.0, 101.9, None) is None
@@ -84,7 +83,7 @@ def test_a_pause_goes_by_the_robot_s_clock() -> None:
 
 
 @pytest.mark.parametrize(("text", "told"), [("a", "no new rest .moving."), ("wait=1", "no state")])
-def test_patience_ends(text: str, told: str) -> None:
+def test_patience_ends(text, told):
     made = script(text)
     assert made.due(0.0, 0.0, "moving") is None
     assert made.due(PATIENCE, 0.0, "moving") is None
@@ -92,7 +91,7 @@ def test_patience_ends(text: str, told: str) -> None:
         made.due(PATIENCE + 1.1, 0.0, "moving")
 
 
-def test_a_pipe_that_is_still_open_is_not_over() -> None:
+def test_a_pipe_that_is_still_open_is_not_over():
     reader, writer = os.pipe()
     made = Script(reader)
     os.write(writer, b"a s")

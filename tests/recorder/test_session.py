@@ -13,15 +13,15 @@ from mukca.recorder.stream import JointLimits
 JOINTS = (JointLimits("shoulder", -1.0, 1.0), JointLimits("rail", 0.0, 0.5, prismatic=True))
 
 
-def captured(session: Session, *position: float) -> Session:
+def captured(session, *position):
     return session.captured(Sample(position, session.socket, number=session.next_number))
 
 
 @pytest.mark.slow
 @given(st.lists(st.sampled_from("a01u"), max_size=30))
-def test_counts_are_those_of_a_list_per_socket(keys: list[str]) -> None:
+def test_counts_are_those_of_a_list_per_socket(keys):
     session = Session(JOINTS)
-    model: list[int] = []
+    model = []
     for key in keys:
         if key == "a":
             session = captured(session, 0.0, 0.0)
@@ -48,22 +48,22 @@ def test_counts_are_those_of_a_list_per_socket(keys: list[str]) -> None:
         ((0.0, 0.0021), None),
     ],
 )
-def test_what_is_refused_at_the_same_socket(position: tuple[float, ...], told: str | None) -> None:
+def test_what_is_refused_at_the_same_socket(position, told):
     refusal = captured(Session(JOINTS), 0.0, 0.0).refusal(position)
     assert refusal is None if told is None else told in str(refusal)
 
 
-def test_a_withdrawn_configuration_may_be_captured_again() -> None:
+def test_a_withdrawn_configuration_may_be_captured_again():
     session = captured(Session(JOINTS), 0.0, 0.0)
     assert session.refusal((0.0, 0.0)) is not None
     assert session.without(1).refusal((0.0, 0.0)) is None
 
 
-def test_a_joint_without_limits_may_be_anywhere() -> None:
+def test_a_joint_without_limits_may_be_anywhere():
     assert Session((JointLimits("wheel"),)).refusal((100.0,)) is None
 
 
-def test_the_next_socket_is_one_that_lacks_samples() -> None:
+def test_the_next_socket_is_one_that_lacks_samples():
     session = Session(JOINTS, sockets=3, target=1)
     assert session.next_socket == 1 and not session.complete
     session = captured(session.switched(1), 0.1, 0.1).switched(0)

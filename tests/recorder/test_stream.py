@@ -1,29 +1,26 @@
 """States are read in a thread of their own: none waits for a busy consumer, none is lost."""
 
 import time
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from virtual_time import VirtualTime
 
-from mukca.drivers import Driver, DriverError, JointState, Reason, Reconnecting, open_driver
+from mukca.drivers import Driver, DriverError, Reason, Reconnecting, open_driver
 from mukca.recorder.stream import Stream
 
 
 @pytest.fixture
-def arm(tmp_path: Path) -> Callable[[str], Driver]:
+def arm(tmp_path):
     """Open a simulated arm with some options."""
     file = tmp_path / "hand.csv"
     file.write_text("0.1,0.2")
     return lambda options: open_driver("mock", f"{file}?{options}")
 
 
-def test_a_busy_consumer_gets_every_state_in_order(arm: Callable[[str], Driver]) -> None:
+def test_a_busy_consumer_gets_every_state_in_order(arm):
     """In real time: a thread reads while this one sleeps."""
     stream = Stream(arm("rate=1000&buffer=5"))
     begun = time.monotonic()
-    taken: list[tuple[float, JointState, int]] = []
+    taken = []
     while len(taken) < 1000:
         time.sleep(0.15)  # a screen that takes its time
         taken += stream.take()
@@ -34,9 +31,7 @@ def test_a_busy_consumer_gets_every_state_in_order(arm: Callable[[str], Driver])
     assert arrivals == sorted(arrivals) and arrivals[0] - begun < 0.1  # not when it was taken
 
 
-def test_what_no_one_takes_is_dropped_from_its_old_end_and_counted(
-    arm: Callable[[str], Driver], virtual_time: VirtualTime
-) -> None:
+def test_what_no_one_takes_is_dropped_from_its_old_end_and_counted(arm, virtual_time):
     stream = Stream(arm("rate=1000"), capacity=50)
     virtual_time.sleep(0.2)
     stream.close()
@@ -45,7 +40,7 @@ def test_what_no_one_takes_is_dropped_from_its_old_end_and_counted(
     assert round(taken[0][1].stamp * 1000) == stream.dropped == stream.missed
 
 
-def test_silence_is_told_and_ends(arm: Callable[[str], Driver], virtual_time: VirtualTime) -> None:
+def test_silence_is_told_and_ends(arm, virtual_time):
     stream = Stream(arm("fault=silent@0.1+1"))
     virtual_time.sleep(0.5)
     assert "no state" in str(stream.trouble) and not stream.ended
@@ -54,9 +49,7 @@ def test_silence_is_told_and_ends(arm: Callable[[str], Driver], virtual_time: Vi
     stream.close()
 
 
-def test_a_driver_that_gives_up_ends_the_stream(
-    arm: Callable[[str], Driver], virtual_time: VirtualTime
-) -> None:
+def test_a_driver_that_gives_up_ends_the_stream(arm, virtual_time):
     stream = Stream(arm("fault=drop@0.1+1"))
     virtual_time.sleep(0.5)
     assert stream.ended and "dropped the connection" in str(stream.trouble)
@@ -64,9 +57,7 @@ def test_a_driver_that_gives_up_ends_the_stream(
     stream.close()
 
 
-def test_states_tell_over_which_connection_they_came(
-    arm: Callable[[str], Driver], virtual_time: VirtualTime
-) -> None:
+def test_states_tell_over_which_connection_they_came(arm, virtual_time):
     stream = Stream(Reconnecting(lambda: arm("rate=100&fault=drop@0.3+0.2")))
     virtual_time.sleep(3.0)
     assert stream.drops == 1
@@ -79,25 +70,23 @@ def test_states_tell_over_which_connection_they_came(
 class Broken(Driver):
     """Fails in a way that no driver should."""
 
-    def __init__(self, error: Exception) -> None:
+    def __init__(self, error):
         self.error = error
         self.closed = False
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self):
         return ("a",)
 
-    def read(self, timeout: float) -> JointState:
+    def read(self, timeout):
         raise self.error
 
-    def close(self) -> None:
+    def close(self):
         self.closed = True
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError("oops"), DriverError(Reason.PROTOCOL, "oops")])
-def test_a_driver_that_fails_is_told_and_closed(
-    error: Exception, virtual_time: VirtualTime
-) -> None:
+def test_a_driver_that_fails_is_told_and_closed(error, virtual_time):
     driver = Broken(error)
     stream = Stream(driver)
     virtual_time.sleep(0.1)

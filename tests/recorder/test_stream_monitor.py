@@ -2,13 +2,10 @@
 
 import math
 import random
-from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_time import VirtualTime
 
 from mukca.drivers import DriverError, JointState, open_driver
 from mukca.recorder.stream import JointLimits, StreamMonitor
@@ -16,16 +13,13 @@ from mukca.recorder.stream import JointLimits, StreamMonitor
 JOINTS = (JointLimits("a", -3, 3), JointLimits("b", -3, 3), JointLimits("c", -3, 3))
 REST = (0.1, 0.2, 0.3)
 PLACES = [REST, (0.6, -0.4, 1.0), (0.2, 0.5, -0.3), (-0.5, 0.1, 0.4)]
-Sent = Callable[..., Iterator[tuple[float, JointState]]]
 
 
 @pytest.fixture
-def sent(tmp_path: Path, virtual_time: VirtualTime) -> Sent:
+def sent(tmp_path, virtual_time):
     """What a simulated arm sends up to a moment, and when."""
 
-    def sent(
-        until: float, *faults: str, noise: float = 2e-5, rate: float = 1000.0
-    ) -> Iterator[tuple[float, JointState]]:
+    def sent(until, *faults, noise=2e-5, rate=1000.0):
         file = tmp_path / "hand.csv"
         file.write_text("\n".join(",".join(map(repr, place)) for place in PLACES))
         options = [f"rate={rate}&noise={noise}", *(f"fault={fault}" for fault in faults)]
@@ -41,22 +35,20 @@ def sent(tmp_path: Path, virtual_time: VirtualTime) -> Sent:
     return sent
 
 
-def fed(states: Iterator[tuple[float, JointState]]) -> StreamMonitor:
+def fed(states):
     monitor = StreamMonitor(JOINTS)
     for moment, state in states:
         monitor.feed(state, moment)
     return monitor
 
 
-def still(
-    stamp: float, position: tuple[float, ...] = REST, effort: tuple[float, ...] | None = None
-) -> JointState:
+def still(stamp, position=REST, effort=None):
     """A state of an arm at rest, with a little noise."""
     noise = 1e-5 * math.sin(1e4 * stamp)
     return JointState(stamp, tuple(q + noise for q in position), effort)
 
 
-def test_a_rest_is_averaged(sent: Sent) -> None:
+def test_a_rest_is_averaged(sent):
     monitor = fed(sent(0.5))
     assert monitor.trouble(0.5) is None and monitor.rest is not None
     assert monitor.rest.states in (300, 301)
@@ -65,7 +57,7 @@ def test_a_rest_is_averaged(sent: Sent) -> None:
     assert monitor.rest.effort is None
 
 
-def test_positions_and_efforts_are_averaged_with_their_standard_deviations() -> None:
+def test_positions_and_efforts_are_averaged_with_their_standard_deviations():
     generator = np.random.default_rng(0)
     monitor = StreamMonitor(JOINTS, still=1.0)
     drawn = generator.normal(0.5, 1e-3, (321, 3))
@@ -84,7 +76,7 @@ def test_positions_and_efforts_are_averaged_with_their_standard_deviations() -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("rate", [25.0, 100.0, 1000.0])
 @pytest.mark.parametrize("noise", [0.0, 2e-5, 1e-4])
-def test_every_rest_is_still_and_no_move_is(sent: Sent, rate: float, noise: float) -> None:
+def test_every_rest_is_still_and_no_move_is(sent, rate, noise):
     monitor = StreamMonitor(JOINTS)
     for _, state in sent(7.0, noise=noise, rate=rate):
         monitor.feed(state, state.stamp)
@@ -103,9 +95,7 @@ def test_every_rest_is_still_and_no_move_is(sent: Sent, rate: float, noise: floa
 
 @pytest.mark.parametrize("still", [2e-4, 5e-4, 2e-3])
 @pytest.mark.parametrize(("share", "at_rest"), [(0.9, True), (1.2, False)])
-def test_the_threshold_of_stillness_is_the_one_asked_for(
-    still: float, share: float, at_rest: bool
-) -> None:
+def test_the_threshold_of_stillness_is_the_one_asked_for(still, share, at_rest):
     """A joint that drifts evenly by D over the window has a standard deviation of D / sqrt(12).
 
     By default it is half a milliradian, as docs and the command line say.
@@ -132,9 +122,7 @@ def test_the_threshold_of_stillness_is_the_one_asked_for(
     ],
 )
 @pytest.mark.parametrize("start", [2.5, 3.5])
-def test_every_fault_is_told_and_bars_capture(
-    sent: Sent, fault: str, told: str, start: float
-) -> None:
+def test_every_fault_is_told_and_bars_capture(sent, fault, told, start):
     """While it shows, and afterwards until a whole window of sound states has come."""
     monitor, end, at_end = StreamMonitor(JOINTS), start + 0.4, ""
     for moment, state in sent(4.8, f"{fault}@{start}+0.4", rate=500):
@@ -148,7 +136,7 @@ def test_every_fault_is_told_and_bars_capture(
 
 
 @pytest.mark.parametrize("fault", ["nan", "zeros", "short", "repeat", "jump"])
-def test_a_fault_of_one_state_bars_capture_for_a_window(sent: Sent, fault: str) -> None:
+def test_a_fault_of_one_state_bars_capture_for_a_window(sent, fault):
     monitor = StreamMonitor(JOINTS)
     for moment, state in sent(1.0, f"{fault}@0.5+0.001"):
         monitor.feed(state, moment)
@@ -159,17 +147,17 @@ def test_a_fault_of_one_state_bars_capture_for_a_window(sent: Sent, fault: str) 
 
 
 @pytest.mark.slow
-def test_a_jump_that_stays_bars_capture_for_good(sent: Sent) -> None:
+def test_a_jump_that_stays_bars_capture_for_good(sent):
     assert "has not come back" in str(fed(sent(7.0, "jump@0.5+inf")).trouble(7.0))
 
 
-def rounded(state: JointState, step: float = 2e-5) -> JointState:
+def rounded(state, step=2e-5):
     return replace(state, position=tuple(round(x / step) * step for x in state.position))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-6])
-def test_an_arm_that_rounds_its_noise_away_is_not_frozen(sent: Sent, noise: float) -> None:
+def test_an_arm_that_rounds_its_noise_away_is_not_frozen(sent, noise):
     monitor = StreamMonitor(JOINTS)
     for moment, state in sent(7.0, noise=noise):
         monitor.feed(rounded(state), moment)
@@ -177,17 +165,17 @@ def test_an_arm_that_rounds_its_noise_away_is_not_frozen(sent: Sent, noise: floa
 
 
 @pytest.mark.slow
-def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed(sent: Sent) -> None:
+def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed(sent):
     states = ((moment, rounded(state)) for moment, state in sent(4.0, "freeze@3.4+3", noise=0.0))
     assert "frozen" in str(fed(states).trouble(4.0))
 
 
-def test_a_frozen_effort_alone_is_no_frozen_stream(sent: Sent) -> None:
+def test_a_frozen_effort_alone_is_no_frozen_stream(sent):
     states = ((moment, replace(state, effort=(1.0,) * 3)) for moment, state in sent(2.8))
     assert fed(states).trouble(2.8) is None
 
 
-def test_a_stamp_that_goes_back_is_told_and_then_followed(sent: Sent) -> None:
+def test_a_stamp_that_goes_back_is_told_and_then_followed(sent):
     monitor = fed(sent(0.8))
     for moment, state in sent(0.6):
         monitor.feed(state, 0.8 + moment)
@@ -197,14 +185,14 @@ def test_a_stamp_that_goes_back_is_told_and_then_followed(sent: Sent) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_efforts_that_are_no_numbers_are_a_fault(sent: Sent, value: float) -> None:
+def test_efforts_that_are_no_numbers_are_a_fault(sent, value):
     monitor = fed(sent(0.5))
     monitor.feed(JointState(0.5, REST, (1.0, value, 1.0)), 0.5)
     assert f"effort of b came as {value}" in str(monitor.trouble(0.5))
 
 
 @pytest.mark.parametrize(("live", "told"), [(True, "stale: states come 0.9 s late"), (False, None)])
-def test_states_that_come_later_and_later_are_stale(live: bool, told: str | None) -> None:
+def test_states_that_come_later_and_later_are_stale(live, told):
     monitor = StreamMonitor(JOINTS, live=live)
     for k in range(900):
         monitor.feed(still(k / 1000), 2 * k / 1000)
@@ -213,14 +201,14 @@ def test_states_that_come_later_and_later_are_stale(live: bool, told: str | None
 
 
 @pytest.mark.slow
-def test_a_clock_that_runs_a_little_fast_is_not_stale() -> None:
+def test_a_clock_that_runs_a_little_fast_is_not_stale():
     monitor = StreamMonitor(JOINTS)
     for k in range(10_000):
         monitor.feed(still(k * 0.1), k * 0.1 * 1.0009)
     assert "stale" not in str(monitor.trouble(1000.8))
 
 
-def test_too_few_states_are_told() -> None:
+def test_too_few_states_are_told():
     monitor = StreamMonitor(JOINTS)
     assert "silent: no state yet" in str(monitor.trouble(0.0))
     for k in range(8):
@@ -228,7 +216,7 @@ def test_too_few_states_are_told() -> None:
     assert "use a longer --window" in str(monitor.trouble(0.7))
 
 
-def test_rate_and_age(sent: Sent) -> None:
+def test_rate_and_age(sent):
     monitor = fed(sent(3.0, rate=250.0))
     assert monitor.rate(3.0) == pytest.approx(250, abs=2)
     assert monitor.rate(3.1) == pytest.approx(250, abs=2)  # looked at a little later
@@ -236,7 +224,7 @@ def test_rate_and_age(sent: Sent) -> None:
     assert monitor.rate(9.0) == 0
 
 
-def test_random_nonsense_never_raises_and_never_rests() -> None:
+def test_random_nonsense_never_raises_and_never_rests():
     generator = random.Random(1)
     monitor = StreamMonitor(JOINTS)
     numbers = [0.0, 1.0, -1e308, 1e308, math.nan, math.inf, -math.inf, 1e-300]
@@ -247,7 +235,7 @@ def test_random_nonsense_never_raises_and_never_rests() -> None:
         assert monitor.trouble(1.0) is not None
 
 
-def test_an_arm_that_was_moved_while_the_stream_was_away_did_not_jump() -> None:
+def test_an_arm_that_was_moved_while_the_stream_was_away_did_not_jump():
     """Nor do its states come late, though the robot's clock stood meanwhile."""
     monitor = StreamMonitor(JOINTS)
     for k in range(500):

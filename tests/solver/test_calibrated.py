@@ -1,7 +1,6 @@
 """What is written is what was found: read back, and by an independent library."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pinocchio
@@ -12,7 +11,7 @@ from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 
 
-def calibrated(name: str) -> CalibratedRobot:
+def calibrated(name):
     robot = load_robot(name)
     parameters = choose_parameters(robot)
     nominal = robot.origins.ravel()[[p.index for p in parameters]]
@@ -21,7 +20,7 @@ def calibrated(name: str) -> CalibratedRobot:
 
 
 @pytest.mark.parametrize("name", shipped_robots())
-def test_pinocchio_predicts_the_same_ball_from_the_urdf(name: str, tmp_path: Path) -> None:
+def test_pinocchio_predicts_the_same_ball_from_the_urdf(name, tmp_path):
     calibration = calibrated(name)
     file = tmp_path / "calibrated.urdf"
     file.write_bytes(calibration.urdf(tmp_path))
@@ -35,7 +34,7 @@ def test_pinocchio_predicts_the_same_ball_from_the_urdf(name: str, tmp_path: Pat
     assert model.lowerPositionLimit == pytest.approx([j.lower for j in calibration.robot.actuated])
 
 
-def test_one_configuration_or_many(tmp_path: Path) -> None:
+def test_one_configuration_or_many(tmp_path):
     robot = calibrated("panda")
     q = np.full(7, 0.3)
     assert robot.ball(np.stack([q, q])).shape == (2, 3)
@@ -50,7 +49,7 @@ def test_one_configuration_or_many(tmp_path: Path) -> None:
         ([0, 0, 0, np.nan, 0, 0, 0], "row 0, 'panda_joint4' is nan"),
     ],
 )
-def test_joint_positions_of_another_robot_are_refused(q, words: str) -> None:
+def test_joint_positions_of_another_robot_are_refused(q, words):
     for model in ("ball", "geometric_ball", "nominal_ball"):
         with pytest.raises(MukcaError, match=re.escape(words)):
             getattr(calibrated("panda"), model)(q)

@@ -8,9 +8,7 @@ import pytest
 
 from mukca.solver.bayes.model import Noise, extend
 from mukca.solver.design import (
-    ParameterCovariance,
     Reach,
-    Workspace,
     expected_groups,
     from_prior,
     plan_poses,
@@ -21,23 +19,23 @@ from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
-def known() -> ParameterCovariance:
+def known():
     robot = load_robot("ur5e")
     model = extend(robot, choose_parameters(robot))
     return from_prior(model, expected_groups(model), Noise(1e-4, 1e-5), 2)
 
 
 @pytest.fixture(scope="module")
-def where(known: ParameterCovariance) -> Workspace:
+def where(known):
     return workspace_of(known.model, known.x, pairs=60)
 
 
-def variance(known: ParameterCovariance, where: Workspace) -> float:
+def variance(known, where):
     size = known.model.size
     return float(np.trace(known.covariance[:size, :size] @ where.mean))
 
 
-def test_the_gain_that_is_promised_is_had(known: ParameterCovariance, where: Workspace) -> None:
+def test_the_gain_that_is_promised_is_had(known, where):
     q = workspace(known.model.robot, 12)
     known = known.with_samples(q[:6], 0).with_samples(q[6:9], 1)
     promised = known.variance_reduction(q[9:], 1, where.mean)
@@ -46,7 +44,7 @@ def test_the_gain_that_is_promised_is_had(known: ParameterCovariance, where: Wor
     assert promised == pytest.approx(had, rel=1e-6)
 
 
-def test_the_order_of_samples_does_not_matter(known: ParameterCovariance) -> None:
+def test_the_order_of_samples_does_not_matter(known):
     q = workspace(known.model.robot, 8)
     one = known.with_samples(q[:4], 0).with_samples(q[4:], 1)
     other = known.with_samples(q[4:], 1).with_samples(q[:4][::-1], 0)
@@ -56,9 +54,7 @@ def test_the_order_of_samples_does_not_matter(known: ParameterCovariance) -> Non
     )
 
 
-def test_samples_and_lengths_never_make_it_worse(
-    known: ParameterCovariance, where: Workspace
-) -> None:
+def test_samples_and_lengths_never_make_it_worse(known, where):
     errors = [known.error(where)]
     for q in workspace(known.model.robot, 6):
         known = known.with_samples(q[None], 0).with_samples(-q[None], 1)
@@ -68,7 +64,7 @@ def test_samples_and_lengths_never_make_it_worse(
     assert all(later < earlier for earlier, later in pairwise(errors))
 
 
-def test_a_longer_base_and_another_place_teach_more(capsys) -> None:
+def test_a_longer_base_and_another_place_teach_more(capsys):
     errors = {}
     for distance in ("0.05", "0.15"):
         words = ["plan", "--robot", "so101", "--distance", distance, "--samples", "6", "--json"]
@@ -78,9 +74,7 @@ def test_a_longer_base_and_another_place_teach_more(capsys) -> None:
     assert all(later < earlier for earlier, later in pairwise(errors["0.05"]))
 
 
-def test_what_poses_are_chosen_by_leaves_the_scale_out(
-    known: ParameterCovariance, where: Workspace
-) -> None:
+def test_what_poses_are_chosen_by_leaves_the_scale_out(known, where):
     by_scale = np.zeros(known.model.size)
     lengths = [i for i, p in enumerate(known.model.parameters) if p.unit == "m"]
     by_scale[lengths] = known.model.ball.nominal[lengths]
@@ -89,9 +83,7 @@ def test_what_poses_are_chosen_by_leaves_the_scale_out(
 
 
 @pytest.mark.slow
-def test_planned_poses_teach_as_much_as_the_best_by_a_shorter_way(
-    known: ParameterCovariance, where: Workspace
-) -> None:
+def test_planned_poses_teach_as_much_as_the_best_by_a_shorter_way(known, where):
     reach, order = Reach(known.model.robot), ([0] * 4 + [1] * 4) * 2
     pools = {k: reach.poses(np.array([0.4, 0.05 * k, 0.1]), 200) for k in (0, 1)}
     planned = plan_poses(known, where, pools, order)

@@ -34,7 +34,7 @@ def log(arm):
     return run.trials[0].log
 
 
-def test_the_compensator_is_off_but_just_before_the_insertion(log) -> None:
+def test_the_compensator_is_off_but_just_before_the_insertion(log):
     np.testing.assert_array_equal(log.offset[log.during("approach", "insert", "rest")], 0)
     assert list(dict.fromkeys(log.phase)) == ["approach", "compensate", "insert", "rest"]
     ramp = np.abs(log.offset[log.during("compensate")]).max(axis=1)
@@ -43,7 +43,7 @@ def test_the_compensator_is_off_but_just_before_the_insertion(log) -> None:
     assert np.abs(np.diff(ramp)).max() < 0.1 * ramp[-1]
 
 
-def test_the_compensator_integrates_the_spring(log) -> None:
+def test_the_compensator_integrates_the_spring(log):
     # Eq. (8): the integral's rate, by the stiffness, is the distance to a goal that stands still.
     rows = log.during("compensate")
     tip = (log.tip[rows][1:] + log.tip[rows][:-1]) / 2
@@ -52,7 +52,7 @@ def test_the_compensator_integrates_the_spring(log) -> None:
     assert np.ptp(goal, axis=0).max() < 2e-6
 
 
-def test_spring_and_damper_lead_the_tool_along_a_straight_line(log, arm) -> None:
+def test_spring_and_damper_lead_the_tool_along_a_straight_line(log, arm):
     """By Eqs. (6) and (7) a motion without contact tells the goal that it was led to.
 
     With the model true, C dq + g cancel: (M + rotors) ddq + friction is J' (K e - D J dq).

@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 from shutil import copytree
 
 import numpy as np
@@ -15,13 +14,13 @@ from mukca.tools.simulation import demo_arm
 pytestmark = pytest.mark.slow
 
 
-def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo: Path) -> None:
+def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo):
     summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]
     assert 7e-3 < summary["test"]["nominal"]["mean_absolute_error"] < 9e-3
     assert summary["test"]["calibrated"]["mean_absolute_error"] < 1.5e-4
 
 
-def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
+def test_the_calibrated_demo_arm_is_the_true_one(demo):
     """Distances between far ball positions agree with the truth; the base frame itself cannot."""
     calibration = mukca.load_calibration(demo / "calibrated/calibration.json").calibrated
     _, arm = demo_arm()
@@ -35,7 +34,7 @@ def test_the_calibrated_demo_arm_is_the_true_one(demo: Path) -> None:
     assert np.abs(predicted - lengths).mean() < 0.15 * np.abs(nominal - lengths).mean()
 
 
-def test_the_demo_records_with_the_recorder(demo: Path) -> None:
+def test_the_demo_records_with_the_recorder(demo):
     for name in ("front", "left", "right"):
         taken, truth = (
             mukca.read_placements(demo / folder / name)[0] for folder in ("recordings", "hand")
@@ -45,7 +44,7 @@ def test_the_demo_records_with_the_recorder(demo: Path) -> None:
         assert taken.efforts is not None
 
 
-def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo: Path) -> None:
+def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo):
     said = demo.with_suffix(".txt").read_text()
     assert said.count(": 30 in socket 0, 30 in socket 1\n") == 3
     assert "captured" not in said
@@ -53,9 +52,7 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo: Path) -> 
     assert "mukca print-parts" in said.partition("Report: ")[2]
 
 
-def test_the_demo_never_removes_a_recording_of_a_real_arm(
-    demo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_demo_never_removes_a_recording_of_a_real_arm(demo, tmp_path, capsys):
     left = copytree(demo / "recordings/left", tmp_path / "recordings/left")
     metadata = (left / "placement.json").read_text()
     (left / "placement.json").write_text(re.sub('"mock:[^"]*"', '"franka:1.2.3.4"', metadata))

@@ -2,9 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from emulation import emulated
 from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder import Placement, Sample, read_placement, write_holes
+from mukca.recorder import read_placement, write_holes
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import perturb, reachable_bases, record
@@ -49,7 +47,7 @@ ARMS = [
 
 
 @pytest.fixture
-def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+def placements(request, tmp_path):
     """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
     generator = np.random.default_rng(5)
     worse = FARTHER.get(request.param, 1)
@@ -62,7 +60,7 @@ def placements(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def short_steps(placement: Placement) -> Iterator[Sample]:
+def short_steps(placement):
     """Choose samples of each socket as a hand would: on to the nearest."""
     last = placement.samples[0]
     for socket in (0, 1):

@@ -14,7 +14,7 @@ from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
-def fleet(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fleet(session, tmp_path_factory):
     """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file."""
     folder = tmp_path_factory.mktemp("fleet")
     for arm in ("arm-1", "arm-2"):
@@ -33,9 +33,7 @@ def fleet(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_fleet_is_calibrated_and_compared(
-    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, capsys):
     out = tmp_path / "out"
     words = ("fleet", str(fleet), "--robot", "panda", "--method", "paper", "--out", str(out))
     assert main([*words, "--processes", "1", "--json"]) == 1
@@ -64,7 +62,7 @@ def test_a_fleet_is_calibrated_and_compared(
     assert all((out / link).is_file() for link in links)
 
 
-def check_parameters(rows: list[dict], sessions: list[dict]) -> None:
+def check_parameters(rows, sessions):
     """Each parameter over all arms, by hand."""
     assert len(rows) == len(sessions[0]["parameters"]) > 40
     for k, row in enumerate(rows):
@@ -80,18 +78,14 @@ def check_parameters(rows: list[dict], sessions: list[dict]) -> None:
     ("place", "told"),
     [("nowhere", "no such folder"), ("arm-1/2026-05-02", "of one arm"), ("notes", "no arm's")],
 )
-def test_a_folder_that_is_no_fleet_is_told(
-    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, told: str
-) -> None:
+def test_a_folder_that_is_no_fleet_is_told(fleet, tmp_path, capsys, place, told):
     out = tmp_path / "out"
     assert main(["fleet", str(fleet / place), "--robot", "panda", "--out", str(out)]) == 2
     assert told in capsys.readouterr().err and not out.exists()
 
 
 @pytest.mark.slow
-def test_error_curves_of_arms_of_one_type_are_compared(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, capsys):
     points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
     if not points.exists():
         pytest.skip("needs the shared tracker recordings")
@@ -105,9 +99,7 @@ def test_error_curves_of_arms_of_one_type_are_compared(
     assert all(row["difference"] == 0 for row in pair["joints"])
 
 
-def test_two_arms_in_one_folder_fail_with_their_cause(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, capsys):
     for name, seed in (("a", 1), ("b", 2)):
         robot = mukca.load_robot("panda")
         _, (one,) = mukca.simulate_recordings(robot, 1, samples=12, seed=seed, rotation=0.012)

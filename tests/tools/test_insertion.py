@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from contextlib import redirect_stdout
 from pathlib import Path
 
@@ -23,21 +22,19 @@ from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
 
-Report = Callable[[str], Path]
 
-
-def simulate(*words: str) -> dict:
+def simulate(*words):
     with redirect_stdout(io.StringIO()) as told:
         assert main(["simulate", *words, "--json"]) == 0
     return json.loads(told.getvalue())
 
 
 @pytest.fixture(scope="module")
-def report(shared) -> Report:
+def report(shared):
     """Return the folder of an experiment, with the calibrated model and the nominal one."""
 
-    def report(experiment: str) -> Path:
-        def make(out: Path) -> None:
+    def report(experiment):
+        def make(out):
             result = simulate(*words_of(experiment, out))
             assert json.loads((out / "simulation.json").read_text()) == result
 
@@ -46,18 +43,18 @@ def report(shared) -> Report:
     return report
 
 
-def words_of(experiment: str, out: Path) -> tuple[str, ...]:
+def words_of(experiment, out):
     words = (experiment, "--model", "calibrated", "--trials", "2", "--out", str(out))
     return (*words, "--cross", "1") if experiment == "insertion" else words
 
 
-def figures(folder: Path) -> tuple[dict, dict]:
+def figures(folder):
     """Return what came of the nominal and of the calibrated model."""
     result = json.loads((folder / "simulation.json").read_text())
     return result["beside"], result
 
 
-def test_the_calibrated_model_inserts_and_the_nominal_does_not(report: Report) -> None:
+def test_the_calibrated_model_inserts_and_the_nominal_does_not(report):
     nominal, result = figures(report("insertion"))
     assert result["centre"]["inserted"] == 2
     assert result["cross"]["inserted"] == 1
@@ -68,13 +65,13 @@ def test_the_calibrated_model_inserts_and_the_nominal_does_not(report: Report) -
     assert max(elbows) - min(elbows) > 1.0
 
 
-def test_lines_of_the_calibrated_model_lie_together(report: Report) -> None:
+def test_lines_of_the_calibrated_model_lie_together(report):
     nominal, calibrated = (one["drawing"] for one in figures(report("drawing")))
     assert calibrated["max_spread"] < 0.5e-3 < nominal["spread"]
     assert all(line["touching"] > 0.95 for line in calibrated["each"])
 
 
-def test_a_model_may_be_a_file(tmp_path: Path) -> None:
+def test_a_model_may_be_a_file(tmp_path):
     model = tmp_path / "mine.urdf"
     model.write_bytes(mukca.load_robot("panda").text.data)
     words = ("insertion", "--trials", "1", "--hole-mm", "40", "--model")
@@ -84,7 +81,7 @@ def test_a_model_may_be_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-def test_a_report_shows_both_models(report: Report, experiment: str) -> None:
+def test_a_report_shows_both_models(report, experiment):
     out = report(experiment)
     if not (out / "picture.png").exists():
         pytest.skip("neither EGL nor OSMesa: apt-get install libegl1")
@@ -109,7 +106,7 @@ def test_a_report_shows_both_models(report: Report, experiment: str) -> None:
     assert main(["simulate", *words_of(experiment, out)]) == 2  # nothing is overwritten
 
 
-def test_without_opengl_the_figures_are_given_all_the_same(tmp_path: Path) -> None:
+def test_without_opengl_the_figures_are_given_all_the_same(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "report.html").write_text("an older one")
@@ -133,7 +130,7 @@ def test_without_opengl_the_figures_are_given_all_the_same(tmp_path: Path) -> No
     assert "data:image/" not in (out / "report.html").read_text()
 
 
-def test_a_missing_package_is_named(tmp_path: Path) -> None:
+def test_a_missing_package_is_named(tmp_path):
     # A module that is not there, as on a machine without the extra.
     (tmp_path / "mujoco.py").write_text("raise ImportError('nothing', name='mujoco')")
     paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
@@ -163,13 +160,13 @@ def test_a_missing_package_is_named(tmp_path: Path) -> None:
         ("drawing", "--out", __file__),
     ],
 )
-def test_bad_arguments_get_one_line(capsys, words: tuple[str, ...]) -> None:
+def test_bad_arguments_get_one_line(capsys, words):
     assert main(["simulate", *words]) == 2
     error = capsys.readouterr().err
     assert len(error.strip().splitlines()) == 1
 
 
-def test_a_model_of_another_arm_is_named(capsys, tmp_path: Path) -> None:
+def test_a_model_of_another_arm_is_named(capsys, tmp_path):
     other = str(tmp_path / "ur5e.urdf")
     Path(other).write_bytes(mukca.load_robot("ur5e").text.data)
     assert main(["simulate", "insertion", "--model", other]) == 2
@@ -179,7 +176,7 @@ def test_a_model_of_another_arm_is_named(capsys, tmp_path: Path) -> None:
     assert "panda_joint1" in line
 
 
-def test_an_option_of_the_other_experiment_is_refused(capsys) -> None:
+def test_an_option_of_the_other_experiment_is_refused(capsys):
     with pytest.raises(SystemExit) as left:
         main(["simulate", "drawing", "--hole-mm", "16"])
     assert left.value.code == 2

@@ -1,8 +1,6 @@
 """Points of an instrument on the command line: solve, validate, check, and bad files."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +11,7 @@ from mukca.tools.cli import main
 from mukca.tools.simulation import measured_points
 
 
-def write_points(placement: mukca.Placement, folder: Path) -> None:
+def write_points(placement, folder):
     folder.mkdir(parents=True)
     rows = [",".join((*(placement.joint_names or ()), "x", "y", "z"))]
     for sample in placement.samples:
@@ -23,10 +21,10 @@ def write_points(placement: mukca.Placement, folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def measured(true_panda: mukca.Robot, shared: Callable[..., Path]) -> Path:
+def measured(true_panda, shared):
     """Two placements of one instrument's frame, and one of another's."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         generator = np.random.default_rng(2)
         frames = [Pose(turn(generator.uniform(-2, 2, 3)), np.full(3, 2.0 * k)) for k in range(2)]
         for name, frame in (("train", 0), ("test", 0), ("later", 1)):
@@ -37,9 +35,7 @@ def measured(true_panda: mukca.Robot, shared: Callable[..., Path]) -> Path:
 
 
 @pytest.fixture(scope="module")
-def solved(
-    measured: Path, tmp_path_factory: pytest.TempPathFactory, capfd_json
-) -> tuple[Path, dict]:
+def solved(measured, tmp_path_factory, capfd_json):
     out = tmp_path_factory.mktemp("points") / "out"
     words = [str(measured / "train"), "--test", str(measured / "test"), "--robot", "panda"]
     return out, capfd_json(
@@ -48,8 +44,8 @@ def solved(
 
 
 @pytest.fixture(scope="module")
-def capfd_json() -> Callable[[list[str]], dict]:
-    def run(words: list[str]) -> dict:
+def capfd_json():
+    def run(words):
         import contextlib
         import io
 
@@ -62,7 +58,7 @@ def capfd_json() -> Callable[[list[str]], dict]:
 
 
 @pytest.mark.slow
-def test_solve_judges_held_out_points_in_the_frame_trained_on(solved: tuple[Path, dict]) -> None:
+def test_solve_judges_held_out_points_in_the_frame_trained_on(solved):
     out, result = solved
     train, test = result["placements"]
     for row in (train, test):
@@ -75,9 +71,7 @@ def test_solve_judges_held_out_points_in_the_frame_trained_on(solved: tuple[Path
 
 
 @pytest.mark.slow
-def test_validate_fits_the_frame_to_other_points_of_it(
-    solved: tuple[Path, dict], measured: Path, capfd_json: Callable[[list[str]], dict]
-) -> None:
+def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, capfd_json):
     """The instrument stood elsewhere, and the error is that of the other held-out points."""
     out, result = solved
     words = ["validate", str(out / "calibration.json"), str(measured / "later" / "points.csv")]
@@ -88,7 +82,7 @@ def test_validate_fits_the_frame_to_other_points_of_it(
     assert row["calibrated"]["mean_absolute_error"] == pytest.approx(held, rel=0.5)
 
 
-def test_check_and_info_name_the_points(measured: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_and_info_name_the_points(measured, capsys):
     assert main(["info", str(measured / "train")]) == 0
     assert "45 points that an instrument measured" in capsys.readouterr().out
     assert main(["check", str(measured / "train"), "--robot", "panda"]) == 0
@@ -105,15 +99,13 @@ def test_check_and_info_name_the_points(measured: Path, capsys: pytest.CaptureFi
         ("a,b,x,y,z", "0,0,0,0,nan", "points.csv:2: column 5 is nan"),
     ],
 )
-def test_a_malformed_file_is_refused_by_line(
-    tmp_path: Path, header: str, row: str, words: str
-) -> None:
+def test_a_malformed_file_is_refused_by_line(tmp_path, header, row, words):
     (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")
     with pytest.raises(mukca.MukcaError, match=words):
         mukca.read_placements(tmp_path)[0]
 
 
-def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path: Path) -> None:
+def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path):
     (tmp_path / "points.csv").write_text("z [mm],a [deg],b,x,y [mm]\n300,180,2,0.1,200\n")
     (sample,) = mukca.read_placements(tmp_path)[0].samples
     assert sample.position == pytest.approx((np.pi, 2)) and sample.point is not None
@@ -121,16 +113,14 @@ def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path: Path) -> N
     assert mukca.read_placements(tmp_path)[0].joint_names == ("a", "b")
 
 
-def test_the_papers_method_refuses_points(
-    measured: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_papers_method_refuses_points(measured, capsys):
     words = ["solve", str(measured / "train"), "--robot", "panda", "--method", "paper"]
     assert main(words) == 2
     assert "--method paper knows sockets only" in capsys.readouterr().err
 
 
 @pytest.mark.slow
-def test_true_errors_within_their_limit_pass_without_any_socket(solved: tuple[Path, dict]) -> None:
+def test_true_errors_within_their_limit_pass_without_any_socket(solved):
     out, _ = solved
     verdict = json.loads((out / "report.json").read_text())["verdict"]
     assert verdict["status"] == "pass"
@@ -139,9 +129,7 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved: tuple[Pa
 
 
 @pytest.mark.slow
-def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
-    measured: Path, capfd_json, tmp_path: Path
-) -> None:
+def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, capfd_json, tmp_path):
     small = str(tmp_path / "small")
     write = (measured / "train/points.csv").read_text().splitlines()
     rows = [line.split(",") for line in write[1:]]
@@ -160,8 +148,8 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(
 
 @pytest.mark.slow
 def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
-    solved: tuple[Path, dict], measured: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    solved, measured, tmp_path, capsys
+):
     lines = (measured / "later" / "points.csv").read_text().splitlines()[:9]
     rows = [lines[0] + ",qx,qy,qz,qw", *(f"{line},0,0,0,1" for line in lines[1:])]
     (tmp_path / "poses.csv").write_text("\n".join(rows) + "\n")

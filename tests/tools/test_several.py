@@ -2,8 +2,6 @@
 
 import json
 import shlex
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ import pytest
 import mukca
 from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
-from mukca.solver.robot import Robot, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, recorded_by_both
 
@@ -20,10 +18,10 @@ ROBOTS += ["transmission", "joint-noise"]
 
 
 @pytest.fixture(scope="module")
-def cell(true_panda: Robot, shared: Callable[..., Path]) -> Path:
+def cell(true_panda, shared):
     """Two arms face to face, and two bases that both visited."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         generator = np.random.default_rng(11)
         arms = [true_panda, perturb(load_robot("ur5e"), generator, 2e-3, 5e-3)]
         poses = [Pose(np.eye(3), np.zeros(3)), Pose(turn([0, 0, np.pi]), np.array([1.2, 0, 0]))]
@@ -40,9 +38,7 @@ def cell(true_panda: Robot, shared: Callable[..., Path]) -> Path:
 
 
 @pytest.mark.slow
-def test_two_arms_are_written_each_and_together(
-    cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_arms_are_written_each_and_together(cell, tmp_path, capsys):
     for name in ("left", "right"):  # one by its own word, the other by the command's
         for folder in (cell / name).iterdir():
             text = json.dumps({"robot_name": "right"} if name == "right" else {})
@@ -74,7 +70,7 @@ def test_two_arms_are_written_each_and_together(
     used_again(out, cell, capsys)
 
 
-def used_again(out: Path, cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def used_again(out, cell, capsys):
     """What was written of both is read back by all that reads calibrations."""
     (out / "arms.json").write_text((out / "arms.json").read_text().replace('"format"', '"older"'))
     arms = mukca.load_calibration(out)
@@ -102,7 +98,7 @@ def used_again(out: Path, cell: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.slow
-def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_base_is_said_in_words(cell, capsys):
     words = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
     main(["solve", *words, *ROBOTS, "--json"])
     captured = capsys.readouterr()
@@ -127,9 +123,7 @@ def test_one_base_is_said_in_words(cell: Path, capsys: pytest.CaptureFixture[str
         ),
     ],
 )
-def test_what_cannot_be_is_one_line(
-    cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
-) -> None:
+def test_what_cannot_be_is_one_line(cell, tmp_path, capsys, words, said):
     for folder in (cell / "left").iterdir():
         (folder / "placement.json").unlink(missing_ok=True)
     assert main(["solve", *(word.replace("CELL", str(cell)) for word in words)]) == 2
@@ -138,7 +132,7 @@ def test_what_cannot_be_is_one_line(
 
 
 @pytest.mark.slow
-def test_two_arms_of_one_type_need_no_extension() -> None:
+def test_two_arms_of_one_type_need_no_extension():
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)
     arms = [perturb(load_robot("panda"), generator, 2e-3, 5e-3) for _ in range(2)]

@@ -19,14 +19,14 @@ from mukca.tools.simulation import Base, Imperfection, perturb, record
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
 
 
-def test_the_ball_is_in_its_socket(true_panda) -> None:
+def test_the_ball_is_in_its_socket(true_panda):
     placement = record(true_panda, AT, np.random.default_rng(0), samples=10)
     balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
     assert balls == pytest.approx(np.repeat(AT.sockets, 10, axis=0), abs=1e-9)
     assert np.linalg.norm(AT.sockets[1] - AT.sockets[0]) == pytest.approx(AT.distance)
 
 
-def test_the_ball_of_an_arm_that_bends_is_in_its_socket(true_panda) -> None:
+def test_the_ball_of_an_arm_that_bends_is_in_its_socket(true_panda):
     """Though joints twist and tilt under load: predicted from what the encoders read."""
     elastic = Deflection(("compliance", "tilt"), (np.full(7, 5e-5), np.full(14, 3e-5)))
     how = Imperfection(deflection=elastic)
@@ -40,7 +40,7 @@ def test_the_ball_of_an_arm_that_bends_is_in_its_socket(true_panda) -> None:
     assert np.abs(stiff - balls).max() > 5e-4
 
 
-def test_configurations_keep_limits_and_tilt_and_differ(panda) -> None:
+def test_configurations_keep_limits_and_tilt_and_differ(panda):
     pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
     positions = record(panda, AT, np.random.default_rng(0), samples=20).positions
     lower, upper = (np.array([getattr(j, k) for j in panda.actuated]) for k in ("lower", "upper"))
@@ -52,14 +52,14 @@ def test_configurations_keep_limits_and_tilt_and_differ(panda) -> None:
 
 
 @pytest.mark.slow
-def test_noise_is_as_asked(true_panda) -> None:
+def test_noise_is_as_asked(true_panda):
     placement = record(true_panda, AT, np.random.default_rng(0), samples=150, noise=1e-3)
     balls = BallModel(true_panda, []).points(np.empty(0), placement.positions)
     errors = balls - np.repeat(AT.sockets, 150, axis=0)
     assert errors.std() == pytest.approx(1e-3, rel=0.15)
 
 
-def test_a_seed_repeats(panda) -> None:
+def test_a_seed_repeats(panda):
     twice = [
         record(panda, AT, np.random.default_rng(5), samples=3).positions.tolist() for _ in range(2)
     ]
@@ -67,20 +67,20 @@ def test_a_seed_repeats(panda) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_robots())
-def test_only_calibrated_origins_are_perturbed(name: str) -> None:
+def test_only_calibrated_origins_are_perturbed(name):
     robot = load_robot(name)
     arm = perturb(robot, np.random.default_rng(0), 1e-3, 1e-3)
     moved = [bool(np.any(a != b)) for a, b in zip(arm.origins, robot.origins, strict=True)]
     assert moved == [j.actuated or j is robot.ball_joint for j in robot.joints]
 
 
-def test_out_of_reach_is_told(panda) -> None:
+def test_out_of_reach_is_told(panda):
     far = Base("far", np.array([3.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     with pytest.raises(SimulationError, match="cannot reach"):
         record(panda, far, np.random.default_rng(0), samples=1)
 
 
-def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
+def test_what_only_looks_near_enough_is_told_after_some_rounds(panda):
     guide, in_its_foot = InverseKinematics(panda), np.array([[0.0, 0.0, 0.02]])
     assert np.linalg.norm(in_its_foot) < guide.longest
     with pytest.raises(SimulationError, match=r"cannot reach \[0.0, 0.0, 0.02\]"):
@@ -88,7 +88,7 @@ def test_what_only_looks_near_enough_is_told_after_some_rounds(panda) -> None:
 
 
 @pytest.mark.slow
-def test_simulated_recordings_come_with_the_truth(panda) -> None:
+def test_simulated_recordings_come_with_the_truth(panda):
     truth, placements = mukca.simulate_recordings(panda, 2, samples=4, seed=3, noise=0)
     assert [(p.sockets == k).sum() for p in placements for k in (0, 1)] == [4] * 4
     for placement in placements:
@@ -102,7 +102,7 @@ def test_simulated_recordings_come_with_the_truth(panda) -> None:
     assert not np.array_equal(other.values, truth.values)
 
 
-def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda) -> None:
+def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda):
     sizes = {"compliance": 6e-5, "tilt": 3e-5, "transmission": 2e-4}
     truth, (placement,) = mukca.simulate_recordings(panda, 1, samples=6, seed=3, noise=0, **sizes)
     assert truth.deflection.extensions == ("compliance", "tilt", "harmonic_1", "harmonic_2")
@@ -132,12 +132,12 @@ def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda) -> None
         ({"seed": -1}, "seed -1"),
     ],
 )
-def test_numbers_that_cannot_be_simulated_are_told(panda, numbers: dict, words: str) -> None:
+def test_numbers_that_cannot_be_simulated_are_told(panda, numbers, words):
     with pytest.raises(mukca.MukcaError, match=words):
         mukca.simulate_recordings(panda, **numbers)
 
 
-def test_a_simulated_arm_with_play_sags_and_its_encoders_have_steps() -> None:
+def test_a_simulated_arm_with_play_sags_and_its_encoders_have_steps():
     robot = load_robot("so101")
     base = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)
     one, sagged, stepped = (

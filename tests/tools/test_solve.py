@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ def run(capsys, monkeypatch, session):
     """Run a command in the folder of the recordings: status, output, error."""
     monkeypatch.chdir(session)
 
-    def run(*words: str) -> tuple[int, str, str]:
+    def run(*words):
         try:
             status = main(list(words))
         except SystemExit as stop:  # argparse's own refusals
@@ -31,7 +30,7 @@ def run(capsys, monkeypatch, session):
 
 
 @pytest.mark.slow
-def test_json_is_one_object_with_the_agreed_keys(run) -> None:
+def test_json_is_one_object_with_the_agreed_keys(run):
     status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
     assert status == 0
     result = json.loads(out)
@@ -56,14 +55,14 @@ def test_json_is_one_object_with_the_agreed_keys(run) -> None:
 
 
 @pytest.mark.slow
-def test_without_held_out_data_the_test_is_null(run) -> None:
+def test_without_held_out_data_the_test_is_null(run):
     _, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert json.loads(out)["summary"]["test"] is None
     assert "Not validated" in err
 
 
 @pytest.mark.slow
-def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session) -> None:
+def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
     assert status == 3 and "NOT VALIDATED" in out
@@ -72,7 +71,7 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session) 
 
 
 @pytest.mark.slow
-def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None:
+def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path):
     out = tmp_path / "deep" / "calibrated"
     words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out))
     status, text, _ = run(*words)
@@ -93,7 +92,7 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path) -> None
 
 
 @pytest.mark.slow
-def test_calibration_json_needs_no_other_file(run, tmp_path) -> None:
+def test_calibration_json_needs_no_other_file(run, tmp_path):
     run("solve", "front", "--test", "left", "--robot", "panda", "--out", str(tmp_path / "c"))
     document = json.loads((tmp_path / "c/calibration.json").read_text())
     calibration = mukca.load_calibration(tmp_path / "c/calibration.json")
@@ -117,7 +116,7 @@ def test_calibration_json_needs_no_other_file(run, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
+def test_results_are_overwritten_only_by_force(run, tmp_path):
     words = ("solve", "front", "--robot", "panda", "--out", str(tmp_path))
     status, _, err = run(*words)
     assert status == 2 and "--force" in err
@@ -128,7 +127,7 @@ def test_results_are_overwritten_only_by_force(run, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path) -> None:
+def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     # Regularisation holds the nominal lengths, so the base cannot come out 20 mm longer.
     words = ("solve", "front", "--robot", "panda", "--distance", "0.07")
     words = (*words, "--method", "paper", "--regularization", "1")
@@ -141,7 +140,7 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path) -> None:
     assert (tmp_path / "c/calibrated.urdf").exists()
 
 
-def test_not_converged_is_status_1_and_no_result(run, tmp_path) -> None:
+def test_not_converged_is_status_1_and_no_result(run, tmp_path):
     words = ("solve", "front", "--robot", "panda", "--method", "paper", "--max-iterations", "1")
     status, out, err = run(*words, "--json", "--out", str(tmp_path / "c"))
     assert (status, out) == (1, "")
@@ -149,7 +148,7 @@ def test_not_converged_is_status_1_and_no_result(run, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_test_folder_leaves_out_what_was_trained_on(run, session) -> None:
+def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     _, out, err = run("solve", "front", "--test", ".", "--robot", "panda", "--json")
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
     assert "front: trained on, so left out" in err
@@ -157,7 +156,7 @@ def test_a_test_folder_leaves_out_what_was_trained_on(run, session) -> None:
 
 
 @pytest.mark.slow
-def test_each_placement_has_its_own_distance(run, session, tmp_path) -> None:
+def test_each_placement_has_its_own_distance(run, session, tmp_path):
     shutil.copytree(session / "left", tmp_path / "left")
     (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')
     words = ("solve", "front", "--test", str(tmp_path / "left"), "--robot", "panda", "--json")
@@ -169,7 +168,7 @@ def test_each_placement_has_its_own_distance(run, session, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_free_and_fix_are_obeyed(run) -> None:
+def test_free_and_fix_are_obeyed(run):
     words = ("--free", "*.xyz", "--fix", "panda_joint2")
     _, out, _ = run("solve", "front", "--robot", "panda", "--json", *words)
     names = [row["name"] for row in json.loads(out)["parameters"]]
@@ -177,7 +176,7 @@ def test_free_and_fix_are_obeyed(run) -> None:
     assert "panda_joint8.x" in names and not any("joint2" in name for name in names)
 
 
-def edited(session: Path, to: Path, hole_0: str | None) -> str:
+def edited(session, to, hole_0):
     """A copy of the front placement with another hole_0.csv, or none."""
     shutil.copytree(session / "front", to)
     (to / "hole_0.csv").unlink()
@@ -204,7 +203,7 @@ GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
         (GOOD + "10,20,30,-90,10,95,20\n", "are these degrees?"),
     ],
 )
-def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told: str) -> None:
+def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told):
     status, out, err = run("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")
     assert (status, out) == (2, "")
     assert len(err.strip().splitlines()) == 1
@@ -237,25 +236,25 @@ def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told: str) 
         (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
     ],
 )
-def test_bad_arguments_get_one_line(run, words: tuple[str, ...], told: str) -> None:
+def test_bad_arguments_get_one_line(run, words, told):
     status, out, err = run("solve", "--robot", "panda", *words)
     assert (status, out) == (2, "")
     assert len(err.strip().splitlines()) == 1 and told in err
 
 
-def test_a_robot_of_other_joints_is_told(run) -> None:
+def test_a_robot_of_other_joints_is_told(run):
     status, _, err = run("solve", "front", "--robot", "ur5e")
     assert status == 2 and "hole_0.csv:1: 7 joint positions" in err and "6 actuated" in err
 
 
-def test_unknown_words_are_usage_errors(run) -> None:
+def test_unknown_words_are_usage_errors(run):
     assert run("solve")[0] == 2
     assert run("calibrate")[0] == 2
     assert run()[0] == 2
 
 
 @pytest.mark.slow
-def test_a_full_disk_is_told(session, tmp_path) -> None:
+def test_a_full_disk_is_told(session, tmp_path):
     """A limit on the size of files stands for the disk; the URDF alone is larger."""
     command = f"ulimit -f 4; {sys.executable} -m mukca solve front --robot panda --out {tmp_path}/c"
     result = subprocess.run(
@@ -266,7 +265,7 @@ def test_a_full_disk_is_told(session, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_as_a_module_and_to_a_closed_pipe(session) -> None:
+def test_as_a_module_and_to_a_closed_pipe(session):
     command = f"{sys.executable} -m mukca solve front --robot panda | head -1"
     result = subprocess.run(
         ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
@@ -274,7 +273,7 @@ def test_as_a_module_and_to_a_closed_pipe(session) -> None:
     assert result.returncode == 0 and "Traceback" not in result.stderr
 
 
-def test_the_help_loads_nothing_heavy() -> None:
+def test_the_help_loads_nothing_heavy():
     code = (
         "import sys; from mukca.tools.cli import main\n"
         "try: main(['--help'])\n"
@@ -285,7 +284,7 @@ def test_the_help_loads_nothing_heavy() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
-def test_the_help_names_the_defaults_that_are_used(run) -> None:
+def test_the_help_names_the_defaults_that_are_used(run):
     status, out, _ = run("solve", "--help")
     words = " ".join(out.partition("method paper:")[2].split())
     assert status == 0
@@ -299,7 +298,7 @@ PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "pa
 
 
 @pytest.mark.slow
-def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
+def test_fail_is_status_1_and_the_files_are_there(run, tmp_path):
     out = ("--out", str(tmp_path / "c"), "--json")
     status, text, err = run(*PAPER, "--repeatability-mm", "0.3", *out)
     assert status == 0 and json.loads(text)["outputs"]
@@ -321,7 +320,7 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("metadata", [None, {"distance": 0.05}])
-def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, metadata) -> None:
+def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, metadata):
     """A 0.05 that the recorder once wrote by itself is none either; typed, it is."""
     for name in ("front", "left"):
         shutil.copytree(session / name, tmp_path / name)
@@ -340,7 +339,7 @@ def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, meta
 
 
 @pytest.mark.slow
-def test_validate_says_which_joint_drifted(run, session, tmp_path) -> None:
+def test_validate_says_which_joint_drifted(run, session, tmp_path):
     out = tmp_path / "c"
     run(*PAPER, "--out", str(out))
     words = ("validate", str(out / "calibration.json"))
@@ -358,8 +357,8 @@ def test_validate_says_which_joint_drifted(run, session, tmp_path) -> None:
     assert run(*words, str(tmp_path / "later"), "--repeatability-mm", "9")[0] == 0
 
 
-def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
-    def broken(*_: object, **__: object) -> None:
+def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch):
+    def broken(*_, **__):
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_robots", broken)
@@ -369,9 +368,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch) -> None:
 
 
 @pytest.mark.slow
-def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(
-    run, monkeypatch, tmp_path
-) -> None:
+def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(run, monkeypatch, tmp_path):
     monkeypatch.setattr("mukca.solver.calibration.results._is_known", lambda _: False)
     out = ("--out", str(tmp_path / "c"))
     status, _, err = run("solve", "front", "--test", "left", "--robot", "panda", "--json", *out)

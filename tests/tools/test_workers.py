@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -23,20 +22,20 @@ from mukca.tools.parallel import Workers
 TESTS = Path(__file__).parents[1]
 
 
-def until(condition, seconds: float = 60.0) -> None:
+def until(condition, seconds=60.0):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
 
 
-def test_one_worker_is_this_process() -> None:
+def test_one_worker_is_this_process():
     assert Workers(1).map(lambda x: 2 * x, [3, 1]) == [6, 2]
 
 
 @pytest.mark.slow
-def test_a_lost_process_costs_nothing_but_time(tmp_path: Path) -> None:
-    done: list[int] = []
+def test_a_lost_process_costs_nothing_but_time(tmp_path):
+    done = []
     work = partial(pieces_of_work.square_after_one_death, tmp_path / "died")
     assert Workers(2).map(work, range(8), done.append) == [n * n for n in range(8)]
     assert sorted(done) == list(range(8)) and (tmp_path / "died").exists()
@@ -44,13 +43,13 @@ def test_a_lost_process_costs_nothing_but_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_work_that_ends_every_process_ends_itself() -> None:
+def test_work_that_ends_every_process_ends_itself():
     with pytest.raises(MukcaError, match="2 of 2 left to do"):
         Workers(2).map(pieces_of_work.die, range(2))
 
 
 @pytest.mark.slow
-def test_what_a_piece_raises_is_raised_and_nothing_is_left() -> None:
+def test_what_a_piece_raises_is_raised_and_nothing_is_left():
     with pytest.raises(ValueError, match="no "):
         Workers(2).map(pieces_of_work.refuse, range(4))
     assert multiprocessing.active_children() == []
@@ -58,7 +57,7 @@ def test_what_a_piece_raises_is_raised_and_nothing_is_left() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path) -> None:
+def test_nothing_outlives_the_one_who_asked(how, tmp_path):
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
         "from mukca.tools.parallel import Workers\n"
@@ -85,9 +84,7 @@ def test_nothing_outlives_the_one_who_asked(how: signal.Signals, tmp_path: Path)
 
 
 @pytest.fixture(scope="module")
-def cluster(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def cluster(tmp_path_factory):
     """A scheduler's address, and its two workers."""
     pytest.importorskip("distributed")
     folder = tmp_path_factory.mktemp("dask")
@@ -96,9 +93,9 @@ def cluster(
         "PYTHONPATH": str(TESTS),
         "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s",
     }
-    started: list[subprocess.Popen] = []
+    started = []
 
-    def start(*words: str) -> subprocess.Popen:
+    def start(*words):
         process = subprocess.Popen(
             [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
             env=environment,
@@ -123,7 +120,7 @@ def cluster(
         process.wait()
 
 
-def ran(*words: object) -> subprocess.CompletedProcess[str]:
+def ran(*words):
     """Run Python with words; Dask stays out of this process, where every warning is an error."""
     return subprocess.run(
         [sys.executable, *map(str, words)],
@@ -135,9 +132,7 @@ def ran(*words: object) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.slow
-def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(
-    cluster, recordings: Path, tmp_path: Path
-) -> None:
+def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(cluster, recordings, tmp_path):
     address, _ = cluster
     for name in ("frontcenter", "frontleft", "frontright"):
         shutil.copytree(recordings / "panda_3" / name, tmp_path / name)
@@ -152,7 +147,7 @@ def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(
 
 
 @pytest.mark.slow
-def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Path) -> None:
+def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path):
     address, workers = cluster
     code = (
         "import sys, pieces_of_work; from functools import partial; from pathlib import Path\n"
@@ -174,7 +169,7 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_cluster_that_is_not_there_is_told() -> None:
+def test_a_cluster_that_is_not_there_is_told():
     pytest.importorskip("distributed")
     code = (
         "from mukca.tools.parallel import Workers, processes as cluster\n"
@@ -185,12 +180,12 @@ def test_a_cluster_that_is_not_there_is_told() -> None:
     assert "no Dask scheduler answers there" in ran("-c", code).stdout
 
 
-def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_dask_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MukcaError, match=r"pip install 'mukca\[cluster\]'"):
         Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
 
 
-def test_less_than_one_process_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_less_than_one_process_is_refused(capsys):
     assert main(["crossval", "x", "--robot", "panda", "--processes", "0"]) == 2
     assert "--processes 0" in capsys.readouterr().err

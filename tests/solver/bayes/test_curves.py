@@ -31,14 +31,14 @@ _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
 UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
 
 
-def held_out(calibration: mukca.Calibration) -> float:
+def held_out(calibration):
     """The mean error at what was held out [m]."""
     summary = calibration.errors.summary.test
     assert summary is not None
     return summary.calibrated.mean_absolute_error
 
 
-def test_the_splines_have_the_covariance_of_the_process() -> None:
+def test_the_splines_have_the_covariance_of_the_process():
     weights = np.array([1, 4, 1]) / 6
     for length in (0.04, 0.07, 0.2):
         row = np.fft.ifft(spectrum(length)).real
@@ -47,7 +47,7 @@ def test_the_splines_have_the_covariance_of_the_process() -> None:
         assert np.allclose(filtered, kernel(2 * np.sin(turns / 2), length)[0], atol=1e-6)
 
 
-def test_a_curve_is_its_derivatives_times_its_coefficients() -> None:
+def test_a_curve_is_its_derivatives_times_its_coefficients():
     generator = np.random.default_rng(0)
     q, coefficients = generator.uniform(-9, 9, (20, 3)), generator.normal(size=3 * KNOTS)
     by_coefficients = CURVE.derivatives(q, np.zeros((20, 9))) * coefficients
@@ -57,7 +57,7 @@ def test_a_curve_is_its_derivatives_times_its_coefficients() -> None:
 
 
 @pytest.mark.slow
-def test_curves_are_found_in_sockets() -> None:
+def test_curves_are_found_in_sockets():
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
     train, test = placements[:2], placements[2:]
@@ -70,13 +70,13 @@ def test_curves_are_found_in_sockets() -> None:
     assert np.abs(again.ball(q) - found.ball(q)).max() < 1e-12
 
 
-def test_curves_are_compared_where_both_are_known() -> None:
+def test_curves_are_compared_where_both_are_known():
     generator = np.random.default_rng(0)
     a, b = np.fft.irfft(generator.normal(size=(2, 60)), KNOTS) * 2e-3
     far = np.r_[np.full(180, 1e-5), np.full(180, 3e-4)]
     turn = SPACING * np.arange(KNOTS)
 
-    def curves(values: np.ndarray) -> ErrorCurves:
+    def curves(values):
         one = JointCurve(
             joint="j", values=tuple(values), deviations=tuple(far), sampled=((0.0, 3.0),)
         )
@@ -90,7 +90,7 @@ def test_curves_are_compared_where_both_are_known() -> None:
 
 
 @pytest.fixture
-def ur10(tmp_path: Path) -> mukca.Placement:
+def ur10(tmp_path):
     """Points of a UR10 that a laser tracker measured."""
     if not UR10.is_file():
         pytest.skip("needs the shared tracker recordings")
@@ -98,12 +98,12 @@ def ur10(tmp_path: Path) -> mukca.Placement:
     return mukca.read_placements(tmp_path)[0]
 
 
-def some(points: mukca.Placement, rows: slice) -> mukca.Placement:
+def some(points, rows):
     return replace(points, name=str(rows), files=(), samples=points.samples[rows])
 
 
 @pytest.mark.slow
-def test_a_measured_ur10_has_curves(ur10: mukca.Placement) -> None:
+def test_a_measured_ur10_has_curves(ur10):
     train, test = some(ur10, slice(0, None, 4)), some(ur10, slice(1, None, 4))
     found = mukca.calibrate(mukca.load_robot("ur10"), train, test=test)
     assert held_out(found) < 0.18e-3
@@ -118,9 +118,7 @@ def test_a_measured_ur10_has_curves(ur10: mukca.Placement) -> None:
 
 
 @pytest.mark.slow
-def test_an_earlier_calibration_is_where_the_next_one_begins(
-    ur10: mukca.Placement, tmp_path: Path
-) -> None:
+def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, tmp_path):
     robot = mukca.load_robot("ur10")
     old, new, test = (some(ur10, slice(*ends, step)) for *ends, step in _PARTS)
     mukca.calibrate(robot, old).save(tmp_path / "old")
@@ -135,7 +133,7 @@ def test_an_earlier_calibration_is_where_the_next_one_begins(
         mukca.calibrate(robot, new, remounted=("tool",))
 
 
-def test_a_file_holds_the_posterior_of_its_calibration() -> None:
+def test_a_file_holds_the_posterior_of_its_calibration():
     robot = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(robot, 2, samples=20, seed=2, curves=6e-4)
     document = mukca.calibrate(robot, train).document
@@ -149,7 +147,7 @@ def test_a_file_holds_the_posterior_of_its_calibration() -> None:
     assert (apart <= 0.01 * np.outer(deviations, deviations) + 1e-18).all()
 
 
-def test_the_flange_of_an_arm_with_curves_alone_follows_them() -> None:
+def test_the_flange_of_an_arm_with_curves_alone_follows_them():
     robot = mukca.load_robot("ur5e")
     curves = Deflection(("curve",), (5e-4 * random_curves(6, 0.07, np.random.default_rng(0)),))
     wiggly, rigid = (

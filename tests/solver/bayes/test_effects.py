@@ -8,7 +8,6 @@ from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS
 from mukca.solver.bayes.results import angles_near
 from mukca.solver.robot import (
     BallModel,
-    Robot,
     choose_parameters,
     gravity_moments,
     load_robot,
@@ -21,7 +20,7 @@ UNLOADED = 0.02
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_derivatives_are_those_of_the_ball(name: str, panda: Robot) -> None:
+def test_derivatives_are_those_of_the_ball(name, panda):
     """By every coefficient, against finite differences."""
     model = extend(panda, choose_parameters(panda), [name])
     q = workspace(panda, 4)
@@ -35,14 +34,14 @@ def test_derivatives_are_those_of_the_ball(name: str, panda: Robot) -> None:
         assert slopes[:, :, i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
 
 
-def test_every_effect_has_its_extension_and_its_own_names(panda: Robot) -> None:
+def test_every_effect_has_its_extension_and_its_own_names(panda):
     tried = [name for names in EXTENSIONS.values() for name in names]
     assert tried == [name for name, effect in EFFECTS.items() if effect.extension]
     names = [c for e in EFFECTS.values() for c in e.coefficient_names(panda.joint_names)]
     assert len(names) == len(set(names))
 
 
-def test_backlash_rests_where_gravity_turns_it_to() -> None:
+def test_backlash_rests_where_gravity_turns_it_to():
     play = Deflection(("play",), (np.array([0.01, 0.02]),))
     torques = np.array([[1.0, -1.0], [-5.0, 0.0], [UNLOADED, 0.0]])
     turned = play.true_positions(np.zeros((3, 2)), torques)
@@ -51,7 +50,7 @@ def test_backlash_rests_where_gravity_turns_it_to() -> None:
     )
 
 
-def test_a_joint_without_load_may_rest_anywhere_in_its_play() -> None:
+def test_a_joint_without_load_may_rest_anywhere_in_its_play():
     noise = EFFECTS["play"].joint_noise
     assert noise is not None
     free, loaded = noise(np.array([[0.0, 1.0], [UNLOADED, -1.0]])).T
@@ -60,14 +59,14 @@ def test_a_joint_without_load_may_rest_anywhere_in_its_play() -> None:
 
 
 @pytest.mark.parametrize("angles", [(0.3, -0.2, 2.9), (1.5708, 1.5707963267948966, -1.5708)])
-def test_angles_of_a_rotation_are_near_the_others(angles: tuple[float, float, float]) -> None:
+def test_angles_of_a_rotation_are_near_the_others(angles):
     R = rotation_rpy(angles).full()
     back = angles_near(R, np.array(angles) + 1e-3)
     assert rotation_rpy(back.tolist()).full() == pytest.approx(R, abs=1e-9)
     assert back == pytest.approx(angles, abs=5e-3)
 
 
-def test_the_swept_volume_is_that_of_the_true_positions() -> None:
+def test_the_swept_volume_is_that_of_the_true_positions():
     """Else lengths and joint offsets that trade for each other would run away together."""
     robot, offsets = load_robot("so101"), np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
     model = extend(robot, choose_parameters(robot), ["zero", "play"])
@@ -83,7 +82,7 @@ def test_the_swept_volume_is_that_of_the_true_positions() -> None:
         assert slope[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-5)
 
 
-def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda: Robot) -> None:
+def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda):
     """At random poses, against determinants; its slopes against finite differences."""
     model = BallModel(panda, [p.index for p in choose_parameters(panda)])
     q = np.random.default_rng(0).uniform(-1, 1, (5, 7))
@@ -99,7 +98,7 @@ def test_the_volume_of_the_swept_ball_is_that_of_its_jacobian(panda: Robot) -> N
         assert by_joints[i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
 
 
-def test_a_robot_turns_as_a_whole_by_its_first_joint(panda: Robot) -> None:
+def test_a_robot_turns_as_a_whole_by_its_first_joint(panda):
     """Against the ball's own derivatives, at a place where the angles are large."""
     parameters = choose_parameters(panda)
     ball = BallModel(panda, [p.index for p in parameters])

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 ELASTIC = {"compliance": 8e-5, "tilt": 4e-5}
 
 
-def by_geometry(calibration: mukca.Calibration) -> float:
+def by_geometry(calibration):
     """The mean error of the exported URDF alone at placements held out [m]."""
     summary = calibration.errors.summary.test
     assert summary is not None
@@ -19,11 +19,11 @@ def by_geometry(calibration: mukca.Calibration) -> float:
 
 
 @pytest.fixture(scope="module")
-def robot() -> mukca.Robot:
+def robot():
     return mukca.load_robot("panda")
 
 
-def test_it_is_better_than_the_papers_geometry_elsewhere(robot: mukca.Robot) -> None:
+def test_it_is_better_than_the_papers_geometry_elsewhere(robot):
     _, (train, *test) = mukca.simulate_recordings(robot, 4, seed=0, noise=7e-5, **ELASTIC)
     by_auto = mukca.calibrate(robot, train, test=test)
     by_paper = mukca.calibrate(robot, train, test=test, method="paper")
@@ -31,7 +31,7 @@ def test_it_is_better_than_the_papers_geometry_elsewhere(robot: mukca.Robot) -> 
     assert by_geometry(by_auto) < by_geometry(by_paper)
 
 
-def test_a_rigid_arms_geometry_is_its_calibration(robot: mukca.Robot, tmp_path) -> None:
+def test_a_rigid_arms_geometry_is_its_calibration(robot, tmp_path):
     _, (train,) = mukca.simulate_recordings(robot, 1, samples=15, seed=0, noise=1e-6)
     found = mukca.calibrate(robot, train)
     assert found.document.deflection == {}
@@ -40,7 +40,7 @@ def test_a_rigid_arms_geometry_is_its_calibration(robot: mukca.Robot, tmp_path) 
     assert found.calibrated.geometric_ball(q) == pytest.approx(found.calibrated.ball(q), abs=1e-12)
 
 
-def test_few_samples_leave_it_between_theirs_and_the_full_models(robot: mukca.Robot) -> None:
+def test_few_samples_leave_it_between_theirs_and_the_full_models(robot):
     """The surer the full model is, the further it is followed from the samples' own geometry."""
     _, (train,) = mukca.simulate_recordings(robot, 1, seed=1, noise=7e-5, **ELASTIC)
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 7))
@@ -57,9 +57,7 @@ def test_few_samples_leave_it_between_theirs_and_the_full_models(robot: mukca.Ro
 
 
 @pytest.mark.parametrize("flaws", [ELASTIC, {}])
-def test_a_distance_that_is_hardly_known_does_not_set_the_size(
-    robot: mukca.Robot, flaws: dict[str, float]
-) -> None:
+def test_a_distance_that_is_hardly_known_does_not_set_the_size(robot, flaws):
     """The paper's cost takes it as it is; so its geometry is not what the URDF has."""
     truth, (train,) = mukca.simulate_recordings(robot, 1, seed=0, noise=7e-5, **flaws)
     wrong = replace(train, distance=0.051)

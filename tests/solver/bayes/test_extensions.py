@@ -11,21 +11,21 @@ pytestmark = pytest.mark.slow
 EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
 
 
-def held_out(calibration: mukca.Calibration) -> float:
+def held_out(calibration):
     """The mean error at placements that were held out [m]."""
     summary = calibration.errors.summary.test
     assert summary is not None
     return summary.calibrated.mean_absolute_error
 
 
-def coefficients(found: mukca.Calibration, kind: str) -> tuple[np.ndarray, np.ndarray]:
+def coefficients(found, kind):
     """Values and standard deviations of an effect's coefficients."""
     rows = [c for c in found.document.coefficients or () if c.name.split(".")[-1].startswith(kind)]
     return np.array([(c.value, c.standard_deviation) for c in rows]).T
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite"])
-def test_what_is_not_there_vanishes(name: str) -> None:
+def test_what_is_not_there_vanishes(name):
     robot = mukca.load_robot(name)
     _, (train, test) = mukca.simulate_recordings(robot, 2, seed=1, noise=1e-4)
     found = mukca.calibrate(robot, train, test=test)
@@ -38,7 +38,7 @@ def test_what_is_not_there_vanishes(name: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "size"), [("compliance", 8e-5), ("tilt", 5e-5)])
-def test_elasticity_is_found_within_its_intervals(kind: str, size: float) -> None:
+def test_elasticity_is_found_within_its_intervals(kind, size):
     robot = mukca.load_robot("panda")
     sizes = {kind: size}
     truth, (train, test) = mukca.simulate_recordings(robot, 2, seed=2, **sizes)
@@ -54,7 +54,7 @@ def test_elasticity_is_found_within_its_intervals(kind: str, size: float) -> Non
     assert {c.unit for c in found.document.coefficients or ()} >= {"rad/(N m)"}
 
 
-def test_transmission_error_is_found() -> None:
+def test_transmission_error_is_found():
     robot = mukca.load_robot("panda")
     _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=3, transmission=4e-4)
     found = mukca.calibrate(robot, train, test=test)
@@ -63,7 +63,7 @@ def test_transmission_error_is_found() -> None:
     assert held_out(found) < 0.7 * held_out(geometric)
 
 
-def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain() -> None:
+def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain():
     robot = mukca.load_robot("panda")
     _, (train,) = mukca.simulate_recordings(
         robot, 1, samples=15, seed=4, compliance=8e-5, tilt=5e-5, transmission=1e-4
@@ -74,7 +74,7 @@ def test_a_harmonic_that_few_samples_do_not_show_stays_uncertain() -> None:
     assert found.document.uncertainty is not None
 
 
-def test_noise_of_the_joints_is_told_from_noise_in_space() -> None:
+def test_noise_of_the_joints_is_told_from_noise_in_space():
     """Each joint is 1.5 mrad off, to either side, as by backlash."""
     robot = mukca.load_robot("gen3_lite")
     _, (train,) = mukca.simulate_recordings(robot, 1, seed=4, noise=1e-4)
@@ -88,19 +88,19 @@ def test_noise_of_the_joints_is_told_from_noise_in_space() -> None:
     assert (found.log_evidence or 0) > (in_space.log_evidence or 0) + 3
 
 
-def moved(placement: mukca.Placement, positions: np.ndarray) -> mukca.Placement:
+def moved(placement, positions):
     """The placement as it would be with other joint positions."""
     pairs = zip(placement.samples, positions.tolist(), strict=True)
     return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
 
 
-def test_measured_efforts_tell_how_an_arm_bends() -> None:
+def test_measured_efforts_tell_how_an_arm_bends():
     """Efforts unlike gravity's, as under a hand that pushes, and readings bent by them."""
     robot = mukca.load_robot("panda")
     _, (train, test) = mukca.simulate_recordings(robot, 2, seed=5)
     compliance, generator = np.array([0, 9, 6, 12, 15, 9, 0]) * 1e-5, np.random.default_rng(0)
 
-    def pushed(placement: mukca.Placement) -> mukca.Placement:
+    def pushed(placement):
         efforts = generator.normal(0, 10, placement.positions.shape)
         bent = moved(placement, placement.positions + compliance * efforts)
         rows = zip(bent.samples, map(tuple, efforts.tolist()), strict=True)
@@ -113,11 +113,11 @@ def test_measured_efforts_tell_how_an_arm_bends() -> None:
 
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14"])
-def test_gross_outliers_hardly_count(name: str) -> None:
+def test_gross_outliers_hardly_count(name):
     """A tenth of the balls, 5 to 50 mm off."""
     robot, generator = mukca.load_robot(name), np.random.default_rng(9)
     _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=1, noise=1e-4)
-    spoilt: list[mukca.Placement] = []
+    spoilt = []
     for placement in train:
         q = placement.positions.copy()
         turns = generator.choice([-1, 1], 6) * generator.uniform(0.02, 0.1, 6)
@@ -131,7 +131,7 @@ def test_gross_outliers_hardly_count(name: str) -> None:
     assert robust.document.noise.nu < clean.document.noise.nu
 
 
-def test_leaving_one_out_drops_what_does_not_help() -> None:
+def test_leaving_one_out_drops_what_does_not_help():
     robot = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(robot, 3, seed=7, noise=1e-4)
     found = mukca.calibrate(robot, train)
@@ -139,10 +139,10 @@ def test_leaving_one_out_drops_what_does_not_help() -> None:
     assert found.document.deflection == {}
 
 
-def test_of_many_placements_some_are_left_out_at_a_time() -> None:
+def test_of_many_placements_some_are_left_out_at_a_time():
     robot = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(robot, 6, samples=8, seed=3, compliance=3e-4)
-    tried: list[str] = []
+    tried = []
     found = mukca.calibrate(
         robot, train, progress=tried.append, without=("tilt", "transmission", "curves")
     )
@@ -151,7 +151,7 @@ def test_of_many_placements_some_are_left_out_at_a_time() -> None:
     assert "where one placement is left out, all together lower errors by" in line
 
 
-def test_extensions_can_be_switched_off() -> None:
+def test_extensions_can_be_switched_off():
     robot = mukca.load_robot("panda")
     _, train = mukca.simulate_recordings(robot, 1, seed=2, compliance=8e-5)
     found = mukca.calibrate(robot, train, without=(*EXTENSIONS, "joint-noise")).document
@@ -160,7 +160,7 @@ def test_extensions_can_be_switched_off() -> None:
     assert found.noise.joint == 0
 
 
-def test_a_model_does_not_shrink_to_look_better() -> None:
+def test_a_model_does_not_shrink_to_look_better():
     """Errors shrink with the model; over many samples that would outweigh the base."""
     robot = mukca.load_robot("panda")
     _, train = mukca.simulate_recordings(
@@ -171,7 +171,7 @@ def test_a_model_does_not_shrink_to_look_better() -> None:
     assert abs(found.document.scale.value) < 3e-4  # without the volume: -2e-3
 
 
-def test_thousands_of_samples_do_not_blow_the_robot_up() -> None:
+def test_thousands_of_samples_do_not_blow_the_robot_up():
     """And no width follows unknowns that are far astray: it would be 100 rad for good."""
     robot = mukca.load_robot("panda")
     _, (train,) = mukca.simulate_recordings(robot, 1, samples=120, seed=3, noise=1e-4)
@@ -186,7 +186,7 @@ def test_thousands_of_samples_do_not_blow_the_robot_up() -> None:
 
 
 @pytest.mark.parametrize("seed", [7, 10])
-def test_no_variance_is_negative_where_a_width_collapses(seed: int) -> None:
+def test_no_variance_is_negative_where_a_width_collapses(seed):
     """Five samples a socket of a gear with 5 mrad of noise."""
     robot = mukca.load_robot("gen3_lite")
     _, (train,) = mukca.simulate_recordings(robot, 1, samples=5, seed=seed, noise=1e-4)
@@ -198,7 +198,7 @@ def test_no_variance_is_negative_where_a_width_collapses(seed: int) -> None:
     assert np.isfinite(found.uncertainty.distance_deviation.worst)
 
 
-def test_stated_deviations_come_true() -> None:
+def test_stated_deviations_come_true():
     """Of all parameters, also those that only the prior holds."""
     robot = mukca.load_robot("panda")
     truth, train = mukca.simulate_recordings(robot, 2, samples=20, seed=1, noise=1e-4)
@@ -212,7 +212,7 @@ def test_stated_deviations_come_true() -> None:
     assert 0.4 < np.mean(ratios**2) ** 0.5 < 1.6
 
 
-def test_more_samples_tell_more() -> None:
+def test_more_samples_tell_more():
     robot = mukca.load_robot("panda")
     _, (one, other, test) = mukca.simulate_recordings(robot, 3, samples=12, seed=8)
     single, both = (
@@ -227,7 +227,7 @@ def test_more_samples_tell_more() -> None:
     assert placement.predicted_deviation == pytest.approx(placement.found_deviation, rel=0.6)
 
 
-def test_what_recordings_cannot_show_is_named() -> None:
+def test_what_recordings_cannot_show_is_named():
     robot = mukca.load_robot("panda")
     _, train = mukca.simulate_recordings(robot, 2, samples=12, seed=8)
     found = mukca.calibrate(robot, train, without=EXTENSIONS).document

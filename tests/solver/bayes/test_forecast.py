@@ -3,36 +3,36 @@
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference import Posterior, estimate
+from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_errors
-from mukca.solver.data import STANDARD_LOAD, Measurement, RobotRecordings, measure, observe_all
+from mukca.solver.data import STANDARD_LOAD, RobotRecordings, measure, observe_all
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
-from mukca.solver.robot import Robot, choose_parameters
+from mukca.solver.robot import choose_parameters
 from mukca.tools.simulation import simulate_recordings
 
 LOAD = STANDARD_LOAD
 
 
 @pytest.fixture(scope="module")
-def recorded(panda: Robot) -> list[Measurement]:
+def recorded(panda):
     _, placements = simulate_recordings(panda, 2, samples=20, seed=5, noise=1e-4)
     return [measure(placement, panda) for placement in placements]
 
 
 @pytest.fixture(scope="module")
-def first(panda: Robot, recorded) -> Posterior:
+def first(panda, recorded):
     data = observe_all([RobotRecordings(panda, recorded[:1])])
     return estimate([extend(panda, choose_parameters(panda))], data).arms[0]
 
 
-def samples(panda: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
+def samples(panda, measured):
     moments = LOAD.torques(panda, measured)
     return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
 
 
 @pytest.mark.slow
-def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> None:
+def test_a_second_placement_brings_what_was_forecast(panda, recorded, first):
     both = estimate([first.model], observe_all([RobotRecordings(panda, recorded)])).arms[0]
     forecast = predicted_posterior(first, samples(panda, recorded[1]))
     before, expected, found = (workspace_errors(p, LOAD).median for p in (first, forecast, both))
@@ -40,7 +40,7 @@ def test_a_second_placement_brings_what_was_forecast(panda, recorded, first) -> 
     assert found == pytest.approx(expected, rel=0.15)
 
 
-def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first) -> None:
+def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first):
     """However often: the caliper's 0.06 % of scale stays."""
     sure = predicted_posterior(first, samples(panda, recorded[1]) * 1)
     for _ in range(20):
@@ -51,7 +51,7 @@ def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorde
     assert 4e-4 < scale < 7e-4
 
 
-def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recorded) -> None:
+def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recorded):
     model = extend(panda, choose_parameters(panda))
     x = np.zeros(model.size)
     x[model.names.index("panda_joint4.yaw")] = 1e-3
@@ -67,7 +67,7 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
     assert all(row.recorded == 0 for name, row in found.items() if name != "panda_joint4")
 
 
-def test_places_are_known_best_where_it_was_recorded(first) -> None:
+def test_places_are_known_best_where_it_was_recorded(first):
     found = error_map(first, workspace_samples(first.model, first.x, LOAD))
     centre = first.points.mean(axis=0)
     cells = np.array(found.cells)

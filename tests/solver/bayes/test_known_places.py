@@ -1,8 +1,6 @@
 """Known places: sockets in a table's frame or the base, points that an instrument measured."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,17 +13,17 @@ ROTATION *= np.linalg.det(ROTATION)
 ORIGIN = np.array([0.3, -0.8, 0.4])
 
 
-def in_frame(points: np.ndarray) -> np.ndarray:
+def in_frame(points):
     """Points of the base frame, seen from a table or an instrument."""
     return (points - ORIGIN) @ ROTATION
 
 
-def socket_places(truth, placement: mukca.Placement) -> np.ndarray:
+def socket_places(truth, placement):
     balls, sockets = truth.ball(placement.positions), [s.socket for s in placement.samples]
     return np.array([balls[np.array(sockets) == k].mean(axis=0) for k in (0, 1)])
 
 
-def write_at(file: Path, frame: str, places: dict[str, np.ndarray], deviation: float) -> Path:
+def write_at(file, frame, places, deviation):
     rows = ["frame,socket,x [m],y [m],z [m],deviation [m]"]
     for name, own in places.items():
         for k, place in enumerate(own):
@@ -35,17 +33,17 @@ def write_at(file: Path, frame: str, places: dict[str, np.ndarray], deviation: f
 
 
 @pytest.fixture(scope="module")
-def robot() -> mukca.Robot:
+def robot():
     return mukca.load_robot("panda")
 
 
 @pytest.fixture(scope="module")
-def noisy(robot: mukca.Robot):
+def noisy(robot):
     truth, placements = mukca.simulate_recordings(robot, 3, samples=12, seed=4)
     return truth, [replace(p, distance=None) for p in placements]
 
 
-def as_points(truth, positions: np.ndarray, noise: float = 0.0) -> mukca.Placement:
+def as_points(truth, positions, noise=0.0):
     """Points that an instrument measured in its own frame."""
     _, (template,) = mukca.simulate_recordings(truth.robot, 1, samples=2)
     points = in_frame(truth.ball(positions))
@@ -57,7 +55,7 @@ def as_points(truth, positions: np.ndarray, noise: float = 0.0) -> mukca.Placeme
     return replace(template, name="points", samples=samples, distance=None)
 
 
-def poses(robot: mukca.Robot, count: int, seed: int = 0) -> np.ndarray:
+def poses(robot, count, seed=0):
     lower = np.array([max(joint.lower, -3) for joint in robot.actuated])
     upper = np.array([min(joint.upper, 3) for joint in robot.actuated])
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
@@ -65,7 +63,7 @@ def poses(robot: mukca.Robot, count: int, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "gen3", "lite6", "ur3e"])
-def test_exact_sockets_on_a_table_give_every_place_back(name: str, tmp_path: Path) -> None:
+def test_exact_sockets_on_a_table_give_every_place_back(name, tmp_path):
     """Where the ball is in the table's frame, at sockets held out, to a nanometre."""
     robot = mukca.load_robot(name)
     truth, (*train, held) = mukca.simulate_recordings(robot, 5, samples=10, seed=1, noise=0)
@@ -81,7 +79,7 @@ def test_exact_sockets_on_a_table_give_every_place_back(name: str, tmp_path: Pat
     assert np.abs((seen - origin) @ turn - in_frame(true)).max() < 1e-8
 
 
-def rotation(rpy: Sequence[float]) -> np.ndarray:
+def rotation(rpy):
     """R = Rz(yaw) Ry(pitch) Rx(roll)."""
     R = np.eye(3)
     for angle, (i, j) in zip(rpy, ((1, 2), (2, 0), (0, 1)), strict=True):
@@ -93,9 +91,7 @@ def rotation(rpy: Sequence[float]) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_an_anchored_base_is_known_within_its_interval(
-    robot: mukca.Robot, noisy, tmp_path: Path
-) -> None:
+def test_an_anchored_base_is_known_within_its_interval(robot, noisy, tmp_path):
     """The base's pose and joint 1's offset: where the ball is in the base frame."""
     truth, placements = noisy
     places = {p.name: socket_places(truth, p) for p in placements}
@@ -108,16 +104,14 @@ def test_an_anchored_base_is_known_within_its_interval(
     off = np.linalg.norm(tied.ball(q) - truth.ball(q), axis=1)
     assert np.median(off) < 1e-3  # without the anchor some millimetres
 
-    def yaw(found: mukca.Calibration) -> float:
+    def yaw(found):
         (row,) = [p for p in found.document.parameters if p.name == "panda_joint1.yaw"]
         return row.standard_deviation or 0.0
 
     assert yaw(tied) < yaw(free)
 
 
-def test_coordinates_in_the_wrong_base_frame_are_refused(
-    robot: mukca.Robot, noisy, tmp_path: Path
-) -> None:
+def test_coordinates_in_the_wrong_base_frame_are_refused(robot, noisy, tmp_path):
     truth, placements = noisy
     places = {p.name: socket_places(truth, p) for p in placements}
     turned = {name: own[:, [1, 0, 2]] * [-1, 1, 1] for name, own in places.items()}
@@ -129,7 +123,7 @@ def test_coordinates_in_the_wrong_base_frame_are_refused(
 
 
 @pytest.mark.slow
-def test_two_sockets_in_the_base_leave_it_a_turn(robot: mukca.Robot, noisy, tmp_path: Path) -> None:
+def test_two_sockets_in_the_base_leave_it_a_turn(robot, noisy, tmp_path):
     truth, placements = noisy
     at = write_at(
         tmp_path / "at.csv", "base", {placements[0].name: socket_places(truth, placements[0])}, 5e-5
@@ -141,7 +135,7 @@ def test_two_sockets_in_the_base_leave_it_a_turn(robot: mukca.Robot, noisy, tmp_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "ur5", "xarm7", "so101", "iiwa14"])
-def test_exact_points_give_the_arm_and_the_frame_back(name: str) -> None:
+def test_exact_points_give_the_arm_and_the_frame_back(name):
     """All distances, and where the tool is in the instrument's frame, to a nanometre."""
     robot = mukca.load_robot(name)
     truth, _ = mukca.simulate_recordings(robot, 1, samples=2, seed=1)
@@ -154,12 +148,12 @@ def test_exact_points_give_the_arm_and_the_frame_back(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_sockets_and_points_together_know_each_its_own_noise(robot: mukca.Robot) -> None:
+def test_sockets_and_points_together_know_each_its_own_noise(robot):
     truth, (seated,) = mukca.simulate_recordings(robot, 1, samples=12, seed=4, noise=5e-5)
     points = as_points(truth, poses(robot, 30), 2e-5)
     held = replace(as_points(truth, poses(robot, 60, 9)), name="held out")
 
-    def fit(*train: mukca.Placement) -> tuple[mukca.Calibration, float]:
+    def fit(*train):
         found = mukca.calibrate(robot, train, test=held, without=WITHOUT)
         assert found.errors.summary.test is not None
         return found, found.errors.summary.test.calibrated.max_error
@@ -173,7 +167,7 @@ def test_sockets_and_points_together_know_each_its_own_noise(robot: mukca.Robot)
 
 
 @pytest.mark.slow
-def test_stated_deviations_are_those_that_gaussian_noise_leaves(robot: mukca.Robot) -> None:
+def test_stated_deviations_are_those_that_gaussian_noise_leaves(robot):
     """Such errors show that they have no tails; to claim more than they tell would be too sure."""
     truth, _ = mukca.simulate_recordings(robot, 1, samples=2, seed=3)
     deviations = [
@@ -198,7 +192,7 @@ def test_stated_deviations_are_those_that_gaussian_noise_leaves(robot: mukca.Rob
         (lambda _: (0.1, 0.2, 0.3), "are all the same"),
     ],
 )
-def test_points_in_other_units_or_hands_are_refused(robot: mukca.Robot, change, words: str) -> None:
+def test_points_in_other_units_or_hands_are_refused(robot, change, words):
     truth, _ = mukca.simulate_recordings(robot, 1, samples=2, seed=4)
     points = as_points(truth, poses(robot, 30))
     wrong = tuple(replace(s, point=change(s.point)) for s in points.samples)
@@ -206,7 +200,7 @@ def test_points_in_other_units_or_hands_are_refused(robot: mukca.Robot, change, 
         mukca.calibrate(robot, replace(points, samples=wrong), without=WITHOUT)
 
 
-def test_too_few_points_are_refused(robot: mukca.Robot) -> None:
+def test_too_few_points_are_refused(robot):
     truth, _ = mukca.simulate_recordings(robot, 1, samples=2, seed=4)
     points = as_points(truth, poses(robot, 30))
     with pytest.raises(mukca.MukcaError, match="3 measured points; at least 4"):

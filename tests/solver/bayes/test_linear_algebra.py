@@ -9,7 +9,7 @@ from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix, active_set_s
 from mukca.solver.bayes.inference.truncated_gaussian import expectation_propagation
 
 
-def random_arrowhead(seed: int, sockets: int, known: int) -> tuple[ArrowheadMatrix, np.ndarray]:
+def random_arrowhead(seed, sockets, known):
     """Of 5 unknowns whose units differ, and the whole matrix."""
     generator = np.random.default_rng(seed)
     units = np.logspace(-2, 2, 5)
@@ -24,7 +24,7 @@ def random_arrowhead(seed: int, sockets: int, known: int) -> tuple[ArrowheadMatr
 
 
 @pytest.mark.parametrize(("sockets", "known"), [(0, 0), (1, 0), (4, 3), (3, 9)])
-def test_the_inverse_by_blocks_is_the_whole_one(sockets: int, known: int) -> None:
+def test_the_inverse_by_blocks_is_the_whole_one(sockets, known):
     matrix, H = random_arrowhead(sockets, sockets, known)
     free = np.array([True, True, False, True, True])
     rows = np.r_[free, np.ones(3 * sockets, dtype=bool)]
@@ -40,13 +40,13 @@ def test_the_inverse_by_blocks_is_the_whole_one(sockets: int, known: int) -> Non
     assert matrix.plus(np.eye(5)).times(v) == pytest.approx(H @ v)
 
 
-def without_sockets(H: np.ndarray) -> ArrowheadMatrix:
+def without_sockets(H):
     n = len(H)
     return ArrowheadMatrix(H, np.zeros((0, n)), np.zeros((0, 3, 3)), np.zeros((0, n)))
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
+def test_it_is_the_best_of_all_steps_within_the_bounds(seed):
     generator = np.random.default_rng(seed)
     root = generator.normal(0, 1, (6, 6))
     H, gradient = root @ root.T + 0.1 * np.eye(6), generator.normal(0, 1, 6)
@@ -54,10 +54,10 @@ def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
     free = np.array([True, True, True, True, True, False])
     x = np.where(bounded, generator.choice([0.0, 0.3], 6), generator.normal(0, 1, 6))
 
-    def value(d: np.ndarray) -> float:
+    def value(d):
         return float(gradient @ d + 0.5 * d @ H @ d)
 
-    values: list[float] = []
+    values = []
     for choice in product([True, False], repeat=3):
         held = np.array([*choice, False, False, False])
         some = free & ~held
@@ -72,7 +72,7 @@ def test_it_is_the_best_of_all_steps_within_the_bounds(seed: int) -> None:
     assert not covariance.dense[zero].any() and not covariance.dense[5].any()
 
 
-def test_it_is_exact_where_some_of_it_is_hardly_seen() -> None:
+def test_it_is_exact_where_some_of_it_is_hardly_seen():
     """Exact data, two arms: the curvature's inverse alone is wrong by more than the noise."""
     generator = np.random.default_rng(1)
     axes = np.linalg.qr(generator.normal(0, 1, (40, 40)))[0]
@@ -85,7 +85,7 @@ def test_it_is_exact_where_some_of_it_is_hardly_seen() -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 2, 3])
-def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed: int) -> None:
+def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed):
     generator = np.random.default_rng(seed)
     A, mean = generator.normal(size=(3, 5)), generator.normal(0, 1.5, 3)
     covariance = A @ A.T
@@ -101,7 +101,7 @@ def test_mean_spread_and_share_are_those_of_draws_within_the_bounds(seed: int) -
     assert found.log_share == pytest.approx(np.log(len(inside) / len(draws)), abs=0.05)
 
 
-def test_what_is_far_beyond_its_bound_decays_exponentially() -> None:
+def test_what_is_far_beyond_its_bound_decays_exponentially():
     """Where the curve is steep at the bound, only exp(-slope x) is left of it."""
     found = expectation_propagation(np.array([-1000.0]), np.eye(1))
     spread = 1 / (1 + found.precision)
@@ -110,6 +110,6 @@ def test_what_is_far_beyond_its_bound_decays_exponentially() -> None:
     assert found.log_share == pytest.approx(-0.5e6 - np.log(1000 * (2 * np.pi) ** 0.5), rel=1e-9)
 
 
-def test_what_is_far_within_is_left_alone() -> None:
+def test_what_is_far_within_is_left_alone():
     found = expectation_propagation(np.array([8.0, 9.0]), np.array([[1.0, 0.5], [0.5, 1.0]]))
     assert np.abs([*found.precision, *found.pull, found.log_share]).max() < 1e-9

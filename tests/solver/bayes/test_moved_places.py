@@ -1,8 +1,6 @@
 """Places that moved while they were recorded: told by the evidence, and held by the model."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +13,11 @@ IN_TURN = [*range(6), *range(12, 18), *range(6, 12), *range(18, 24)]
 
 
 @pytest.fixture(scope="module")
-def robot() -> mukca.Robot:
+def robot():
     return mukca.load_robot("panda")
 
 
-def recorded(robot: mukca.Robot, fault: str, order: Sequence[int] = IN_TURN) -> tuple:
+def recorded(robot, fault, order=IN_TURN):
     """Return the truth, and 12 + 12 samples in an order, with a fault."""
     truth, (placement,) = mukca.simulate_recordings(robot, 1, samples=12, seed=3)
     q, sockets = placement.positions[list(order)], placement.sockets[list(order)]
@@ -35,14 +33,14 @@ def recorded(robot: mukca.Robot, fault: str, order: Sequence[int] = IN_TURN) -> 
     return truth, replace(placement, samples=tuple(samples))
 
 
-def error(truth: object, found: mukca.Calibration, q: np.ndarray) -> float:
+def error(truth, found, q):
     lengths = [
         np.linalg.norm(p[1:] - p[:-1], axis=1) for p in (truth.ball(q), found.calibrated.ball(q))
     ]
     return float(np.mean(np.abs(lengths[1] - lengths[0])))
 
 
-def told(found: mukca.Calibration) -> list[str]:
+def told(found):
     return [d.text for d in found.document.checks or () if d.code == "movement"]
 
 
@@ -54,9 +52,7 @@ def told(found: mukca.Calibration) -> list[str]:
         ("drift:2mm", "drifted"),
     ],
 )
-def test_a_base_that_moves_is_told_and_taken_into_account(
-    robot: mukca.Robot, fault: str, words: str
-) -> None:
+def test_a_base_that_moves_is_told_and_taken_into_account(robot, fault, words):
     truth, placement = recorded(robot, fault)
     found = mukca.calibrate(robot, placement)
     (text,) = told(found)
@@ -71,13 +67,13 @@ def test_a_base_that_moves_is_told_and_taken_into_account(
     assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
 
 
-def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(robot: mukca.Robot) -> None:
+def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(robot):
     assert not told(mukca.calibrate(robot, recorded(robot, "none")[1]))
     _, blocks = recorded(robot, "base@13:0.5mm", range(24))
     assert not any("change of socket" in text for text in told(mukca.calibrate(robot, blocks)))
 
 
-def test_a_saved_calibration_knows_how_its_places_moved(robot: mukca.Robot, tmp_path: Path) -> None:
+def test_a_saved_calibration_knows_how_its_places_moved(robot, tmp_path):
     found = mukca.calibrate(robot, recorded(robot, "base@13:5mm")[1])
     found.save(tmp_path / "saved")
     again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
@@ -87,7 +83,7 @@ def test_a_saved_calibration_knows_how_its_places_moved(robot: mukca.Robot, tmp_
     assert "moved at a change" in verdict
 
 
-def test_an_instrument_that_follows_the_temperature(robot: mukca.Robot, tmp_path: Path) -> None:
+def test_an_instrument_that_follows_the_temperature(robot, tmp_path):
     truth, _ = mukca.simulate_recordings(robot, 1, seed=3)
     rng = np.random.default_rng(2)
     q = rng.uniform(-1, 1, (60, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]

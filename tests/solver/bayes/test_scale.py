@@ -5,13 +5,13 @@ import pytest
 
 from mukca.solver.bayes.model import extend
 from mukca.solver.design import expected_groups
-from mukca.solver.robot import Robot, choose_parameters, load_robot
+from mukca.solver.robot import choose_parameters, load_robot
 
 ROBOTS = ("panda", "ur5", "so101")
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_where_the_ball_was_guessed_to_be_says_nothing_of_it(name: str) -> None:
+def test_where_the_ball_was_guessed_to_be_says_nothing_of_it(name):
     robot = load_robot(name)
     parameters = choose_parameters(robot)
     by_scale = extend(robot, parameters).by_scale()
@@ -19,7 +19,7 @@ def test_where_the_ball_was_guessed_to_be_says_nothing_of_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_all_links_longer_by_one_percent_are_one_percent(name: str) -> None:
+def test_all_links_longer_by_one_percent_are_one_percent(name):
     robot = load_robot(name)
     parameters = choose_parameters(robot)
     model = extend(robot, parameters)
@@ -27,7 +27,7 @@ def test_all_links_longer_by_one_percent_are_one_percent(name: str) -> None:
     assert model.by_scale() @ np.where(links, 0.01 * model.ball.nominal, 0) == pytest.approx(0.01)
 
 
-def test_the_scale_is_free_where_lengths_are_not(panda: Robot) -> None:
+def test_the_scale_is_free_where_lengths_are_not(panda):
     """However narrow the lengths' own prior has become, rounding leaves that of their scale."""
     model = extend(panda, choose_parameters(panda))
     group = next(g for g in expected_groups(model) if g.common is not None)

@@ -1,7 +1,6 @@
 """Arms made of servos: joint offsets of degrees, and backlash in the gears."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,12 +13,12 @@ DECIDED = np.radians(0.2)
 
 
 @pytest.fixture(scope="module")
-def robot() -> mukca.Robot:
+def robot():
     return mukca.load_robot("so101")
 
 
 @pytest.fixture(scope="module")
-def recorded(robot: mukca.Robot, tmp_path_factory) -> tuple[mukca.Placement, Path]:
+def recorded(robot, tmp_path_factory):
     """An arm as nominal, but that it stands at q + offset where it reads q; a base measured."""
     truth, (placement,) = mukca.simulate_recordings(
         robot, 1, samples=14, seed=0, translation=0, rotation=0, noise=1e-4, distance=0.15
@@ -34,25 +33,25 @@ def recorded(robot: mukca.Robot, tmp_path_factory) -> tuple[mukca.Placement, Pat
     return moved(placement, placement.positions - OFFSETS), at
 
 
-def moved(placement: mukca.Placement, positions: np.ndarray) -> mukca.Placement:
+def moved(placement, positions):
     pairs = zip(placement.samples, positions.tolist(), strict=True)
     return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
 
 
-def coefficients(found: mukca.Calibration, kind: str) -> tuple[np.ndarray, np.ndarray]:
+def coefficients(found, kind):
     rows = [c for c in found.document.coefficients or () if c.name.endswith(f".{kind}")]
     return np.array([(c.value, c.standard_deviation) for c in rows]).T
 
 
 @pytest.fixture(scope="module")
-def found(robot: mukca.Robot, recorded) -> mukca.Calibration:
+def found(robot, recorded):
     placement, at = recorded
     without = ["compliance", "tilt", "play", "transmission"]
     return mukca.calibrate(robot, placement, zeros=True, sockets_at=at, without=without)
 
 
 @pytest.mark.slow
-def test_joint_offsets_are_found(found: mukca.Calibration) -> None:
+def test_joint_offsets_are_found(found):
     values, deviations = coefficients(found, "zero")
     error = np.degrees(values - OFFSETS)
     assert np.abs(error[:4]).max() < 0.3
@@ -64,14 +63,14 @@ def test_joint_offsets_are_found(found: mukca.Calibration) -> None:
 
 
 @pytest.mark.slow
-def test_a_joint_offset_makes_no_arm_longer(found: mukca.Calibration) -> None:
+def test_a_joint_offset_makes_no_arm_longer(found):
     scale = found.document.scale
     assert scale is not None and scale.deviation is not None
     assert abs(scale.value) < 2e-3 and scale.deviation < 5e-3
 
 
 @pytest.mark.slow
-def test_a_urdf_holds_the_joint_offsets(found: mukca.Calibration, recorded) -> None:
+def test_a_urdf_holds_the_joint_offsets(found, recorded):
     positions = recorded[0].positions
     assert found.document.deflection == {}
     assert found.calibrated.geometric_ball(positions) == pytest.approx(
@@ -81,7 +80,7 @@ def test_a_urdf_holds_the_joint_offsets(found: mukca.Calibration, recorded) -> N
 
 
 @pytest.mark.slow
-def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot: mukca.Robot, recorded) -> None:
+def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):
     """0.7 degrees of play; measured efforts say on which side each joint rests."""
     placement, at = recorded
     generator, half = np.random.default_rng(0), np.radians(0.35)
@@ -104,7 +103,7 @@ def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot: mukca.Robot
     assert np.degrees(np.abs(error[deviations[:4] < DECIDED])).max(initial=0) < 0.4
 
 
-def test_offsets_need_angles_that_are_free(robot: mukca.Robot, recorded) -> None:
+def test_offsets_need_angles_that_are_free(robot, recorded):
     with pytest.raises(mukca.MukcaError, match="--zeros: elbow_flex must turn, and its angles be"):
         mukca.calibrate(robot, recorded[0], zeros=True, fix=["elbow_flex.yaw"])
     with pytest.raises(mukca.MukcaError, match="belongs to --method auto"):
@@ -112,7 +111,7 @@ def test_offsets_need_angles_that_are_free(robot: mukca.Robot, recorded) -> None
 
 
 @pytest.mark.slow
-def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path: Path, capsys) -> None:
+def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path, capsys):
     """Readings off by degrees are an error, unless offsets may be."""
     for name, part in (("a", slice(None, None, 2)), ("b", slice(1, None, 2))):
         (tmp_path / name).mkdir()
@@ -121,7 +120,7 @@ def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path: Pa
             text = "\n".join(",".join(map(str, q)) for q in rows)
             (tmp_path / name / f"hole_{k}.csv").write_text(text)
     words = [str(tmp_path), "--robot", "so101", "--distance", "0.15"]
-    told: list[str] = []
+    told = []
     for verb in ("check", "crossval"):
         for zeros in ([], ["--zeros"]):
             main([verb, *words, *zeros])

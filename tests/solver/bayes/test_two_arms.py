@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,42 +24,42 @@ WITHOUT = ["compliance", "tilt", "transmission", "joint-noise"]
 class Pair:
     """A Panda and an arm with six joints, face to face, and what they recorded."""
 
-    def __init__(self, noise: float) -> None:
+    def __init__(self, noise):
         generator = np.random.default_rng(6)
         self.robots = {"A": mukca.load_robot("panda"), "B": mukca.load_robot("ur5e")}
         self.truth = [perturb(robot, generator, 2e-3, 5e-3) for robot in self.robots.values()]
         own = recorded_by_both(self.truth, [HOME, FACING], BASES, generator, samples=8, noise=noise)
         self.placements = dict(zip(self.robots, own, strict=True))
 
-    def fit(self, names: tuple[str, ...] = ("front", "left"), **options):
+    def fit(self, names=("front", "left"), **options):
         """Calibrate both on some of the placements."""
         train = {arm: [p for p in own if p.name in names] for arm, own in self.placements.items()}
         return mukca.calibrate(self.robots, train, without=WITHOUT, **options)
 
 
 @pytest.fixture(scope="module")
-def exact() -> Pair:
+def exact():
     return Pair(0.0)
 
 
 @pytest.fixture(scope="module")
-def noisy() -> Pair:
+def noisy():
     return Pair(1e-4)
 
 
 @pytest.fixture(scope="module")
-def found(noisy: Pair):
+def found(noisy):
     return noisy.fit()
 
 
-def relative(found) -> tuple[Pose, dict]:
+def relative(found):
     """Where the second base stands in the first one's frame."""
     told = found.document.between["A_to_B"]
     return Pose(rotation_rpy(told.rpy).full(), np.array(told.xyz)), told
 
 
 @pytest.mark.slow
-def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
+def test_exact_recordings_tie_the_tools_exactly(exact):
     """At the sockets and away from them, though the base frame is known to millimetres only."""
     found = exact.fit(distance_deviation=1e-7)
     pose, _ = relative(found)
@@ -78,11 +77,11 @@ def test_exact_recordings_tie_the_tools_exactly(exact: Pair) -> None:
 
 
 @pytest.mark.slow
-def test_noise_makes_errors_as_large_as_stated(noisy: Pair, found) -> None:
+def test_noise_makes_errors_as_large_as_stated(noisy, found):
     pose, told = relative(found)
     assert told.shared_sockets == 4
     assert told.tool_deviation is not None and 5e-5 < told.tool_deviation < 1e-3
-    errors: list[np.ndarray] = []
+    errors = []
     for a, b in zip(*noisy.placements.values(), strict=True):
         balls = [found["A"].ball(a.positions), found["B"].ball(b.positions)]
         errors += [pose.apply(balls[1]).mean(axis=0) - balls[0].mean(axis=0)]
@@ -90,7 +89,7 @@ def test_noise_makes_errors_as_large_as_stated(noisy: Pair, found) -> None:
 
 
 @pytest.mark.slow
-def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy: Pair) -> None:
+def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
     generator, at = np.random.default_rng(2), np.array([[0.6, 0.1, 0.3], [0.5, -0.2, 0.4]])
     seen = {
         name: [replace(measured_points(arm, pose.inverse(), generator, noise=1e-4), frame="world")]
@@ -113,19 +112,19 @@ def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy: Pair) -> 
 
 
 @pytest.mark.slow
-def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact: Pair) -> None:
+def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact):
     told = exact.fit(("front",)).document.between["A_to_B"]
     assert told.xyz is None and "turn" in told.text
 
 
-def test_arms_that_share_nothing_are_refused(exact: Pair) -> None:
+def test_arms_that_share_nothing_are_refused(exact):
     train = {"A": exact.placements["A"][0], "B": exact.placements["B"][1]}
     with pytest.raises(mukca.MukcaError, match="nothing ties it to the robot"):
         mukca.calibrate(exact.robots, train, without=WITHOUT)
 
 
 @pytest.mark.slow
-def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path: Path) -> None:
+def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path):
     found.save(tmp_path / "out")
     (file,) = (tmp_path / "out").glob("arms.urdf")
     assert ET.parse(file).getroot().find("link[@name='world']") is not None
@@ -139,7 +138,7 @@ def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_each_arm_is_a_prior_of_its_own(noisy: Pair, found, tmp_path: Path) -> None:
+def test_each_arm_is_a_prior_of_its_own(noisy, found, tmp_path):
     found.save(tmp_path / "out")
     for name, robot in noisy.robots.items():
         (file,) = (tmp_path / "out" / name).glob("calibration.json")

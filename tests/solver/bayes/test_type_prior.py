@@ -13,17 +13,17 @@ FLAWS = {"compliance": 8e-5, "tilt": 4e-5}
 
 
 @pytest.fixture(scope="module")
-def robot() -> mukca.Robot:
+def robot():
     return mukca.load_robot("panda")
 
 
 @pytest.fixture(scope="module")
-def recorded(robot: mukca.Robot):
+def recorded(robot):
     return mukca.simulate_recordings(robot, 3, samples=20, seed=1, noise=7e-5, **FLAWS)
 
 
 @pytest.fixture(scope="module")
-def other(robot: mukca.Robot, recorded, tmp_path_factory) -> Path:
+def other(robot, recorded, tmp_path_factory):
     """The calibration of an arm of the type."""
     folder = tmp_path_factory.mktemp("other") / "out"
     found = mukca.calibrate(robot, recorded[1][:2], type_prior=["none"])
@@ -31,7 +31,7 @@ def other(robot: mukca.Robot, recorded, tmp_path_factory) -> Path:
     return Path(found.save(folder)["calibration"])
 
 
-def told(file: Path, folder: Path, values: dict[str, list[float]]) -> Path:
+def told(file, folder, values):
     """A calibration that tells other values, to 3 urad/(N m)."""
     document = json.loads(file.read_text())
     document["deflection"] = values
@@ -50,15 +50,15 @@ def told(file: Path, folder: Path, values: dict[str, list[float]]) -> Path:
 
 @pytest.mark.slow
 def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
-    robot: mukca.Robot, recorded, other: Path, tmp_path: Path
-) -> None:
+    robot, recorded, other, tmp_path
+):
     truth = recorded[0]
     _, (few, *_) = mukca.simulate_recordings(robot, 3, samples=12, seed=1, noise=7e-5, **FLAWS)
     test = recorded[1][1:]
     pairs = zip(truth.deflection.extensions, truth.deflection.coefficients, strict=True)
     right = {name: own.tolist() for name, own in pairs}
 
-    def error(*prior: str | Path) -> float:
+    def error(*prior):
         found = mukca.calibrate(robot, few, test=test, type_prior=prior)
         assert found.errors.summary.test is not None
         return found.errors.summary.test.calibrated.mean_absolute_error
@@ -72,7 +72,7 @@ def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
 
 
 @pytest.mark.slow
-def test_solve_says_how_much_it_counts(robot: mukca.Robot, recorded, other: Path) -> None:
+def test_solve_says_how_much_it_counts(robot, recorded, other):
     documents = [
         mukca.calibrate(robot, recorded[1][2], type_prior=words).document
         for words in ((), ("none",), (other,))
@@ -83,16 +83,14 @@ def test_solve_says_how_much_it_counts(robot: mukca.Robot, recorded, other: Path
 
 
 @pytest.mark.slow
-def test_an_effect_that_is_not_to_be_tried_is_not_told_either(
-    robot: mukca.Robot, recorded, other: Path
-) -> None:
+def test_an_effect_that_is_not_to_be_tried_is_not_told_either(robot, recorded, other):
     train = recorded[1][2]
     found = mukca.calibrate(robot, train, type_prior=[other], without=["tilt", "transmission"])
     assert found.document.deflection.keys() == {"compliance"}
 
 
 @pytest.mark.slow
-def test_a_fleet_writes_what_its_arms_tell(recorded, other: Path, tmp_path: Path, capsys) -> None:
+def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
     """As means weighted by precision; two arms alike are known better than one."""
     for arm in ("a", "b"):
         folder = tmp_path / "arms" / arm / "front"
@@ -115,7 +113,7 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other: Path, tmp_path: Path
 
 
 @pytest.mark.slow
-def test_what_tells_nothing_of_this_arm_is_refused(recorded, other: Path, tmp_path: Path) -> None:
+def test_what_tells_nothing_of_this_arm_is_refused(recorded, other, tmp_path):
     ur5e = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(ur5e, 1, samples=12)
     with pytest.raises(mukca.MukcaError, match="of an arm with the joints panda_joint1"):
@@ -126,9 +124,7 @@ def test_what_tells_nothing_of_this_arm_is_refused(recorded, other: Path, tmp_pa
 
 
 @pytest.mark.parametrize("text", [None, "no JSON", '{"format": "other-1"}'])
-def test_a_file_of_another_kind_is_told_which_kinds_are_read(
-    robot: mukca.Robot, text, tmp_path: Path
-) -> None:
+def test_a_file_of_another_kind_is_told_which_kinds_are_read(robot, text, tmp_path):
     _, train = mukca.simulate_recordings(robot, 1, samples=12)
     if text is not None:
         (tmp_path / "bad.json").write_text(text)
@@ -136,7 +132,7 @@ def test_a_file_of_another_kind_is_told_which_kinds_are_read(
         mukca.calibrate(robot, train, type_prior=[tmp_path / "bad.json"])
 
 
-def test_shipped_elasticity_is_that_of_its_type_alone(robot: mukca.Robot) -> None:
+def test_shipped_elasticity_is_that_of_its_type_alone(robot):
     _, train = mukca.simulate_recordings(robot, 1, samples=12, seed=3, **FLAWS)
     options = {"without": ["transmission", "joint-noise"]}
     choices = mukca.calibrate(robot, train, **options).document.choices or ()

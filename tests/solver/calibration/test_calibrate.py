@@ -15,31 +15,31 @@ from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
-def recordings(session: Path) -> tuple[list, list]:
+def recordings(session):
     train = mukca.read_placements(session / "front")
     return train, mukca.read_placements(str(session / "left"), str(session / "right"))
 
 
 @pytest.fixture(scope="module")
-def calibration(recordings) -> mukca.Calibration:
+def calibration(recordings):
     train, test = recordings
     return mukca.calibrate(mukca.load_robot("panda"), train, test=test)
 
 
 @pytest.fixture(scope="module")
-def saved(calibration, tmp_path_factory) -> Path:
+def saved(calibration, tmp_path_factory):
     folder = tmp_path_factory.mktemp("face") / "calibrated"
     calibration.save(folder)
     return folder
 
 
-def test_the_face_loads_nothing_before_it_is_used() -> None:
+def test_the_face_loads_nothing_before_it_is_used():
     code = "import sys, mukca; print([m for m in ('numpy', 'casadi', 'rich') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"
 
 
-def test_the_face_costs_less_than_typing_does() -> None:
+def test_the_face_costs_less_than_typing_does():
     """Without what an editable installation loads at each start."""
     packages, folder = Path(lazy_loader.__file__).parents[1], Path(mukca.__file__).parent
     code = f"""
@@ -54,7 +54,7 @@ print({{"typing", "ast"}} & set(sys.modules), module.__all__ == {mukca.__all__!r
     assert subprocess.run(words, capture_output=True, text=True).stdout == "set() True\n"
 
 
-def test_every_public_name_is_there() -> None:
+def test_every_public_name_is_there():
     assert all(getattr(mukca, name) is not None for name in mukca.__all__)
     assert set(mukca.__all__) <= set(dir(mukca))
     with pytest.raises(AttributeError, match="calibrat"):
@@ -62,7 +62,7 @@ def test_every_public_name_is_there() -> None:
 
 
 @pytest.mark.slow
-def test_errors_are_there_per_placement_and_as_a_table(calibration) -> None:
+def test_errors_are_there_per_placement_and_as_a_table(calibration):
     assert [(e.name.split("/")[-1], e.role) for e in calibration.errors] == [
         ("front", "train"),
         ("left", "test"),
@@ -77,7 +77,7 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_path) -> None:
+def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_path):
     """What `mukca solve --out` writes is what `save` writes, but for names and times."""
     out = tmp_path / "by_command"
     words = ["solve", "front", "--test", "left", "right", "--robot", "panda", "--out", str(out)]
@@ -97,7 +97,7 @@ def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_pa
         assert a == b, key
 
 
-def test_what_is_saved_is_loaded_again(calibration, saved, session) -> None:
+def test_what_is_saved_is_loaded_again(calibration, saved, session):
     again = mukca.load_calibration(saved / "calibration.json")
     q = mukca.read_placements(session / "front")[0].positions
     assert np.array_equal(again.ball(q), calibration.ball(q))
@@ -109,13 +109,13 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session) -> None:
     )
 
 
-def test_nothing_is_overwritten_unless_forced(calibration, saved) -> None:
+def test_nothing_is_overwritten_unless_forced(calibration, saved):
     with pytest.raises(mukca.MukcaError, match="by force=True"):
         calibration.save(saved)
     calibration.save(saved, force=True)
 
 
-def test_what_is_trained_on_is_left_out_of_the_test(session, calibration) -> None:
+def test_what_is_trained_on_is_left_out_of_the_test(session, calibration):
     robot = mukca.load_robot("panda")
     front, everything = (mukca.read_placements(p) for p in (session / "front", session))
     again = mukca.calibrate(robot, front[0], test=everything, method="paper")
@@ -142,13 +142,13 @@ def test_what_is_trained_on_is_left_out_of_the_test(session, calibration) -> Non
         ({"method": "paper", "max_iterations": 0}, "at least 1"),
     ],
 )
-def test_bad_settings_are_told_in_one_line(recordings, settings: dict, words: str) -> None:
+def test_bad_settings_are_told_in_one_line(recordings, settings, words):
     with pytest.raises(mukca.MukcaError) as told:
         mukca.calibrate(mukca.load_robot("panda"), recordings[0], **settings)
     assert words in str(told.value) and "\n" not in str(told.value)
 
 
-def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_path) -> None:
+def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_path):
     robot = mukca.load_robot("panda")
     for bad in (
         lambda: mukca.load_robot("robby"),
@@ -174,7 +174,7 @@ def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_p
         assert "\n" not in str(told.value)
 
 
-def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None:
+def test_what_is_printed_in_a_notebook_is_short(calibration, recordings):
     values = (
         calibration.robot,
         recordings[0][0],
@@ -187,7 +187,7 @@ def test_what_is_printed_in_a_notebook_is_short(calibration, recordings) -> None
 
 
 @pytest.mark.slow
-def test_what_is_printed_says_what_is_wrong(calibration, recordings) -> None:
+def test_what_is_printed_says_what_is_wrong(calibration, recordings):
     train, test = recordings
     assert "(as the recording says)" in repr(calibration) and "Verdict: PASS" in repr(calibration)
     wrong = repr(mukca.calibrate(calibration.robot, train, test=test, distance=0.051))
@@ -206,7 +206,7 @@ def test_what_is_printed_says_what_is_wrong(calibration, recordings) -> None:
         (lambda d: d["deflection"].update(wobble=[1.0]), "deflection.wobble"),
     ],
 )
-def test_a_damaged_file_is_told_by_its_key(saved, tmp_path, edit, words: str) -> None:
+def test_a_damaged_file_is_told_by_its_key(saved, tmp_path, edit, words):
     document = json.loads((saved / "calibration.json").read_text())
     edit(document)
     file = tmp_path / "calibration.json"
@@ -217,14 +217,14 @@ def test_a_damaged_file_is_told_by_its_key(saved, tmp_path, edit, words: str) ->
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"format": 3}', "\x00\xff"])
-def test_a_foreign_file_is_told(tmp_path, text: str) -> None:
+def test_a_foreign_file_is_told(tmp_path, text):
     file = tmp_path / "calibration.json"
     file.write_text(text, encoding="latin-1")
     with pytest.raises(mukca.MukcaError, match=r"not a calibration\.json"):
         mukca.load_calibration(file)
 
 
-def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(recordings) -> None:
+def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(recordings):
     robot, (placement,) = mukca.load_robot("panda"), recordings[0]
     with pytest.raises(mukca.MukcaError) as told:
         mukca.calibrate(robot, placement, method="paper", max_iterations=1)

@@ -14,22 +14,22 @@ SETUP = {"tool": "ball_link", "payload": (1.0, (0.0, 0.0, 0.05))}
 POSTURE = (0.0, -0.4, 0.0, -2.0, 0.0, 1.7, 0.8)
 
 
-def arm(name: str) -> FullModel:
+def arm(name):
     truth, _ = mukca.simulate_recordings(mukca.load_robot(name), 1, samples=2, **FLAWS)
     return FullModel(truth)
 
 
 @pytest.fixture(scope="module", params=["panda", "ur5e", "so101"])
-def model(request: pytest.FixtureRequest) -> FullModel:
+def model(request):
     return arm(request.param)
 
 
 @pytest.fixture(scope="module")
-def bent_panda() -> FullModel:
+def bent_panda():
     return arm("panda")
 
 
-def test_the_jacobian_is_the_derivative_of_the_pose(model) -> None:
+def test_the_jacobian_is_the_derivative_of_the_pose(model):
     q, step = workspace(model.robot, 30), 1e-6
     for setup in ({}, SETUP):
         T, J = model.flange(q, **setup), model.jacobian(q, **setup)
@@ -41,14 +41,14 @@ def test_the_jacobian_is_the_derivative_of_the_pose(model) -> None:
             assert np.abs(J[:, :, i] - np.hstack([slope[:, :3, 3], spin])).max() < 1e-7
 
 
-def test_the_flange_carries_the_ball_and_shapes_stay(model) -> None:
+def test_the_flange_carries_the_ball_and_shapes_stay(model):
     q = workspace(model.robot, 6)
     T = model.flange(q.reshape(2, 3, -1), tool="ball_link")
     assert T.shape == (2, 3, 4, 4)
     assert T.reshape(6, 4, 4)[:, :3, 3] == pytest.approx(model.ball(q), abs=1e-12)
 
 
-def test_commands_bring_the_tool_to_poses_and_points(model) -> None:
+def test_commands_bring_the_tool_to_poses_and_points(model):
     q, rng = workspace(model.robot, 100), np.random.default_rng(0)
     near = q + rng.uniform(-0.1, 0.1, q.shape)
     base = model.flange(q[0])
@@ -61,19 +61,19 @@ def test_commands_bring_the_tool_to_poses_and_points(model) -> None:
     assert point.shape == q[3].shape and model.ball(point) == pytest.approx(model.ball(q)[3])
 
 
-def test_other_starts_are_tried_where_the_first_leads_nowhere(model) -> None:
+def test_other_starts_are_tried_where_the_first_leads_nowhere(model):
     T = model.flange(workspace(model.robot, 15))
     assert np.abs(model.flange(model.command(T)) - T).max() < 1e-9
 
 
-def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda) -> None:
+def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda):
     q, loaded = np.array(POSTURE), {"payload": (3.0, (0.0, 0.0, 0.1))}
     T = bent_panda.flange(q)
     assert bent_panda.flange(q, **loaded)[2, 3] < T[2, 3] - 1e-5
     assert np.abs(bent_panda.flange(bent_panda.command(T, q, **loaded), **loaded) - T).max() < 1e-9
 
 
-def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda) -> None:
+def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda):
     with pytest.raises(CommandError, match=r"^pose: not reached; .* mm and 0 mrad") as stopped:
         bent_panda.command((3.0, 0.0, 0.3), POSTURE)
     place = bent_panda.flange(stopped.value.positions)[:3, 3]
@@ -81,7 +81,7 @@ def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda) -> 
     assert stopped.value.left[0] == pytest.approx(left) and 2.0 < left < 2.3
 
 
-def test_the_joint_at_its_limit_is_named(bent_panda) -> None:
+def test_the_joint_at_its_limit_is_named(bent_panda):
     robot, at = bent_panda.robot, dict(zip(bent_panda.robot.joint_names, POSTURE, strict=True))
     joints = tuple(
         replace(j, lower=at[j.name] - 0.1, upper=at[j.name] + 0.1) if j.actuated else j
@@ -95,7 +95,7 @@ def test_the_joint_at_its_limit_is_named(bent_panda) -> None:
     assert f"with {joint} at its limit" in str(stopped.value)
 
 
-def circles(start: np.ndarray, radius: float, rounds: int = 10) -> np.ndarray:
+def circles(start, radius, rounds=10):
     """Poses along a circle, 50 a round, that ends where it begins."""
     angle = np.linspace(0, 2 * np.pi * rounds, 50 * rounds + 1)
     poses = np.tile(start, (len(angle), 1, 1))
@@ -104,7 +104,7 @@ def circles(start: np.ndarray, radius: float, rounds: int = 10) -> np.ndarray:
     return poses
 
 
-def test_a_closed_path_of_the_tool_is_one_of_the_joints(bent_panda) -> None:
+def test_a_closed_path_of_the_tool_is_one_of_the_joints(bent_panda):
     path = bent_panda.command_path(circles(bent_panda.flange(POSTURE), 0.1), POSTURE)
     assert path.reached.all() and not path.jumps and path.rounds.max() <= 6
     assert np.abs(path.checked()[-1] - POSTURE).max() < 1e-3
@@ -112,7 +112,7 @@ def test_a_closed_path_of_the_tool_is_one_of_the_joints(bent_panda) -> None:
     assert path.singular_value.min() > 0.05
 
 
-def test_the_preferred_posture_is_kept_on_the_way(bent_panda) -> None:
+def test_the_preferred_posture_is_kept_on_the_way(bent_panda):
     T, turned = bent_panda.flange(POSTURE), np.array(POSTURE)
     found = bent_panda.command(T, POSTURE)
     assert found == pytest.approx(np.array(POSTURE), abs=1e-9)
@@ -122,7 +122,7 @@ def test_the_preferred_posture_is_kept_on_the_way(bent_panda) -> None:
     assert np.abs(bent_panda.flange(other) - T).max() < 1e-9
 
 
-def test_jumps_and_poses_not_reached_are_refused(bent_panda) -> None:
+def test_jumps_and_poses_not_reached_are_refused(bent_panda):
     one = np.array(POSTURE)
     poses = bent_panda.flange(np.array([one, one]))
     poses[1, :2, 3] = -poses[1, :2, 3]  # to the other side of the foot
@@ -150,13 +150,13 @@ def test_jumps_and_poses_not_reached_are_refused(bent_panda) -> None:
         (np.eye(4), {"payload": (-1, (0, 0, 0))}, "payload"),
     ],
 )
-def test_what_is_no_pose_is_said(bent_panda, pose, setup, said) -> None:
+def test_what_is_no_pose_is_said(bent_panda, pose, setup, said):
     with pytest.raises(mukca.MukcaError, match=said) as stopped:
         bent_panda.command(pose, **setup)
     assert "\n" not in str(stopped.value)
 
 
-def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_panda) -> None:
+def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_panda):
     six = arm("ur5e")
     start = np.array([0.0, -1.2, 1.6, -1.9, -1.57, 0.0])
     T = six.flange(start)
@@ -164,7 +164,7 @@ def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_pa
     assert np.abs(six.flange(six.nominal.command(sent, start)) - T).max() < 1e-9
     T, q = bent_panda.flange(POSTURE), np.array(POSTURE)
     q[2] += 0.2  # the controller's own choice of the elbow
-    off: list[float] = []
+    off = []
     for _ in range(3):
         q = bent_panda.nominal.command(bent_panda.corrected_pose(T, q), q)
         off.append(float(np.abs(bent_panda.flange(q) - T).max()))
@@ -180,7 +180,7 @@ delta_alpha = [ 1e-3, -2e-3, 1e-3, 5e-4, -1e-3, 0]
 UR10E = np.array([[0.1807, 0, 0, 0.17415, 0.11985, 0.11655], [0, -0.6127, -0.57155, 0, 0, 0]])
 
 
-def by_table(q: np.ndarray) -> np.ndarray:
+def by_table(q):
     """The flange of a UR10e with that calibration: Denavit and Hartenberg, written out."""
     rows = [
         np.array(line.split("[")[1].strip("]").split(","), float) for line in CONF.split("\n")[1:5]
@@ -200,7 +200,7 @@ def by_table(q: np.ndarray) -> np.ndarray:
     return T
 
 
-def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path) -> None:
+def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path):
     model, file, q = (
         arm("ur10e"),
         tmp_path / "calibration.conf",
@@ -218,7 +218,7 @@ def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path) -> N
             arm(name).corrected_pose(np.eye(4), controller=file)
 
 
-def test_via_points_keep_a_line_straight(bent_panda) -> None:
+def test_via_points_keep_a_line_straight(bent_panda):
     ends = np.tile(bent_panda.flange(POSTURE), (2, 1, 1))
     ends[1, 1, 3] += 0.2
     few, many = (bent_panda.corrected_line(ends, POSTURE, by) for by in (1e-2, 1e-5))
@@ -231,7 +231,7 @@ def test_via_points_keep_a_line_straight(bent_panda) -> None:
     assert bows[1] < 2e-5 < bows[0]
 
 
-def test_virtual_positions_make_the_urdf_exact(bent_panda) -> None:
+def test_virtual_positions_make_the_urdf_exact(bent_panda):
     calibrated = replace(bent_panda.calibrated, exported=bent_panda.calibrated.values + 1e-4)
     model = FullModel(calibrated)
     q = np.add(POSTURE, 0.3 * np.sin(np.arange(70)).reshape(10, 7))

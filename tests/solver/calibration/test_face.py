@@ -7,7 +7,7 @@ import mukca
 
 
 @pytest.fixture(scope="module")
-def placements(session) -> list[mukca.Placement]:
+def placements(session):
     return mukca.read_placements(session)
 
 
@@ -20,7 +20,7 @@ def saved(panda, placements, tmp_path_factory):
     return found, folder
 
 
-def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(saved) -> None:
+def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(saved):
     found, folder = saved
     again = mukca.load_calibration(folder)
     q = [0.1, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7]
@@ -33,14 +33,14 @@ def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(saved)
     assert str(folder) in str(stopped.value)
 
 
-def test_errors_are_found_by_the_placements_name(saved) -> None:
+def test_errors_are_found_by_the_placements_name(saved):
     errors = saved[0].errors
     assert errors["left"] is errors[[e.name.split("/")[-1] for e in errors].index("left")]
     with pytest.raises(mukca.MukcaError, match=r"there are: .*front"):
         errors["nowhere"]
 
 
-def test_what_does_not_fit_is_said(saved) -> None:
+def test_what_does_not_fit_is_said(saved):
     found, q = saved[0], np.zeros((3, 7))
     with pytest.raises(mukca.MukcaError, match="one effort for each position"):
         found.ball(q, np.zeros(7))
@@ -59,22 +59,22 @@ def test_what_does_not_fit_is_said(saved) -> None:
         ({"base": np.eye(3)}, "base of shape"),
     ],
 )
-def test_words_that_mean_nothing_are_said(saved, setup: dict, said: str) -> None:
+def test_words_that_mean_nothing_are_said(saved, setup, said):
     with pytest.raises(mukca.MukcaError, match=said):
         saved[0].command([0.4, 0.0, 0.4], **setup)
 
 
-def test_no_poses_give_no_joints(saved) -> None:
+def test_no_poses_give_no_joints(saved):
     none = np.zeros((0, 4, 4))
     assert saved[0].command(none).shape == saved[0].command_path(none).checked().shape == (0, 7)
 
 
-def test_a_point_in_millimetres_is_asked_about(saved) -> None:
+def test_a_point_in_millimetres_is_asked_about(saved):
     with pytest.raises(mukca.MukcaError, match="in millimetres"):
         saved[0].command([400.0, 0.0, 40000.0])
 
 
-def test_a_placement_is_made_of_arrays(panda, placements) -> None:
+def test_a_placement_is_made_of_arrays(panda, placements):
     one = placements[0]
     made = mukca.Placement.of_arrays(
         "mine", one.positions, one.sockets, one.joint_names, distance=one.distance
@@ -85,18 +85,18 @@ def test_a_placement_is_made_of_arrays(panda, placements) -> None:
         mukca.Placement.of_arrays("mine", one.positions, one.sockets[:-1])
 
 
-def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda) -> None:
+def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda):
     assert panda.lower[3] == pytest.approx(-3.0718) and panda.upper.shape == (7,)
     with pytest.raises(mukca.MukcaError, match="did you mean 'panda'"):
         mukca.load_robot("Panda")
 
 
-def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda) -> None:
+def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda):
     own = mukca.load_robot("panda", flange="panda_hand_tcp", ball=(0.0, 0.0, 0.03))
     assert own.ball_joint.origin.xyz == (0.0, 0.0, 0.03) and own.tip != panda.tip
 
 
-def test_joints_outside_their_limits_are_said(saved) -> None:
+def test_joints_outside_their_limits_are_said(saved):
     q = np.array([3.5, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7])
     for ask in (saved[0].ball, saved[0].true_positions, saved[0].flange):
         with pytest.warns(UserWarning, match=r"'panda_joint1' is 3.5, outside its limits -2.897"):

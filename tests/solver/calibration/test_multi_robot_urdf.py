@@ -8,16 +8,16 @@ import pytest
 from mukca.solver.calibration.multi_robot_urdf import Placed, joined_urdf
 from mukca.solver.data import Pose, turn
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import BallModel, ModelError, Robot, parse_robot, scan
+from mukca.solver.robot import BallModel, ModelError, parse_robot, scan
 
 HOME = Pose(np.eye(3), np.zeros(3))
 
 
-def placed(name: str, robot: Robot, pose: Pose) -> Placed:
+def placed(name, robot, pose):
     return Placed(name, CalibratedRobot(robot, (), np.empty(0)), pose)
 
 
-def ball(robot: Robot, q: np.ndarray) -> np.ndarray:
+def ball(robot, q):
     return BallModel(robot, []).points(np.empty(0), q[None])[0]
 
 
@@ -32,13 +32,13 @@ ARM = """<link name="{n}1"/><link name="{n}_ball"/>
 <parent link="{n}1"/><child link="{n}_ball"/></joint>"""
 
 
-def torso(spine: str = "fixed") -> list[Robot]:
+def torso(spine="fixed"):
     arms = "".join(ARM.format(n=n, y=y) for n, y in (("l", 0.2), ("r", -0.2)))
     data = TORSO.format(arms=arms).replace('"spine" type="fixed"', f'"spine" type="{spine}"')
     return [parse_robot(scan(data.encode(), "t"), source="t", tip=f"{n}_ball") for n in "lr"]
 
 
-def test_chains_of_one_file_stay_in_it() -> None:
+def test_chains_of_one_file_stay_in_it():
     """What the second base is off goes into the first joint that is its own."""
     left, right = torso()
     off = Pose(turn(np.array([0.01, 0.02, -0.03])), np.array([0.01, -0.02, 0.005]))
@@ -50,7 +50,7 @@ def test_chains_of_one_file_stay_in_it() -> None:
         assert ball(chain, q) == pytest.approx(pose.apply(ball(robot, q)[None])[0])
 
 
-def test_a_joint_that_moves_both_chains_is_refused() -> None:
+def test_a_joint_that_moves_both_chains_is_refused():
     left, right = torso("continuous")
     with pytest.raises(ModelError, match="joint 'spine' moves both l and r"):
         joined_urdf([placed("l", left, HOME), placed("r", right, HOME)])

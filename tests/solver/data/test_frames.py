@@ -6,29 +6,29 @@ import pytest
 from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames, turn
 
 
-def pose(seed: int) -> Pose:
+def pose(seed):
     generator = np.random.default_rng(seed)
     return Pose(turn(generator.normal(0, 1, 3)), generator.normal(0, 1, 3))
 
 
-def landmarks(points: np.ndarray, name: str = "table") -> FrameObservations:
+def landmarks(points, name="table"):
     return FrameObservations(
         name, np.arange(len(points)), points, [f"f:{i}" for i in range(len(points))]
     )
 
 
 @pytest.fixture
-def points() -> np.ndarray:
+def points():
     return np.random.default_rng(0).uniform(-0.4, 0.4, (12, 3))
 
 
-def test_a_pose_is_undone_by_its_inverse(points: np.ndarray) -> None:
+def test_a_pose_is_undone_by_its_inverse(points):
     frame = pose(1)
     assert frame.inverse().apply(frame.apply(points)) == pytest.approx(points)
     assert np.linalg.det(frame.rotation) == pytest.approx(1)
 
 
-def test_the_slopes_of_a_pose_are_those_of_finite_differences(points: np.ndarray) -> None:
+def test_the_slopes_of_a_pose_are_those_of_finite_differences(points):
     frame, slopes = pose(2), pose(2).slopes(points)
     for i in range(6):
         step = 1e-6 * np.eye(6)[i]
@@ -36,7 +36,7 @@ def test_the_slopes_of_a_pose_are_those_of_finite_differences(points: np.ndarray
         assert slopes[:, :, i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-8)
 
 
-def test_a_pose_is_found_again_in_spite_of_a_point_far_off(points: np.ndarray) -> None:
+def test_a_pose_is_found_again_in_spite_of_a_point_far_off(points):
     frame = pose(3)
     outer = frame.apply(points)
     outer[4] += 0.1
@@ -45,7 +45,7 @@ def test_a_pose_is_found_again_in_spite_of_a_point_far_off(points: np.ndarray) -
     assert found.translation == pytest.approx(frame.translation, abs=1e-6)
 
 
-def test_frames_are_placed_one_by_the_other(points: np.ndarray) -> None:
+def test_frames_are_placed_one_by_the_other(points):
     """The third shares nothing with the world, only with the second."""
     second, third = pose(4), pose(5)
     world = FrameObservations("world", np.arange(6), points[:6], [""] * 6)
@@ -66,12 +66,12 @@ def test_frames_are_placed_one_by_the_other(points: np.ndarray) -> None:
         (lambda p: p + 2.0 * (np.arange(12) == 7)[:, None], "f:7: .* m from where the nominal"),
     ],
 )
-def test_coordinates_that_cannot_be_are_refused(points: np.ndarray, change, words: str) -> None:
+def test_coordinates_that_cannot_be_are_refused(points, change, words):
     with pytest.raises(FrameError, match=words):
         place_frames([landmarks(points, "world"), landmarks(change(pose(6).apply(points)))])
 
 
-def test_a_frame_that_nothing_ties_is_refused(points: np.ndarray) -> None:
+def test_a_frame_that_nothing_ties_is_refused(points):
     alone = FrameObservations("table", np.arange(20, 32), points, [""] * 12)
     with pytest.raises(FrameError, match="frame 'table': nothing ties it to the robot"):
         place_frames([landmarks(points, "world"), alone])

@@ -18,7 +18,7 @@ from mukca.solver.data import (
 from mukca.solver.robot import gravity_moments
 
 
-def observe(measurements, robot, *, load: Load | None = None, **options):
+def observe(measurements, robot, *, load=None, **options):
     arm = RobotRecordings(robot, measurements, load or STANDARD_LOAD)
     return observe_all([arm], **options).arms[0]
 
@@ -28,7 +28,7 @@ def two(session, panda):
     return [measure(read_placement(session / name), panda) for name in ("front", "left")]
 
 
-def test_each_base_ties_its_first_two_sockets(two, panda) -> None:
+def test_each_base_ties_its_first_two_sockets(two, panda):
     data = observe(two, panda)
     assert [label[1] for label in data.labels] == [0, 1, 0, 1]
     assert [(k.first, k.second, k.distance) for k in data.known] == [(0, 1, 0.05), (2, 3, 0.05)]
@@ -36,7 +36,7 @@ def test_each_base_ties_its_first_two_sockets(two, panda) -> None:
     assert data.torques == pytest.approx(gravity_moments(panda, data.positions))
 
 
-def test_known_distances_tie_placements(two, panda) -> None:
+def test_known_distances_tie_placements(two, panda):
     known = parse_known("front:0-left:1=0.43+-0.0002")
     data = observe(two, panda, known=[known])
     assert (data.known[2].first, data.known[2].second) == (0, 3)
@@ -47,7 +47,7 @@ def test_known_distances_tie_placements(two, panda) -> None:
     assert len(without.positions) == 24
 
 
-def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda) -> None:
+def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda):
     known = parse_known("front:0-left:1=0.43+-0.0002")
     covariance = observe(two, panda, known=[known]).distance_covariance()
     assert covariance[0, 1] == pytest.approx(3e-5**2)
@@ -60,18 +60,18 @@ def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda) -
 @pytest.mark.parametrize(
     "text", ["", "a:0-b:0", "a:0-b:0=x", "a:0-b:0=-1", "a:0-b:0=1+-0", "a-b=1"]
 )
-def test_bad_known_distances_are_told(text: str) -> None:
+def test_bad_known_distances_are_told(text):
     with pytest.raises(KnownError, match="known distance"):
         parse_known(text)
 
 
 @pytest.mark.parametrize("text", ["front:2-left:0=1", "back:0-left:0=1", "front:0-front:0=1"])
-def test_known_distances_need_their_sockets(two, panda, text: str) -> None:
+def test_known_distances_need_their_sockets(two, panda, text):
     with pytest.raises(KnownError):
         observe(two, panda, known=[parse_known(text)])
 
 
-def test_one_socket_alone_must_be_tied(two, panda) -> None:
+def test_one_socket_alone_must_be_tied(two, panda):
     samples = tuple(s for s in two[0].placement.samples if s.socket == 0)
     alone = measure(replace(two[0].placement, samples=samples), panda, sockets=1)
     with pytest.raises(KnownError, match="only socket 0 has samples"):
@@ -80,7 +80,7 @@ def test_one_socket_alone_must_be_tied(two, panda) -> None:
     assert data.socket_count == 3
 
 
-def test_the_load_pulls_as_told(two, panda) -> None:
+def test_the_load_pulls_as_told(two, panda):
     ceiling = observe(two, panda, load=Load((0.0, 0.0, 9.80665), 0.0))
     assert ceiling.torques == pytest.approx(-observe(two, panda).torques)
     heavy = observe(two, panda, load=replace(STANDARD_LOAD, payload=1.0))

@@ -1,7 +1,6 @@
 """Poses that an instrument measured: the file, and where its frame and the tool are."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,13 +23,13 @@ ROW = "0.1,-1.5,1,2,3,0,0,0.6,0.8"
 TOLD = "# measured flange poses"
 
 
-def read(folder: Path, *lines: str) -> mukca.Placement:
+def read(folder, *lines):
     (folder / "poses.csv").write_text("\n".join(lines) + "\n")
     return mukca.read_placements(folder)[0]
 
 
 @pytest.mark.parametrize("comment", [TOLD, "", "# camera: pose of the board in its frame"])
-def test_poses_are_read_with_what_they_are(tmp_path: Path, comment: str) -> None:
+def test_poses_are_read_with_what_they_are(tmp_path, comment):
     found = read(tmp_path, *filter(None, [comment, HEADER, ROW]))
     (sample,) = found.samples
     assert sample.point == (1, 2, 3) and sample.orientation == pytest.approx((0, 0, 0.6, 0.8))
@@ -49,14 +48,12 @@ def test_poses_are_read_with_what_they_are(tmp_path: Path, comment: str) -> None
         ("a,b,x,y,z,qx,qy,qz,qw [deg]", "0,0,0,0,0,0,0,0,1", "qw has unit 'deg'; it has none"),
     ],
 )
-def test_malformed_poses_are_refused_by_line(
-    tmp_path: Path, header: str, row: str, words: str
-) -> None:
+def test_malformed_poses_are_refused_by_line(tmp_path, header, row, words):
     with pytest.raises(mukca.MukcaError, match=words):
         read(tmp_path, TOLD, header, row)
 
 
-def test_poses_of_something_else_are_not_measured_ones(tmp_path: Path, panda: mukca.Robot) -> None:
+def test_poses_of_something_else_are_not_measured_ones(tmp_path, panda):
     header = ",".join([*panda.joint_names, "x,y,z,qx,qy,qz,qw"])
     rows = [",".join(map(str, [*q, 0, 0, 0, 0, 0, 0, 1])) for q in workspace(panda, 5)]
     for comment in ("# commands", "# of my arm"):
@@ -66,14 +63,14 @@ def test_poses_of_something_else_are_not_measured_ones(tmp_path: Path, panda: mu
     assert np.allclose(measured.rotations, np.eye(3)) and measured.kind == "points"
 
 
-def poses(panda: mukca.Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def poses(panda):
     """Joint positions, and rotations and places of the ball's link there."""
     q, model = workspace(panda, 30), BallModel(panda, [])
     none = np.zeros(0)
     return q, model.rotations(none, q).points, model.points(none, q)
 
 
-def test_the_tool_and_the_frame_are_found_from_anywhere(panda: mukca.Robot) -> None:
+def test_the_tool_and_the_frame_are_found_from_anywhere(panda):
     _, R, p = poses(panda)
     generator = np.random.default_rng(0)
     F, X = (turn(generator.uniform(-3, 3, 3)) for _ in range(2))
@@ -93,7 +90,7 @@ def test_the_tool_and_the_frame_are_found_from_anywhere(panda: mukca.Robot) -> N
         )
 
 
-def test_wrong_columns_of_quaternions_are_named(panda: mukca.Robot) -> None:
+def test_wrong_columns_of_quaternions_are_named(panda):
     from mukca.solver.calibration import quaternion_of
 
     _, R, _ = poses(panda)
@@ -112,7 +109,7 @@ def test_wrong_columns_of_quaternions_are_named(panda: mukca.Robot) -> None:
             check_orientations(R, wrong, "file")
 
 
-def test_the_turns_of_the_link_are_its_derivatives(panda: mukca.Robot) -> None:
+def test_the_turns_of_the_link_are_its_derivatives(panda):
     q, _, _ = poses(panda)
     model = BallModel(panda, list(range(6, 20)))
     linear = model.rotations(model.nominal, q[:3])
@@ -126,7 +123,7 @@ def test_the_turns_of_the_link_are_its_derivatives(panda: mukca.Robot) -> None:
         assert np.allclose(rotation_vectors(turned), 1e-6 * linear.by_joints[:, :, k], atol=1e-11)
 
 
-def test_poses_calibrate_and_judge_places_and_turns(true_panda: mukca.Robot) -> None:
+def test_poses_calibrate_and_judge_places_and_turns(true_panda):
     """The instrument stands anywhere, and its probe is turned by 100 degrees on the flange."""
     from mukca.solver.calibration import quaternion_of
 
@@ -164,7 +161,7 @@ def test_poses_calibrate_and_judge_places_and_turns(true_panda: mukca.Robot) -> 
     assert again.calibrated.orientation_error < 5e-4 and "mrad" in repr(found.errors)
 
 
-def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path: Path) -> None:
+def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path):
     turns = [turn(v) for v in np.random.default_rng(0).normal(0, 1.2, (5, 3))]
     turns.append(np.diag([1.0, -1.0, -1.0]))
     forms = {
@@ -180,7 +177,7 @@ def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path: Pat
         assert rotation_matrices(read) == pytest.approx(np.array(turns), abs=1e-9)
 
 
-def test_nine_numbers_that_are_no_rotation_are_refused(tmp_path: Path) -> None:
+def test_nine_numbers_that_are_no_rotation_are_refused(tmp_path):
     names = ",".join(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
     (tmp_path / "poses.csv").write_text(f"joint,x,y,z,{names}\n0,0,0,0,1,0,0,0,2,0,0,0,1\n")
     with pytest.raises(mukca.MukcaError, match=":2: r11 to r33 are no rotation"):

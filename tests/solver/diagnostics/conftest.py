@@ -1,22 +1,19 @@
 """Placements of a simulated arm, and what the checks see in them."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from mukca import Placement
 from mukca.solver.data import measure
-from mukca.solver.diagnostics import Survey, inspect_all
+from mukca.solver.diagnostics import inspect_all
 from mukca.tools.simulation import Base, record
 
-Look = Callable[..., Survey]
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
 
 
 @pytest.fixture(scope="session")
-def placements(true_panda) -> list[Placement]:
+def placements(true_panda):
     generator = np.random.default_rng(0)
     along_y = np.array([0.0, 1.0, 0.0])
     return [
@@ -26,8 +23,8 @@ def placements(true_panda) -> list[Placement]:
 
 
 @pytest.fixture(scope="session")
-def look(panda) -> Look:
-    def look(placements: list[Placement], distance: float | None = None) -> Survey:
+def look(panda):
+    def look(placements, distance=None):
         measured = [measure(p, panda, distance, sockets=1) for p in placements]
         return inspect_all(panda, measured)
 
@@ -35,10 +32,8 @@ def look(panda) -> Look:
 
 
 @pytest.fixture(scope="session")
-def change() -> Callable[..., Placement]:
-    def change(
-        placement: Placement, of: Callable[[np.ndarray], np.ndarray], rows: slice = slice(None)
-    ) -> Placement:
+def change():
+    def change(placement, of, rows=slice(None)):
         """Return a placement with the joint positions of some samples changed."""
         samples = list(placement.samples)
         for i in range(len(samples))[rows]:

@@ -12,7 +12,7 @@ from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
 
-def flipped(joint: int):
+def flipped(joint):
     return lambda q: np.where(np.arange(len(q)) == joint, -q, q)
 
 
@@ -27,7 +27,7 @@ def flipped(joint: int):
         (lambda q: q + 0.35 * np.eye(7)[2], "zero", "joint 3 (panda_joint3) looks off by +"),
     ],
 )
-def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code, words) -> None:
+def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code, words):
     seen = look([change(placement, mistake) for placement in placements])
     (finding,) = [f for f in seen.diagnostics if f.level == "error"]
     assert (finding.code, finding.where) == (code, "all placements")
@@ -35,7 +35,7 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
 
 
 @pytest.mark.slow
-def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> None:
+def test_a_mistake_in_one_placement_is_found_there(look, change, placements):
     seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])
     (finding,) = seen.diagnostics
     assert finding.code == "sign" and finding in seen.placements[1].diagnostics
@@ -45,19 +45,19 @@ def test_a_mistake_in_one_placement_is_found_there(look, change, placements) -> 
 
 
 @pytest.mark.slow
-def test_what_no_single_mistake_explains_is_told(look, change, placements) -> None:
+def test_what_no_single_mistake_explains_is_told(look, change, placements):
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
     (finding,) = [f for f in look(wild).diagnostics if f.level == "error"]
     assert finding.code == "model" and "is it this robot's model" in finding.advice
 
 
-def test_a_sign_that_leaves_the_limits_is_told(look, change, placements) -> None:
+def test_a_sign_that_leaves_the_limits_is_told(look, change, placements):
     with pytest.raises(MukcaError, match=r"panda_joint4.*is it sign-flipped"):
         look([change(placement, flipped(3)) for placement in placements])
 
 
-def test_a_few_samples_accuse_no_joint(look, panda) -> None:
+def test_a_few_samples_accuse_no_joint(look, panda):
     """Three in each socket can be explained by almost anything, here by another last sign."""
     _, (whole,) = simulate_recordings(panda, 1, samples=20, seed=3)
     few = replace(whole, samples=(*whole.samples[:3], *whole.samples[20:23]))
@@ -66,7 +66,7 @@ def test_a_few_samples_accuse_no_joint(look, panda) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["iiwa14", "ur5e", "gen3_lite"])
-def test_only_a_flipped_last_joint_looks_flipped(name: str, change) -> None:
+def test_only_a_flipped_last_joint_looks_flipped(name, change):
     """Its ball is near its axis, so it sees the mistake weakly."""
     robot = load_robot(name)
     generator = np.random.default_rng(5)

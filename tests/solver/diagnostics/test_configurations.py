@@ -6,12 +6,12 @@ import pytest
 from mukca.solver.diagnostics.configurations import NEAR, near_duplicates
 
 
-def test_near_duplicates_are_those_of_all_pairs() -> None:
+def test_near_duplicates_are_those_of_all_pairs():
     generator = np.random.default_rng(0)
     rows = generator.uniform(-1, 1, (300, 6))
     rows[200:] = rows[generator.integers(200, size=100)] + generator.uniform(-1, 1, (100, 6)) * 0.03
-    kept: list[int] = []
-    expected: dict[int, int] = {}
+    kept = []
+    expected = {}
     for i, row in enumerate(rows):
         near = [k for k in kept if np.abs(rows[k] - row).max() < NEAR]
         if near:
@@ -23,7 +23,7 @@ def test_near_duplicates_are_those_of_all_pairs() -> None:
 
 
 @pytest.mark.slow
-def test_a_hundred_thousand_samples_are_compared() -> None:
+def test_a_hundred_thousand_samples_are_compared():
     rows = np.random.default_rng(0).uniform(-2, 2, (100_000, 7))
     rows[70_000] = rows[30_000]
     assert near_duplicates(rows)[70_000] == 30_000

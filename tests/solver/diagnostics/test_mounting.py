@@ -23,16 +23,14 @@ G, SLOPE = 9.80665, 9.80665 / 2**0.5
         ((0.0, 0.0, -G), ""),
     ],
 )
-def test_gravity_that_was_not_said_is_named(
-    name: str, gravity: tuple[float, float, float], option: str
-) -> None:
+def test_gravity_that_was_not_said_is_named(name, gravity, option):
     robot, generator = mukca.load_robot(name), np.random.default_rng([0, 5])
     arm = perturb(robot, generator, 1e-3, 5e-3)
     how = replace(realistic_flaws(robot, generator), gravity=gravity)
     bases = reachable_bases(arm, generator, 2, 0.1)
     data = [measure(record(arm, b, generator, imperfection=how), robot) for b in bases]
 
-    def told(load: Load) -> str:
+    def told(load):
         found = inspect_all(robot, data, Given(load=load)).shared
         return " ".join(str(one) for one in found if one.code == "mounting")
 

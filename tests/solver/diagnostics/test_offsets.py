@@ -19,7 +19,7 @@ FLIPPED = 1 - 2 * EYE[2]
 )
 def test_two_mistakes_are_told_together(
     look, placements, change, order, flips, offsets, code, words
-) -> None:
+):
     """And before the distance: two offsets make the arm come out too large."""
     off = change(placements[0], lambda q: ((q + offsets) * flips)[order])
     (found,) = [d for d in look([off]).diagnostics if d.level == "error"]

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca import Placement
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
@@ -15,7 +14,7 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
 @pytest.fixture(scope="module")
-def elsewhere(true_panda) -> Placement:
+def elsewhere(true_panda):
     """The front placement with its base 371 mm away, half of it to the left."""
     base = Base("front", np.array([0.5 - 0.321, 0.186, 0.1]), ALONG_Y)
     return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
@@ -23,9 +22,7 @@ def elsewhere(true_panda) -> Placement:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [3, 7, 10, 14, 17])
-def test_a_base_that_moved_far_is_told_by_the_first_row(
-    look, placements, elsewhere, first: int
-) -> None:
+def test_a_base_that_moved_far_is_told_by_the_first_row(look, placements, elsewhere, first):
     front = placements[0]
     samples = (*front.samples[: 20 + first], *elsewhere.samples[20 + first :])
     seen = look([replace(front, samples=samples), *placements[1:]])
@@ -38,7 +35,7 @@ def test_a_base_that_moved_far_is_told_by_the_first_row(
 @pytest.mark.slow
 @pytest.mark.parametrize("many", [1, 2, 5, 9])
 @pytest.mark.parametrize("begin", [0, 6])
-def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many) -> None:
+def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many):
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
     samples = list(placements[0].samples)
@@ -58,7 +55,7 @@ def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begi
 
 
 @pytest.mark.slow
-def test_samples_of_another_placement_are_told(look, true_panda, placements) -> None:
+def test_samples_of_another_placement_are_told(look, true_panda, placements):
     base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
     samples = (*placements[0].samples[:33], *more.samples[33:])
@@ -66,7 +63,7 @@ def test_samples_of_another_placement_are_told(look, true_panda, placements) -> 
     assert "samples 14 to 20 of socket 1 lie in socket 1 of right" in finding.text
 
 
-def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewhere) -> None:
+def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewhere):
     samples = list(placements[0].samples)
     samples[31] = elsewhere.samples[31]
     (finding,) = look([replace(placements[0], samples=tuple(samples)), *placements[1:]]).diagnostics
@@ -74,7 +71,7 @@ def test_one_sample_from_elsewhere_was_not_badly_seated(look, placements, elsewh
     assert finding.where.endswith("sample 12") and "another base position" in finding.advice
 
 
-def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, placements) -> None:
+def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, placements):
     samples = list(placements[0].samples)
     samples[30:] = placements[2].samples[30:]
     (finding,) = look([replace(placements[0], samples=tuple(samples))]).diagnostics
@@ -83,9 +80,7 @@ def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, place
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("moved", "seeds"), [(0.0, (1, 3)), (0.0045, (1,)), (0.012, (1, 3))])
-def test_play_moves_samples_together_and_is_no_moved_base(
-    moved: float, seeds: tuple[int, ...]
-) -> None:
+def test_play_moves_samples_together_and_is_no_moved_base(moved, seeds):
     """Nor is a move that play makes as well; one by more is an error still, by whatever name."""
     robot = load_robot("so101")
     for seed in seeds:
@@ -110,7 +105,7 @@ def test_play_moves_samples_together_and_is_no_moved_base(
 
 
 @pytest.mark.slow
-def test_what_may_be_play_is_told_before_the_distance_of_the_sockets() -> None:
+def test_what_may_be_play_is_told_before_the_distance_of_the_sockets():
     """Zeros and play, if not spoken of, make an arm seem 5 % shorter: the distance is right."""
     robot, generator = load_robot("so101"), np.random.default_rng(301)
     arm = perturb(robot, generator, 3e-4, 0.0)

@@ -28,7 +28,7 @@ def workspace(request):
 
 
 @pytest.mark.slow
-def test_without_noise_the_truth_is_found(workspace) -> None:
+def test_without_noise_the_truth_is_found(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-12)
@@ -46,7 +46,7 @@ def test_without_noise_the_truth_is_found(workspace) -> None:
 
 
 @pytest.mark.slow
-def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
+def test_with_noise_the_held_out_error_is_the_noise(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-6)
@@ -60,19 +60,19 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("optimizer", ["gauss-newton", "ipopt"])
-def test_not_converged_is_never_a_result(session, panda, optimizer: str) -> None:
+def test_not_converged_is_never_a_result(session, panda, optimizer):
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
     with pytest.raises(NotConverged):
         solve(problem, optimizer, max_iterations=1)
 
 
-def test_an_unknown_optimizer_is_refused(session, panda) -> None:
+def test_an_unknown_optimizer_is_refused(session, panda):
     problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
     with pytest.raises(MukcaError, match="'newton': choose one of gauss-newton, ipopt"):
         solve(problem, "newton")
 
 
-def test_regularization_counts_once_per_placement(session, panda) -> None:
+def test_regularization_counts_once_per_placement(session, panda):
     measured = measure(read_placement(session / "front"), panda)
     again = replace(measured, placement=replace(measured.placement, name="again"))
     problem = build_problem(panda, [measured], regularization=1e-3)
@@ -81,7 +81,7 @@ def test_regularization_counts_once_per_placement(session, panda) -> None:
     assert twice_x == pytest.approx(once_x, abs=1e-9)
 
 
-def test_the_ball_alone_is_a_baseline_between(session, panda) -> None:
+def test_the_ball_alone_is_a_baseline_between(session, panda):
     measured = measure(read_placement(session / "front"), panda)
     problem = build_problem(panda, [measured])
     refitted = ball_only(problem)
@@ -96,7 +96,7 @@ def test_the_ball_alone_is_a_baseline_between(session, panda) -> None:
     assert errors[0] > errors[1] > errors[2]
 
 
-def test_a_fixed_parameter_stays(session, panda) -> None:
+def test_a_fixed_parameter_stays(session, panda):
     measured = measure(read_placement(session / "front"), panda)
     parameters = choose_parameters(panda, fix=["panda_joint4", "*.rpy"])
     calibration = CalibratedRobot(
@@ -108,7 +108,7 @@ def test_a_fixed_parameter_stays(session, panda) -> None:
     assert not changed[[joint.name for joint in panda.joints].index("panda_joint4")].any()
 
 
-def test_a_wrong_distance_distorts(session, panda) -> None:
+def test_a_wrong_distance_distorts(session, panda):
     right = measure(read_placement(session / "front"), panda)
     wrong = measure(read_placement(session / "front"), panda, distance=0.06)
     problem = build_problem(panda, [right])
@@ -117,13 +117,13 @@ def test_a_wrong_distance_distorts(session, panda) -> None:
     assert is_distorted(evaluate(points, wrong), wrong)
 
 
-def test_the_same_placement_twice_is_refused(session, panda) -> None:
+def test_the_same_placement_twice_is_refused(session, panda):
     one = measure(read_placement(session / "front"), panda)
     with pytest.raises(MukcaError, match="same placement"):
         check_distinct([one, replace(one)])
 
 
-def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path) -> None:
+def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path):
     for name in ("hole_0.csv", "hole_1.csv"):
         copyfile(session / "front/hole_0.csv", tmp_path / name)
     with pytest.raises(MukcaError, match=r"hole_0\.csv and .*hole_1\.csv are identical"):
@@ -135,14 +135,14 @@ def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path)
         check_distinct([*others, measure(read_placement(tmp_path), panda)])
 
 
-def test_where_a_distance_is_known_from_is_kept(session, panda) -> None:
+def test_where_a_distance_is_known_from_is_kept(session, panda):
     read = replace(read_placement(session / "front"), distance=None)
     assert measure(read, panda).distance_source == "default"
     assert measure(read, panda, 0.06).distance_source == "given"
     assert measure(replace(read, distance=0.12), panda).distance_source == "recording"
 
 
-def test_a_copy_in_another_order_and_rounded_is_one(session, panda) -> None:
+def test_a_copy_in_another_order_and_rounded_is_one(session, panda):
     """As after a detour by way of a spreadsheet."""
     read = read_placement(session / "front")
     rounded = [replace(s, position=tuple(np.round(s.position, 7).tolist())) for s in read.samples]

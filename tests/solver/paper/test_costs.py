@@ -16,7 +16,7 @@ def problem(session, panda):
 
 
 @pytest.mark.slow
-def test_the_jacobian_agrees_with_finite_differences(problem) -> None:
+def test_the_jacobian_agrees_with_finite_differences(problem):
     generator = np.random.default_rng(0)
     x = problem.start + generator.normal(0, 0.01, len(problem.start))
     _, jacobian = problem.residuals(x)
@@ -26,7 +26,7 @@ def test_the_jacobian_agrees_with_finite_differences(problem) -> None:
         assert jacobian[:, k] == pytest.approx((after - before) / (2 * h), abs=1e-8)
 
 
-def test_both_optimizers_see_the_same_objective(problem) -> None:
+def test_both_optimizers_see_the_same_objective(problem):
     x = problem.start + np.random.default_rng(1).normal(0, 0.01, len(problem.start))
     symbol = ca.MX.sym("x", len(x))
     objective = ca.Function("J", [symbol], [problem.objective(symbol)])
@@ -34,7 +34,7 @@ def test_both_optimizers_see_the_same_objective(problem) -> None:
     assert float(objective(x)) == pytest.approx(float(residuals @ residuals), rel=1e-12)
 
 
-def test_the_objective_is_eq_5_written_out(problem) -> None:
+def test_the_objective_is_eq_5_written_out(problem):
     x = problem.start + np.random.default_rng(2).normal(0, 0.01, len(problem.start))
     expected = 0.0
     for measured in problem.training:

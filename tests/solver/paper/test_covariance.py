@@ -19,7 +19,7 @@ def recordings(panda, true_panda):
     }
 
 
-def size(panda, placement, distance: float = 0.05) -> tuple[float, float]:
+def size(panda, placement, distance=0.05):
     """Return by how much the arm comes out larger, and the deviation of that."""
     problem = build_problem(panda, [measure(placement, panda, distance)])
     by_scale = extend(panda, problem.parameters).by_scale()
@@ -28,7 +28,7 @@ def size(panda, placement, distance: float = 0.05) -> tuple[float, float]:
     return float(by_scale @ (x - problem.start)), deviation
 
 
-def test_a_caliper_s_error_makes_the_size_wrong_as_it_really_does(panda, recordings) -> None:
+def test_a_caliper_s_error_makes_the_size_wrong_as_it_really_does(panda, recordings):
     """Without noise, nothing is unsure but what the caliper says, and how the base is seated."""
     off = float(np.hypot(CALIPER_DEVIATION, SEAT_DEVIATION))
     (right, deviation), (longer, _) = (size(panda, recordings[0.0], d) for d in (0.05, 0.05 + off))
@@ -36,7 +36,7 @@ def test_a_caliper_s_error_makes_the_size_wrong_as_it_really_does(panda, recordi
     assert 4e-4 < deviation < 7e-4
 
 
-def test_noise_makes_it_less_sure_as_noise_grows(panda, recordings) -> None:
+def test_noise_makes_it_less_sure_as_noise_grows(panda, recordings):
     calm, rough = (size(panda, recordings[noise]) for noise in (1e-4, 4e-4))
     of_noise = [(d**2 - size(panda, recordings[0.0])[1] ** 2) ** 0.5 for _, d in (calm, rough)]
     assert of_noise[1] == pytest.approx(4 * of_noise[0], rel=0.5)

@@ -7,7 +7,7 @@ from mukca.solver.paper import NotConverged
 from mukca.solver.paper.optimizers import gauss_newton
 
 
-def test_a_valley_is_followed_by_damping() -> None:
+def test_a_valley_is_followed_by_damping():
     """Rosenbrock's function as two residuals: full Gauss-Newton steps overshoot far from home."""
 
     def evaluate_residuals(x):
@@ -17,7 +17,7 @@ def test_a_valley_is_followed_by_damping() -> None:
     assert gauss_newton(evaluate_residuals, np.array([-1.9, 2.0])).x == pytest.approx([1, 1])
 
 
-def test_no_way_down_is_not_converged() -> None:
+def test_no_way_down_is_not_converged():
     def wrong(x):  # a Jacobian of the wrong sign
         return np.array([x[0] ** 2 + 1.0]), np.array([[-2 * x[0]]])
 

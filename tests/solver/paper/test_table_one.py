@@ -1,7 +1,6 @@
 """The paper's Table I on the recordings of real arms, to every printed digit."""
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -18,7 +17,7 @@ ROWS = {
 }
 
 
-def solved(capsys, arm: str, *words: str) -> dict:
+def solved(capsys, arm, *words):
     """The figures of a solve; two bases of dinova_2 moved while they were recorded, so it fails."""
     status = 1 if arm == "dinova_2" else 0
     said = ["--method", "paper", "--distance", "0.05", "--json"]
@@ -26,12 +25,12 @@ def solved(capsys, arm: str, *words: str) -> dict:
     return json.loads(capsys.readouterr().out)
 
 
-def mm(summary: dict, model: str, key: str = "mean_absolute_error") -> float:
+def mm(summary, model, key="mean_absolute_error"):
     return 1e3 * summary[model][key]
 
 
 @pytest.mark.parametrize("arm", ROWS)
-def test_table_one(arm: str, recordings: Path, capsys) -> None:
+def test_table_one(arm, recordings, capsys):
     front, _, train, test, distance = ROWS[arm]
     folder = recordings / arm
     summary = solved(
@@ -45,7 +44,7 @@ def test_table_one(arm: str, recordings: Path, capsys) -> None:
 
 
 @pytest.mark.parametrize("arm", ROWS)
-def test_the_shipped_robot_serves_as_well(arm: str, recordings: Path, capsys) -> None:
+def test_the_shipped_robot_serves_as_well(arm, recordings, capsys):
     front, robot, train, test, distance = ROWS[arm]
     folder = recordings / arm
     words = (f"{folder / front}", "--test", f"{folder}", "--robot", robot)
@@ -58,7 +57,7 @@ def test_the_shipped_robot_serves_as_well(arm: str, recordings: Path, capsys) ->
 
 
 @pytest.mark.parametrize("arm", ROWS)
-def test_both_optimizers_agree(arm: str, recordings: Path, capsys) -> None:
+def test_both_optimizers_agree(arm, recordings, capsys):
     folder = recordings / arm
     words = (f"{folder / ROWS[arm][0]}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf")
     one, other = (

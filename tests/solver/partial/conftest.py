@@ -1,9 +1,9 @@
 """One simulated arm for all tests of this folder."""
 
 import pytest
-from calibrated_arm import Simulated, simulate
+from calibrated_arm import simulate
 
 
 @pytest.fixture(scope="session")
-def simulated() -> Simulated:
+def simulated():
     return simulate()

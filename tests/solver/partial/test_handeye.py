@@ -1,14 +1,10 @@
 """A camera on the arm or beside it, found with the calibrated chain held."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pytest
-from calibrated_arm import Simulated
 
 import mukca
 from mukca import MukcaError
@@ -17,10 +13,8 @@ from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.data import Pose, turn
 from mukca.tools.extract import joints_of
 
-Camera = Literal["on-arm", "beside"]
 
-
-def pose(rotation: np.ndarray, place: list[float]) -> np.ndarray:
+def pose(rotation, place):
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, place
     return T
@@ -30,7 +24,7 @@ MOUNTED = pose(turn(np.array([0.1, -0.3, 0.4])), [0.05, -0.02, 0.08])
 STANDING = pose(turn(np.array([2.8, 0.3, 0.1])), [0.5, 0.1, 1.6])
 
 
-def views(simulated: Simulated, camera: Camera, count: int = 15, seed: int = 0) -> np.ndarray:
+def views(simulated, camera, count=15, seed=0):
     """Return joints and the board's poses in the camera, 0.2 mm and 0.5 mrad noisy."""
     generator = np.random.default_rng(seed)
     robot = simulated.calibration.robot
@@ -46,7 +40,7 @@ def views(simulated: Simulated, camera: Camera, count: int = 15, seed: int = 0) 
     return np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
 
 
-def recorded(rows: np.ndarray) -> mukca.Placement:
+def recorded(rows):
     samples = [
         Sample(tuple(r[:7]), 0, point=tuple(r[7:10]), orientation=tuple(r[10:]))
         for r in rows.tolist()
@@ -54,7 +48,7 @@ def recorded(rows: np.ndarray) -> mukca.Placement:
     return mukca.Placement("views", tuple(samples))
 
 
-def test_millimetres_are_asked_about(simulated: Simulated) -> None:
+def test_millimetres_are_asked_about(simulated):
     rows = views(simulated, "beside")
     rows[:, 7:10] *= 1e3
     with pytest.raises(MukcaError, match="are these millimetres"):
@@ -62,7 +56,7 @@ def test_millimetres_are_asked_about(simulated: Simulated) -> None:
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_a_board_seen_elsewhere_stays_where_it_is(simulated: Simulated, camera: Camera) -> None:
+def test_a_board_seen_elsewhere_stays_where_it_is(simulated, camera):
     found = mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)
     later = views(simulated, camera, seed=5)
     own, target = Pose.of(found.frame.origin), found.target
@@ -81,14 +75,14 @@ def test_a_board_seen_elsewhere_stays_where_it_is(simulated: Simulated, camera: 
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_another_camera_and_inverse_poses_are_told(simulated: Simulated, camera: Camera) -> None:
+def test_another_camera_and_inverse_poses_are_told(simulated, camera):
     rows = views(simulated, camera)
-    other: Camera = "beside" if camera == "on-arm" else "on-arm"
+    other = "beside" if camera == "on-arm" else "on-arm"
     with pytest.raises(MukcaError, match=f"use --camera {camera}"):
         mukca.handeye(simulated.calibration, recorded(rows), other)
 
 
-def test_a_flipped_view_is_named_and_hardly_counts(simulated: Simulated) -> None:
+def test_a_flipped_view_is_named_and_hardly_counts(simulated):
     rows = views(simulated, "on-arm")
     sound = mukca.handeye(simulated.calibration, recorded(rows), "on-arm")
     rows[4, 10:] = rows[4, [13, 12, 11, 10]] * [1, 1, -1, -1]
@@ -102,16 +96,12 @@ def test_a_flipped_view_is_named_and_hardly_counts(simulated: Simulated) -> None
     ("rows", "message"),
     [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "about one axis only")],
 )
-def test_views_that_cannot_tell_are_refused(
-    simulated: Simulated, rows: slice | list[int], message: str
-) -> None:
+def test_views_that_cannot_tell_are_refused(simulated, rows, message):
     with pytest.raises(MukcaError, match=message):
         mukca.handeye(simulated.calibration, recorded(views(simulated, "on-arm")[rows]), "on-arm")
 
 
-def test_the_command_writes_the_camera_into_the_urdf(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, command):
     names = (*simulated.calibration.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
     rows = [",".join(map(repr, row)) for row in views(simulated, "beside").tolist()]
     (tmp_path / "of june.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
@@ -136,13 +126,13 @@ def test_the_command_writes_the_camera_into_the_urdf(
 FLANGE = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 
 
-def test_poses_of_the_flange_of_seven_joints_are_refused(simulated: Simulated) -> None:
+def test_poses_of_the_flange_of_seven_joints_are_refused(simulated):
     placement = recorded(views(simulated, "beside"))
     with pytest.raises(MukcaError, match="7 joints bring a flange to one pose in endlessly many"):
         joints_of(simulated.calibration, replace(placement, joint_names=FLANGE), None)
 
 
-def test_joints_are_recovered_where_they_are_told(ur5e: mukca.Calibration) -> None:
+def test_joints_are_recovered_where_they_are_told(ur5e):
     """An arm of six joints, its flange's nominal poses in place of them."""
     generator = np.random.default_rng(1)
     posture = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
@@ -160,7 +150,7 @@ def test_joints_are_recovered_where_they_are_told(ur5e: mukca.Calibration) -> No
 
 
 @pytest.fixture(scope="module")
-def ur5e() -> mukca.Calibration:
+def ur5e():
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
     return mukca.calibrate(robot, placements)

@@ -1,13 +1,10 @@
 """Zeros of joints found with the calibrated chain held."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrated_arm import Simulated
 
 import mukca
 from mukca import MukcaError
@@ -16,22 +13,20 @@ from mukca.solver.results import write_files
 
 
 @pytest.mark.parametrize("offsets", [{}, {3: 5e-3}, {1: -0.08, 4: 4e-3}])
-def test_the_evidence_names_the_joints_whose_zeros_changed(
-    simulated: Simulated, offsets: dict[int, float]
-) -> None:
+def test_the_evidence_names_the_joints_whose_zeros_changed(simulated, offsets):
     found = mukca.rezero(simulated.calibration, simulated.read(offsets))
     assert [one.joint for one in found.changed] == [f"panda_joint{j + 1}" for j in offsets]
     for zero, offset in zip(found.changed, offsets.values(), strict=True):
         assert abs(zero.offset - offset) < 4 * zero.standard_deviation < 2e-3
 
 
-def test_a_zero_that_such_samples_cannot_tell_is_named_and_not_found(simulated: Simulated) -> None:
+def test_a_zero_that_such_samples_cannot_tell_is_named_and_not_found(simulated):
     found = mukca.rezero(simulated.calibration, simulated.read({}), ["panda_joint1"])
     assert not found.changed
     assert "panda_joint1" in found.untold[0] and "--stood" in found.untold[0]
 
 
-def test_another_arms_samples_and_too_few_are_refused(simulated: Simulated) -> None:
+def test_another_arms_samples_and_too_few_are_refused(simulated):
     _, (other,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, seed=77, samples=8)
     for joints in ([], ["panda_joint4"]):
         with pytest.raises(MukcaError, match="another arm's calibration"):
@@ -46,9 +41,7 @@ def test_another_arms_samples_and_too_few_are_refused(simulated: Simulated) -> N
     assert not any(zero.told for zero in mukca.rezero(simulated.calibration, alike).joints)
 
 
-def test_where_the_base_still_stands_one_socket_tells_the_first_joint(
-    simulated: Simulated,
-) -> None:
+def test_where_the_base_still_stands_one_socket_tells_the_first_joint(simulated):
     trained = simulated.calibration.document.data[0]
     q = np.array([s.position for s in trained.samples if s.socket == 0][:8])
     q[:, 0] -= 3e-3
@@ -58,9 +51,7 @@ def test_where_the_base_still_stands_one_socket_tells_the_first_joint(
     assert found.changed[0].offset == pytest.approx(3e-3, abs=5e-4)
 
 
-def test_a_calibration_with_new_zeros_fits_old_samples_and_new_ones(
-    simulated: Simulated, tmp_path: Path
-) -> None:
+def test_a_calibration_with_new_zeros_fits_old_samples_and_new_ones(simulated, tmp_path):
     since, old = simulated.read({3: 5e-3}), simulated.calibration
     mukca.rezero(old, since).save(tmp_path / "new")
     new = mukca.load_calibration(tmp_path / "new")
@@ -77,7 +68,7 @@ def test_a_calibration_with_new_zeros_fits_old_samples_and_new_ones(
     assert again.changed[0].offset == pytest.approx(3e-3, abs=4e-4)
 
 
-def test_zeros_of_a_servo_arm_that_was_never_calibrated() -> None:
+def test_zeros_of_a_servo_arm_that_was_never_calibrated():
     robot = mukca.load_robot("so101")
     small = {"translation": 1e-4, "rotation": 3e-4, "noise": 5e-5}
     _, (recorded,) = mukca.simulate_recordings(robot, 1, seed=1, samples=12, **small)
@@ -89,9 +80,7 @@ def test_zeros_of_a_servo_arm_that_was_never_calibrated() -> None:
     assert found.urdf() != robot.text.data
 
 
-def test_the_command_says_and_writes_what_was_found(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_the_command_says_and_writes_what_was_found(simulated, tmp_path, command):
     write_files(tmp_path / "since", sample_files(simulated.read({3: 5e-3})))
     simulated.calibration.save(tmp_path / "cal")
     words = ("rezero", tmp_path / "cal", tmp_path / "since")
@@ -106,9 +95,7 @@ def test_the_command_says_and_writes_what_was_found(
     assert status == 2 and error.count("\n") == 1 and "kitchen" in error
 
 
-def test_a_few_free_numbers_of_a_calibrated_urdf_are_told_what_they_hold(
-    simulated: Simulated, tmp_path: Path
-) -> None:
+def test_a_few_free_numbers_of_a_calibrated_urdf_are_told_what_they_hold(simulated, tmp_path):
     outputs = simulated.calibration.save(tmp_path / "cal")
     free = {"free": ["panda_joint4.yaw"]}
     since = simulated.read({3: 5e-3})
@@ -118,9 +105,7 @@ def test_a_few_free_numbers_of_a_calibrated_urdf_are_told_what_they_hold(
     assert not any("mukca rezero" in line for line in nominal.document.warnings)
 
 
-def test_samples_that_were_trained_on_are_not_counted_twice(
-    simulated: Simulated, tmp_path: Path
-) -> None:
+def test_samples_that_were_trained_on_are_not_counted_twice(simulated, tmp_path):
     cal = simulated.calibration
     first, since = cal.document.data[0], simulated.read({3: 5e-3})
     own = first.placement(cal.robot.joint_names)
@@ -134,9 +119,7 @@ def test_samples_that_were_trained_on_are_not_counted_twice(
 
 
 @pytest.mark.parametrize(("unchanged", "decided"), [(0.05, False), (0.17, False), (0.6, True)])
-def test_below_even_odds_it_is_not_said_that_no_zero_changed(
-    simulated: Simulated, unchanged: float, decided: bool
-) -> None:
+def test_below_even_odds_it_is_not_said_that_no_zero_changed(simulated, unchanged, decided):
     found = replace(mukca.rezero(simulated.calibration, simulated.read({})), unchanged=unchanged)
     assert found.decided == decided
     assert any("cannot be told which" in line for line in found.text) != decided

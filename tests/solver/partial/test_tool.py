@@ -1,13 +1,10 @@
 """A tool's tip found with the calibrated chain held."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrated_arm import Simulated
 
 import mukca
 from mukca import MukcaError
@@ -16,9 +13,7 @@ from mukca.tools.simulation import Imperfection, reachable_bases, record
 TIP, SHAFT = np.array([0.03, -0.02, 0.2]), np.array([0.03, -0.02, 0.15])
 
 
-def test_the_tip_stays_at_points_elsewhere_as_closely_as_is_predicted(
-    simulated: Simulated,
-) -> None:
+def test_the_tip_stays_at_points_elsewhere_as_closely_as_is_predicted(simulated):
     found = mukca.tool(simulated.calibration, simulated.touched(TIP), "spike")
     elsewhere = simulated.touched(TIP, 12, seed=5).positions
     held = found.calibration.flange(elsewhere, tool="spike")[:, :3, 3]
@@ -28,7 +23,7 @@ def test_the_tip_stays_at_points_elsewhere_as_closely_as_is_predicted(
     assert b'link name="spike"' in found.calibration.urdf()
 
 
-def test_a_bad_touch_weighs_little(simulated: Simulated) -> None:
+def test_a_bad_touch_weighs_little(simulated):
     touched = simulated.touched(TIP)
     q = touched.positions.copy()
     q[3, 3] += 0.02
@@ -38,14 +33,14 @@ def test_a_bad_touch_weighs_little(simulated: Simulated) -> None:
     assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=1e-3)
 
 
-def test_a_second_point_gives_the_axis(simulated: Simulated) -> None:
+def test_a_second_point_gives_the_axis(simulated):
     touches, shaft = simulated.touched(TIP), simulated.touched(SHAFT, seed=3)
     found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)
     z = found.calibration.kinematics(tool="spike").tool[:3, 2]
     assert z == pytest.approx([0, 0, 1], abs=0.03)
 
 
-def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated: Simulated) -> None:
+def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated):
     """Two points, 0.1 m apart where nobody says so, and where it is said."""
     bases = reachable_bases(simulated.with_tip(TIP), np.random.default_rng(1), 1)
     how = Imperfection(5e-5, simulated.truth.deflection)
@@ -62,7 +57,7 @@ def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated: Simulated
     assert np.array(two.frame.xyz) == pytest.approx(np.array(one.frame.xyz), abs=1e-3)
 
 
-def test_two_more_points_give_the_face(simulated: Simulated) -> None:
+def test_two_more_points_give_the_face(simulated):
     corners = TIP + 0.03 * np.eye(3)[:2]
     first, second = (simulated.touched(one, seed=4 + i) for i, one in enumerate(corners))
     found = mukca.tool(simulated.calibration, simulated.touched(TIP), "plate", face=(first, second))
@@ -71,27 +66,25 @@ def test_two_more_points_give_the_face(simulated: Simulated) -> None:
     assert R[:, 0] == pytest.approx([1, 0, 0], abs=0.05)
 
 
-def test_an_axis_needs_another_point(simulated: Simulated) -> None:
+def test_an_axis_needs_another_point(simulated):
     touches = simulated.touched(TIP)
     with pytest.raises(MukcaError, match="tells no direction"):
         mukca.tool(simulated.calibration, touches, "spike", axis=touches)
 
 
-def test_postures_alike_leave_a_direction_open(simulated: Simulated) -> None:
+def test_postures_alike_leave_a_direction_open(simulated):
     q = simulated.touched(TIP).positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
     found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("alike", q, [0] * 6))
     assert "turn the tool about two more axes" in found.untold[0]
 
 
-def test_too_few_touches_are_refused(simulated: Simulated) -> None:
+def test_too_few_touches_are_refused(simulated):
     few = simulated.touched(TIP, 3)
     with pytest.raises(MukcaError, match="3 touches; a tip needs 4"):
         mukca.tool(simulated.calibration, few)
 
 
-def test_the_command_takes_a_csv_file(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     touched = simulated.touched(TIP)
     rows = [",".join(map(repr, row)) for row in touched.positions.tolist()]
     header = ",".join(simulated.calibration.robot.joint_names)

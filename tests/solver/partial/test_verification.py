@@ -1,27 +1,22 @@
 """Ten poses against a calibration: the same arm is valid, a shifted joint is found."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.partial import Validity
 from mukca.tools.simulation import Base, record
-
-Ask = Callable[[int, float], Validity]
 
 
 @pytest.fixture(scope="module")
-def calibration(panda: mukca.Robot, session: Path) -> mukca.Calibration:
+def calibration(panda, session):
     train, test = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     return mukca.calibrate(panda, train, test=test, method="paper")
 
 
-def ten(placement: mukca.Placement, joint: int = 0, offset: float = 0.0) -> mukca.Placement:
+def ten(placement, joint=0, offset=0.0):
     """The first ten poses of socket 0, a joint's zero shifted."""
     shift = np.zeros(placement.positions.shape[1])
     shift[joint] = offset
@@ -31,24 +26,24 @@ def ten(placement: mukca.Placement, joint: int = 0, offset: float = 0.0) -> mukc
 
 
 @pytest.fixture(scope="module")
-def ask(calibration: mukca.Calibration, session: Path) -> Ask:
+def ask(calibration, session):
     later = mukca.read_placements(session / "right")[0]
 
-    def ask(joint: int, offset: float) -> Validity:
+    def ask(joint, offset):
         return mukca.what_changed(calibration, ten(later, joint, offset), ball_moved=True)
 
     return ask
 
 
-def unchanged(found: Validity) -> float:
+def unchanged(found):
     return found.probabilities["nothing"]
 
 
-def valid(found: Validity) -> bool:
+def valid(found):
     return found.verdict.exit_status == 0
 
 
-def test_the_same_arm_is_still_valid(ask: Ask) -> None:
+def test_the_same_arm_is_still_valid(ask):
     found = ask(0, 0.0)
     assert valid(found) and unchanged(found) > 0.6
     assert "still valid" in found.text and "nothing changed, with a probability" in found.text
@@ -56,7 +51,7 @@ def test_the_same_arm_is_still_valid(ask: Ask) -> None:
 
 @pytest.mark.parametrize("joint", [1, 3, 4])
 @pytest.mark.parametrize("degrees", [0.3, -0.5])
-def test_a_joint_that_shifted_is_found(ask: Ask, joint: int, degrees: float) -> None:
+def test_a_joint_that_shifted_is_found(ask, joint, degrees):
     found = ask(joint, math.radians(degrees))
     assert not valid(found) and unchanged(found) < 1e-3
     assert found.cause is not None and found.cause.joint == f"panda_joint{joint + 1}"
@@ -65,7 +60,7 @@ def test_a_joint_that_shifted_is_found(ask: Ask, joint: int, degrees: float) -> 
 
 
 @pytest.fixture(scope="module")
-def put_on_again(true_panda: mukca.Robot) -> mukca.Placement:
+def put_on_again(true_panda):
     """Poses of the same arm after its ball was screwed on again, 0.7 mm from where it was."""
     joint = true_panda.ball_joint
     x, y, z = joint.origin.xyz
@@ -75,16 +70,14 @@ def put_on_again(true_panda: mukca.Robot) -> mukca.Placement:
     return record(arm, base, np.random.default_rng(4), samples=20, noise=5e-5)
 
 
-def drawn(placement: mukca.Placement, generator: np.random.Generator) -> mukca.Placement:
+def drawn(placement, generator):
     first = [s for s in placement.samples if s.socket == 0]
     picked = generator.permutation(len(first))[:10]
     return replace(placement, samples=tuple(first[i] for i in picked))
 
 
 @pytest.mark.slow
-def test_answers_are_right_as_often_as_they_say(
-    calibration: mukca.Calibration, session: Path, put_on_again: mukca.Placement
-) -> None:
+def test_answers_are_right_as_often_as_they_say(calibration, session, put_on_again):
     """Forty draws of ten poses: the same arm, its ball put on again, and a joint off by 0.2 deg."""
     generator = np.random.default_rng(2)
     places = (mukca.read_placements(session / "right")[0], put_on_again)
@@ -102,9 +95,7 @@ def test_answers_are_right_as_often_as_they_say(
     assert np.mean(stated) < 0.15
 
 
-def test_a_ball_that_was_put_on_again_is_no_drift(
-    calibration: mukca.Calibration, put_on_again: mukca.Placement
-) -> None:
+def test_a_ball_that_was_put_on_again_is_no_drift(calibration, put_on_again):
     found = mukca.what_changed(calibration, ten(put_on_again), ball_moved=True)
     assert valid(found)
     assert found.ball == pytest.approx(7e-4, abs=1.5e-4)
@@ -113,7 +104,7 @@ def test_a_ball_that_was_put_on_again_is_no_drift(
     assert held.likeliest in ("tool", "panda_joint7") and not valid(held)
 
 
-def test_what_one_socket_cannot_show_is_not_ruled_out(ask: Ask) -> None:
+def test_what_one_socket_cannot_show_is_not_ruled_out(ask):
     """The first joint turns the whole arm about the socket's base, and the last the ball alone."""
     for joint in (0, 6):
         found = ask(joint, math.radians(0.2))
@@ -122,7 +113,7 @@ def test_what_one_socket_cannot_show_is_not_ruled_out(ask: Ask) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ["panda_3", "kuka_14", "dinova_2"])
-def test_real_arms_are_still_valid_at_other_placements(recordings: Path, arm: str) -> None:
+def test_real_arms_are_still_valid_at_other_placements(recordings, arm):
     robot = mukca.load_robot(str(recordings / arm / "nominal.urdf"))
     first, *others = mukca.read_placements(recordings / arm)
     made = mukca.calibrate(robot, first, test=others[0], method="paper", distance=0.05)

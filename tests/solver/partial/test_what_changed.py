@@ -1,12 +1,9 @@
 """What changed since a calibration, by the evidence."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrated_arm import Simulated
 from msgspec import structs
 
 import mukca
@@ -18,23 +15,21 @@ from mukca.solver.results import write_files
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
-def test_nothing_and_a_joint_are_told_apart(
-    simulated: Simulated, offsets: dict[int, float], likeliest: str
-) -> None:
+def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     found = mukca.what_changed(simulated.calibration, simulated.read(offsets))
     assert found.likeliest == likeliest and found.probabilities[likeliest] > 0.6
     assert sum(found.probabilities.values()) == pytest.approx(1)
     assert found.verdict.exit_status == (1 if offsets else 0)
 
 
-def test_a_tool_that_was_moved_is_told(simulated: Simulated) -> None:
+def test_a_tool_that_was_moved_is_told(simulated):
     arm = simulated.with_tip(simulated.truth.model.origins(simulated.truth.values)[-1, :3] + 4e-3)
     found = mukca.what_changed(simulated.calibration, simulated.recorded_by(arm))
     assert found.likeliest == "tool"
     assert "mukca tool" in found.text
 
 
-def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated: Simulated) -> None:
+def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated):
     first, second = simulated.calibration.document.data[:2]
     q = np.array([s.position for s in second.samples])
     moved = mukca.Placement.of_arrays("moved", q, [s.socket for s in second.samples], distance=0.05)
@@ -44,9 +39,7 @@ def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated: Simulated)
     assert elsewhere.likeliest != "nothing"
 
 
-def test_the_command_says_what_to_do_next(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_the_command_says_what_to_do_next(simulated, tmp_path, command):
     write_files(tmp_path / "since", sample_files(simulated.read({3: 3e-3})))
     simulated.calibration.save(tmp_path / "cal")
     words = ("check", tmp_path / "since", "--calibration", tmp_path / "cal")
@@ -58,9 +51,7 @@ def test_the_command_says_what_to_do_next(
     assert status == 2 and "--robot" in error
 
 
-def test_a_few_samples_say_nothing_of_an_old_calibration(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, tmp_path, command):
     since = simulated.read({})
     few = mukca.Placement.of_arrays(
         "few", since.positions[[0, 1, -2, -1]], [0, 0, 1, 1], distance=since.distance
@@ -73,9 +64,7 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(
 
 
 @pytest.mark.parametrize(("told", "status"), [(True, "warning"), (False, "fail")])
-def test_a_few_samples_break_no_limit_where_the_evidence_tells(
-    simulated: Simulated, told: bool, status: str
-) -> None:
+def test_a_few_samples_break_no_limit_where_the_evidence_tells(simulated, told, status):
     since, calibrated = simulated.read({}), simulated.calibration.calibrated
     summary = simulated.calibration.validate(since).summary.test
     large = structs.replace(summary, calibrated=Metrics(1e-3, 2e-3, 5e-4), geometric=None)
@@ -85,14 +74,14 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(
     assert [row.status for row in rows[:2]] == [status] * 2
 
 
-def test_a_distance_so_wrong_that_the_fit_diverges_is_named(simulated: Simulated) -> None:
+def test_a_distance_so_wrong_that_the_fit_diverges_is_named(simulated):
     found = mukca.what_changed(simulated.calibration, simulated.read({}), distance=0.01)
     assert found.verdict.status == "fail" and "sockets' distance is off by" in found.text
 
 
 def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
-    simulated: Simulated, tmp_path: Path, command: Callable[..., tuple[int, str, str]]
-) -> None:
+    simulated, tmp_path, command
+):
     old, since = simulated.calibration, simulated.read({})
     rows = [structs.replace(one, distance_source="default") for one in old.document.placements]
     settings = {**old.document.settings, "distance": None}

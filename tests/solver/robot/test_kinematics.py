@@ -33,7 +33,7 @@ def crane():
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])
-def test_derivatives_agree_with_finite_differences(name: str) -> None:
+def test_derivatives_agree_with_finite_differences(name):
     robot = crane() if name == "crane" else load_robot(name)
     model = BallModel(robot, [p.index for p in all_parameters(robot)])
     generator = np.random.default_rng(0)
@@ -56,7 +56,7 @@ def test_derivatives_agree_with_finite_differences(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*shipped_robots(), "crane"])
-def test_gravity_torques_agree_with_pinocchio(name: str) -> None:
+def test_gravity_torques_agree_with_pinocchio(name):
     robot = crane() if name == "crane" else load_robot(name)
     model = pinocchio.buildModelFromXML(robot.text.data.decode())
     gravity = (0.0, 3.0, -9.0)
@@ -77,7 +77,7 @@ def test_gravity_torques_agree_with_pinocchio(name: str) -> None:
     assert found == pytest.approx(np.array(expected), abs=1e-9)
 
 
-def test_moments_across_are_those_of_the_weights_beyond(panda) -> None:
+def test_moments_across_are_those_of_the_weights_beyond(panda):
     """At each joint, against lever times weight."""
     q = np.random.default_rng(3).uniform(-1.5, 1.5, 7)
     frames = link_frames(panda.joints, ca.DM(panda.origins.ravel()), ca.DM(q))
@@ -100,14 +100,14 @@ def _dense(frame):
     return tuple(ca.DM(part) for part in frame)
 
 
-def test_a_payload_pulls_at_the_ball(panda) -> None:
+def test_a_payload_pulls_at_the_ball(panda):
     q = np.array([[0.1, 0.5, -0.3, -1.8, 0.2, 2.0, 0.4]])
     by_payload = (gravity_moments(panda, q, payload=1.5) - gravity_moments(panda, q))[:, :7]
     by_joints = BallModel(panda, []).linearise(np.empty(0), q).by_joints[0]
     assert by_payload[0] == pytest.approx(by_joints.T @ [0, 0, 1.5 * 9.80665], abs=1e-12)
 
 
-def test_parameters_move_only_what_they_name(panda) -> None:
+def test_parameters_move_only_what_they_name(panda):
     chosen = choose_parameters(panda, free=["panda_joint3.xyz", "ball_joint.z"])
     model = BallModel(panda, [p.index for p in chosen])
     origins = model.origins(model.nominal + 1.0)

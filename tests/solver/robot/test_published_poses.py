@@ -9,7 +9,7 @@ from math import cos, pi, sin
 import numpy as np
 import pinocchio
 import pytest
-from robot_sheets import DATA_SHEETS, Matrix, chain, inertials, pose, random_configurations
+from robot_sheets import DATA_SHEETS, chain, inertials, pose, random_configurations
 
 # d1, a2, a3, d4, d5, d6 [m] of Universal Robots' table
 UR_LENGTHS = {
@@ -46,13 +46,13 @@ UR_BODIES = {
 }
 
 
-def translation(axis: int, length: float) -> Matrix:
+def translation(axis, length):
     T = np.eye(4)
     T[axis, 3] = length
     return T
 
 
-def rotation(axis: int, angle: float) -> Matrix:
+def rotation(axis, angle):
     T = np.eye(4)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     T[i, i] = T[j, j] = cos(angle)
@@ -63,23 +63,23 @@ def rotation(axis: int, angle: float) -> Matrix:
 X, Y, Z = range(3)
 
 
-def standard_dh(theta: float, d: float, a: float, alpha: float) -> Matrix:
+def standard_dh(theta, d, a, alpha):
     return rotation(Z, theta) @ translation(Z, d) @ translation(X, a) @ rotation(X, alpha)
 
 
-def craig_dh(theta: float, d: float, a: float, alpha: float) -> Matrix:
+def craig_dh(theta, d, a, alpha):
     """Modified Denavit-Hartenberg step: a and alpha are those of the link before."""
     return rotation(X, alpha) @ translation(X, a) @ rotation(Z, theta) @ translation(Z, d)
 
 
-def product(steps: list[Matrix]) -> Matrix:
+def product(steps):
     T = np.eye(4)
     for step in steps:
         T = T @ step
     return T
 
 
-def franka_flange(q: Matrix) -> Matrix:
+def franka_flange(q):
     """Franka's FCI documentation, "Denavit-Hartenberg parameters", the same for Panda and FR3."""
     d = (0.333, 0, 0.316, 0, 0.384, 0, 0)
     a = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -88,7 +88,7 @@ def franka_flange(q: Matrix) -> Matrix:
     return product([*steps, translation(Z, 0.107)])
 
 
-def ur_frames(name: str, q: Matrix) -> list[Matrix]:
+def ur_frames(name, q):
     """Universal Robots' table, in the controller's frame, which is base_link turned by pi."""
     d1, a2, a3, d4, d5, d6 = UR_LENGTHS[name]
     d, a = (d1, 0, 0, d4, d5, d6), (0, a2, a3, 0, 0, 0)
@@ -97,7 +97,7 @@ def ur_frames(name: str, q: Matrix) -> list[Matrix]:
     return [product([rotation(Z, pi), *steps[:count]]) for count in range(1, 7)]
 
 
-def gen3_lite_flange(q: Matrix) -> Matrix:
+def gen3_lite_flange(q):
     """Kinova's user guide, "Classical DH parameters", ending at the interface module."""
     theta = q + np.array([0, pi / 2, pi / 2, pi / 2, pi, pi / 2])
     d = (0.12825 + 0.115, 0.03, 0.02, 0.14 + 0.105, 0.0285 + 0.0285, 0.105)
@@ -106,7 +106,7 @@ def gen3_lite_flange(q: Matrix) -> Matrix:
     return product([standard_dh(*row) for row in zip(theta, d, a, alpha, strict=True)])
 
 
-def iiwa_flange(q: Matrix) -> Matrix:
+def iiwa_flange(q):
     """The data sheet's drawing: seven axes through one line when upright, 360, 420, 400, 126 mm."""
     steps = [
         *(rotation(Z, q[0]), translation(Z, 0.36), rotation(Y, q[1])),
@@ -118,19 +118,19 @@ def iiwa_flange(q: Matrix) -> Matrix:
 
 
 @pytest.mark.parametrize("name", ["panda", "fr3"])
-def test_franka_follows_its_published_dh_table(name: str) -> None:
+def test_franka_follows_its_published_dh_table(name):
     for q in random_configurations(name):
         np.testing.assert_allclose(pose(name, f"{name}_link8", q), franka_flange(q), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", sorted(UR_LENGTHS))
-def test_ur_follows_its_published_dh_table(name: str) -> None:
+def test_ur_follows_its_published_dh_table(name):
     for q in random_configurations(name):
         np.testing.assert_allclose(pose(name, "tool0", q), ur_frames(name, q)[-1], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", sorted(UR_BODIES))
-def test_ur_carries_its_published_masses_where_they_are(name: str) -> None:
+def test_ur_carries_its_published_masses_where_they_are(name):
     q = random_configurations(name, 1)[0]
     moving = [joint.child for joint in chain(name) if joint.type != "fixed"]
     masses, centres = UR_BODIES[name]
@@ -141,13 +141,13 @@ def test_ur_carries_its_published_masses_where_they_are(name: str) -> None:
         np.testing.assert_allclose(ours, T @ (*centre, 1), atol=1e-9, err_msg=link)
 
 
-def test_gen3_lite_follows_its_published_dh_table() -> None:
+def test_gen3_lite_follows_its_published_dh_table():
     for q in random_configurations("gen3_lite"):
         T = pose("gen3_lite", "end_effector_link", q)
         np.testing.assert_allclose(T, gen3_lite_flange(q), atol=1e-12)
 
 
-def test_iiwa14_follows_the_data_sheets_drawing() -> None:
+def test_iiwa14_follows_the_data_sheets_drawing():
     """But for the 0.436 mm by which the ROS-Industrial model sets axes 2 and 3 off axis 1."""
     for q in random_configurations("iiwa14"):
         T = pose("iiwa14", "tool0", q)
@@ -178,9 +178,7 @@ LANDMARKS = [
 
 
 @pytest.mark.parametrize(("name", "link", "q", "expected"), LANDMARKS)
-def test_stands_where_its_drawing_says(
-    name: str, link: str, q: tuple[float, ...], expected: tuple[float, ...]
-) -> None:
+def test_stands_where_its_drawing_says(name, link, q, expected):
     np.testing.assert_allclose(pose(name, link, q)[:3, 3], expected, atol=1e-4)
 
 
@@ -208,14 +206,14 @@ piper   0.056135 0 0.213178  0.024536 0.019567 0.067585  0.359512 0.865452 0.246
 """
 
 
-def makers_poses() -> list[tuple[str, np.ndarray]]:
+def makers_poses():
     """Return name, and ten numbers, of each line of the table."""
     lines = [line.split() for line in MAKERS_POSES.strip().splitlines()]
     return [(name, np.array(numbers, dtype=float)) for name, *numbers in lines]
 
 
 @pytest.mark.parametrize(("name", "numbers"), makers_poses())
-def test_stands_where_the_makers_model_stands(name: str, numbers: np.ndarray) -> None:
+def test_stands_where_the_makers_model_stands(name, numbers):
     sheet = DATA_SHEETS[name]
     at_zero, at_steps, quaternion = np.split(numbers, (3, 6))
     count = len(sheet.joints)

@@ -5,7 +5,6 @@ from math import pi
 
 import numpy as np
 import pytest
-import yourdfpy
 from robot_sheets import (
     DATA_SHEETS,
     FOLDER,
@@ -22,12 +21,12 @@ every_robot = pytest.mark.parametrize("name", NAMES)
 weighed = pytest.mark.parametrize("name", [n for n in NAMES if DATA_SHEETS[n].mass])
 
 
-def test_every_robot_of_the_folder_is_tested_here() -> None:
+def test_every_robot_of_the_folder_is_tested_here():
     assert sorted(path.stem for path in FOLDER.glob("*.urdf")) == NAMES
 
 
 @every_robot
-def test_is_one_chain_from_base_link_to_the_ball(name: str) -> None:
+def test_is_one_chain_from_base_link_to_the_ball(name):
     robot = load(name).robot
     children = {joint.child for joint in robot.joints}
     assert robot.name == name
@@ -39,7 +38,7 @@ def test_is_one_chain_from_base_link_to_the_ball(name: str) -> None:
 
 
 @every_robot
-def test_joints_are_the_makers_in_order_with_finite_limits(name: str) -> None:
+def test_joints_are_the_makers_in_order_with_finite_limits(name):
     actuated = [joint for joint in chain(name) if joint.type != "fixed"]
     assert tuple(joint.name for joint in actuated) == DATA_SHEETS[name].joints
     for joint in actuated:
@@ -51,7 +50,7 @@ def test_joints_are_the_makers_in_order_with_finite_limits(name: str) -> None:
 
 
 @every_robot
-def test_has_no_mesh_and_names_its_sources(name: str) -> None:
+def test_has_no_mesh_and_names_its_sources(name):
     text = path_of(name).read_text(encoding="utf-8")
     comments = re.findall(r"<!--(.*?)-->", text, flags=re.DOTALL)
     assert "Source of" in comments[0]
@@ -60,7 +59,7 @@ def test_has_no_mesh_and_names_its_sources(name: str) -> None:
 
 
 @every_robot
-def test_every_moving_link_has_a_mass_near_its_frame(name: str) -> None:
+def test_every_moving_link_has_a_mass_near_its_frame(name):
     moving = {joint.child for joint in chain(name) if joint.type != "fixed"}
     assert moving <= inertials(name).keys()
     for link, inertial in inertials(name).items():
@@ -69,7 +68,7 @@ def test_every_moving_link_has_a_mass_near_its_frame(name: str) -> None:
 
 
 @every_robot
-def test_inertia_tensors_can_belong_to_a_body(name: str) -> None:
+def test_inertia_tensors_can_belong_to_a_body(name):
     """Positive principal moments, none larger than the sum of the other two."""
     for link, inertial in inertials(name).items():
         moments = np.linalg.eigvalsh(inertial.inertia)
@@ -78,14 +77,14 @@ def test_inertia_tensors_can_belong_to_a_body(name: str) -> None:
 
 
 @weighed
-def test_mass_is_the_data_sheets(name: str) -> None:
+def test_mass_is_the_data_sheets(name):
     total = sum(inertial.mass for inertial in inertials(name).values())
     sheet = DATA_SHEETS[name]
     assert total - sheet.end_effector_mass == pytest.approx(sheet.mass, rel=0.15)
 
 
 @every_robot
-def test_ball_is_a_hands_breadth_beyond_the_flange(name: str) -> None:
+def test_ball_is_a_hands_breadth_beyond_the_flange(name):
     q = random_configurations(name, 1)[0]
     T_base_flange = pose(name, DATA_SHEETS[name].flange, q)
     p_flange_ball = (np.linalg.inv(T_base_flange) @ pose(name, "ball_link", q))[:3, 3]
@@ -94,10 +93,10 @@ def test_ball_is_a_hands_breadth_beyond_the_flange(name: str) -> None:
     assert 0.03 <= sheet.sign * round(p_flange_ball[sheet.out], 12) < 0.19
 
 
-def test_fr3_is_not_a_panda_in_its_limits() -> None:
+def test_fr3_is_not_a_panda_in_its_limits():
     """FR3's elbow does not stretch as far as the Panda's, and its wrist is twice as fast."""
 
-    def limit(name: str, i: int) -> yourdfpy.Limit:
+    def limit(name, i):
         return next(j for j in chain(name) if j.name == f"{name}_joint{i}").limit
 
     assert limit("fr3", 4).upper == -0.1518 and limit("panda", 4).upper == -0.0698

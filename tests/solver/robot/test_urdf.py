@@ -1,7 +1,5 @@
 """Reading chains of any shape, and editing text without touching the rest."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import yourdfpy
@@ -44,20 +42,20 @@ ODD_ARM = """<?xml version="1.0"?>
 
 
 @pytest.fixture
-def odd(tmp_path: Path) -> Path:
+def odd(tmp_path):
     file = tmp_path / "odd.urdf"
     file.write_text(ODD_ARM)
     return file
 
 
-def yourdfpy_ball(file: Path, base: str, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
+def yourdfpy_ball(file, base, names, q):
     model = yourdfpy.URDF.load(str(file), load_meshes=False)
     cfg = dict(zip(names, q, strict=True))
     model.update_cfg({name: cfg.get(name, 0.0) for name in model.actuated_joint_names})
     return model.get_transform("ball_link", base)[:3, 3]
 
 
-def test_the_chain_is_found_by_names(odd: Path) -> None:
+def test_the_chain_is_found_by_names(odd):
     robot = load_robot(str(odd))
     assert [j.name for j in robot.joints] == [
         "mount", "turn", "slide", "endless", "still", "ball_joint",
@@ -67,7 +65,7 @@ def test_the_chain_is_found_by_names(odd: Path) -> None:
     assert load_robot(str(odd), base="b").joint_names == ("slide", "endless")
 
 
-def test_the_axis_of_a_fixed_joint_means_nothing(odd: Path) -> None:
+def test_the_axis_of_a_fixed_joint_means_nothing(odd):
     nominal = load_robot(str(odd))
     odd.write_text(
         ODD_ARM.replace(
@@ -82,7 +80,7 @@ def test_the_axis_of_a_fixed_joint_means_nothing(odd: Path) -> None:
 
 
 @pytest.mark.parametrize("base", ["world", "b"])
-def test_forward_kinematics_agree_with_yourdfpy(odd: Path, base: str) -> None:
+def test_forward_kinematics_agree_with_yourdfpy(odd, base):
     # yourdfpy wants unit axes, so the comparison file is given them.
     robot = load_robot(str(odd), base=base)
     text = ODD_ARM
@@ -99,7 +97,7 @@ def test_forward_kinematics_agree_with_yourdfpy(odd: Path, base: str) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_robots())
-def test_shipped_robots_agree_with_yourdfpy(name: str) -> None:
+def test_shipped_robots_agree_with_yourdfpy(name):
     robot = load_robot(name)
     model = BallModel(robot, [])
     for q in np.random.default_rng(1).uniform(-2, 2, (5, len(robot.actuated))):
@@ -107,7 +105,7 @@ def test_shipped_robots_agree_with_yourdfpy(name: str) -> None:
         assert model.points(np.empty(0), q[None])[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_masses_beside_the_chain_are_carried_along(odd: Path) -> None:
+def test_masses_beside_the_chain_are_carried_along(odd):
     odd.write_text(
         ODD_ARM.replace(
             '<link name="finger"/>',
@@ -124,7 +122,7 @@ def test_masses_beside_the_chain_are_carried_along(odd: Path) -> None:
     assert body.centre == pytest.approx(expected[:3], abs=1e-12)
 
 
-def test_edits_touch_nothing_else(odd: Path) -> None:
+def test_edits_touch_nothing_else(odd):
     text = scan(odd.read_bytes(), "odd")
     new = set_origins(
         text,
@@ -145,7 +143,7 @@ def test_edits_touch_nothing_else(odd: Path) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_robots())
-def test_written_origins_read_back_exactly(name: str) -> None:
+def test_written_origins_read_back_exactly(name):
     robot = load_robot(name)
     generator = np.random.default_rng(3)
     origins = {
@@ -157,7 +155,7 @@ def test_written_origins_read_back_exactly(name: str) -> None:
     )
 
 
-def test_relative_meshes_are_found_from_the_new_place(tmp_path: Path) -> None:
+def test_relative_meshes_are_found_from_the_new_place(tmp_path):
     (tmp_path / "model/meshes").mkdir(parents=True)
     mesh = tmp_path / "model/meshes/arm link.stl"
     mesh.write_text("solid")
@@ -173,7 +171,7 @@ def test_relative_meshes_are_found_from_the_new_place(tmp_path: Path) -> None:
     assert (tmp_path / "out/deep" / name).resolve() == mesh
 
 
-def test_a_ball_is_put_on_a_flange(odd: Path) -> None:
+def test_a_ball_is_put_on_a_flange(odd):
     odd.write_text(ODD_ARM.replace("ball_link", "hand"))
     with pytest.raises(ModelError, match="--flange LINK --ball X Y Z"):
         load_robot(str(odd))
@@ -199,10 +197,9 @@ ISLAND = ODD_ARM.replace(
   <link name="y"/><joint name="xy" type="fixed"><parent link="x"/><child link="y"/></joint>
   <joint name="yx" type="fixed"><parent link="y"/><child link="x"/></joint></robot>""",
 )
-TAIL = '<child link="ball_link"/>'
 
 
-def weigh(inertial: str) -> str:
+def weigh(inertial):
     return ODD_ARM.replace('<link name="finger"/>', f'<link name="finger">{inertial}</link>')
 
 
@@ -244,14 +241,14 @@ def weigh(inertial: str) -> str:
         (ODD_ARM.replace("<link", "<xacro:macro/><link", 1), "xacro"),
     ],
 )  # fmt: skip
-def test_bad_models_get_one_line(odd: Path, text: str, told: str) -> None:
+def test_bad_models_get_one_line(odd, text, told):
     odd.write_text(text)
     with pytest.raises(ModelError, match=told) as caught:
         load_robot(str(odd))
     assert "odd.urdf" in str(caught.value)
 
 
-def test_unknown_robots_and_links_are_told(odd: Path) -> None:
+def test_unknown_robots_and_links_are_told(odd):
     with pytest.raises(ModelError, match=r"No such file.*panda"):
         load_robot("pandas")
     with pytest.raises(ModelError, match="no link is called 'nowhere'"):

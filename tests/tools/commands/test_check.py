@@ -1,7 +1,6 @@
 """``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
 
 import json
-from pathlib import Path
 from shutil import copytree
 
 import numpy as np
@@ -10,18 +9,18 @@ import pytest
 from mukca.tools.cli import main
 
 
-def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
+def run(capsys, *words):
     status = main([*words])
     told = capsys.readouterr()
     return status, told.out + told.err
 
 
 @pytest.fixture
-def copy(session: Path, tmp_path: Path) -> Path:
+def copy(session, tmp_path):
     return copytree(session, tmp_path / "session")
 
 
-def thinned(folder: Path, *counts: int) -> None:
+def thinned(folder, *counts):
     for socket, count in enumerate(counts):
         file = folder / f"hole_{socket}.csv"
         lines = file.read_text().splitlines()[:count]
@@ -29,9 +28,7 @@ def thinned(folder: Path, *counts: int) -> None:
 
 
 @pytest.mark.slow
-def test_good_recordings_are_told_by_what_they_would_bring(
-    session: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_good_recordings_are_told_by_what_they_would_bring(session, capsys):
     status, told = run(capsys, "check", str(session), "--robot", "panda")
     assert status == 0 and "Nothing wrong was seen" in told
     assert "In all 72 samples in 3 placements: calibrated on them, distances" in told
@@ -39,9 +36,7 @@ def test_good_recordings_are_told_by_what_they_would_bring(
 
 
 @pytest.mark.slow
-def test_a_wrong_distance_is_told_before_the_fit(
-    session: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_distance_is_told_before_the_fit(session, capsys):
     words = ["check", str(session), "--robot", "panda", "--distance", "0.12"]
     status, told = run(capsys, *words)
     assert status == 1 and "more likely the sockets are 50.0 mm apart than 120.0" in told
@@ -53,9 +48,7 @@ def test_a_wrong_distance_is_told_before_the_fit(
 
 
 @pytest.mark.slow
-def test_what_was_measured_and_how_well_is_heeded(
-    session: Path, copy: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_was_measured_and_how_well_is_heeded(session, copy, capsys):
     """Front's and left's sockets 0 are 427.2 mm apart in truth."""
     robot = ("--robot", "panda")
     rough = ["check", str(session), *robot, "--distance", "0.0504"]
@@ -85,9 +78,7 @@ def test_what_was_measured_and_how_well_is_heeded(
         ((12, 0), 1, "only socket 0 has samples, so solve refuses it"),
     ],
 )
-def test_too_little_is_told(
-    copy: Path, capsys: pytest.CaptureFixture[str], counts: tuple[int, int], status: int, words: str
-) -> None:
+def test_too_little_is_told(copy, capsys, counts, status, words):
     thinned(copy / "front", *counts)
     got, told = run(capsys, "check", str(copy / "front"), "--robot", "panda")
     assert got == status, told
@@ -97,9 +88,7 @@ def test_too_little_is_told(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "paper"])
-def test_crossval_names_a_bad_placement_and_goes_on(
-    copy: Path, capsys: pytest.CaptureFixture[str], method: str
-) -> None:
+def test_crossval_names_a_bad_placement_and_goes_on(copy, capsys, method):
     generator = np.random.default_rng(0)
     for file in (copy / "left").glob("hole_*.csv"):
         q = np.loadtxt(file, delimiter=",")
@@ -112,7 +101,7 @@ def test_crossval_names_a_bad_placement_and_goes_on(
 
 
 @pytest.mark.slow
-def test_crossval_ends_with_advice(session: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_crossval_ends_with_advice(session, capsys):
     words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
     status, told = run(capsys, *words)
     assert status == 0

@@ -1,7 +1,5 @@
 """`mukca command` and `mukca poses`: files of poses and of joint positions."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from mukca.solver.robot import workspace
 
 
 @pytest.fixture(scope="module")
-def folder(session, panda, tmp_path_factory) -> Path:
+def folder(session, panda, tmp_path_factory):
     """A calibration, and joint positions on a short way."""
     folder = tmp_path_factory.mktemp("command")
     mukca.calibrate(panda, mukca.read_placements(session)[0], method="paper").save(folder / "it")
@@ -21,11 +19,11 @@ def folder(session, panda, tmp_path_factory) -> Path:
     return folder
 
 
-def numbers(file: Path) -> np.ndarray:
+def numbers(file):
     return np.loadtxt(file, delimiter=",", skiprows=1)
 
 
-def test_a_round_trip_brings_the_poses_back(folder, command, tmp_path) -> None:
+def test_a_round_trip_brings_the_poses_back(folder, command, tmp_path):
     setup = ("--tool", "0.01,0,0.12,0.1,0.2,1.57", "--payload", "1.2")
     there, back, again = (tmp_path / name for name in ("poses.csv", "back.csv", "again.csv"))
     assert command("poses", folder / "it", folder / "joints.csv", "--out", there, *setup)[0] == 0
@@ -37,7 +35,7 @@ def test_a_round_trip_brings_the_poses_back(folder, command, tmp_path) -> None:
     assert np.abs(numbers(again) - numbers(there)).max() < 1e-9
 
 
-def test_it_is_what_python_says(folder, command) -> None:
+def test_it_is_what_python_says(folder, command):
     calibration, q = mukca.load_calibration(folder / "it"), numbers(folder / "joints.csv")
     _, out, _ = command("poses", folder / "it", folder / "joints.csv", "--tool", "ball_link")
     rows = np.array([list(map(float, line.split(","))) for line in out.splitlines()[1:]])
@@ -53,7 +51,7 @@ def test_it_is_what_python_says(folder, command) -> None:
         (["x,y,z,qx,qy,qz,qw", "0.4,0,0.4,0,0,0,1", "0.4,0,0.4,0,0,0,0"], "poses.csv:3: a quat"),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines, said) -> None:
+def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines, said):
     (tmp_path / "poses.csv").write_text("\n".join(lines))
     words = (folder / "it", tmp_path / "poses.csv", "--out", tmp_path / "out.csv")
     status, _, err = command("command", *words)
@@ -65,7 +63,7 @@ def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines
     ("first", "status", "said"),
     [(3.5, 0, "3: 'panda_joint1' is 3.5, outside"), (90, 2, "3: 'panda_joint1' is 90; angles are")],
 )
-def test_joints_are_told_with_their_line(folder, command, tmp_path, first, status, said) -> None:
+def test_joints_are_told_with_their_line(folder, command, tmp_path, first, status, said):
     header, *lines = (folder / "joints.csv").read_text().splitlines()
     bad = ",".join([str(first), *lines[0].split(",")[1:]])
     (tmp_path / "q.csv").write_text("\n".join([header, lines[0], bad]))
@@ -73,7 +71,7 @@ def test_joints_are_told_with_their_line(folder, command, tmp_path, first, statu
     assert found == status and f"q.csv:{said}" in err and len(err.splitlines()) == 1
 
 
-def test_quaternions_are_those_of_the_rotations(panda, folder) -> None:
+def test_quaternions_are_those_of_the_rotations(panda, folder):
     from mukca.solver.calibration import pose_of_numbers, quaternion_of
 
     T = mukca.load_calibration(folder / "it").flange(workspace(panda, 50))

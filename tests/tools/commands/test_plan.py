@@ -1,7 +1,6 @@
 """Plans before the first print: more placements and longer bases promise more, in every form."""
 
 import json
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -14,9 +13,7 @@ WORDS = ["plan", "--robot", "ur3e", "--placements", "2", "--samples", "4"]
 
 
 @pytest.mark.slow
-def test_a_plan_is_a_table_a_picture_and_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_plan_is_a_table_a_picture_and_json(tmp_path, capsys):
     file = tmp_path / "plan.svg"
     words = [*WORDS, "--distance", "0.05", "0.2", "--out", str(file), "--json", "--processes", "1"]
     assert main(words) == 0
@@ -36,7 +33,7 @@ def test_a_plan_is_a_table_a_picture_and_json(
 
 
 @pytest.mark.slow
-def test_what_short_cables_cost_stands_beside(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_short_cables_cost_stands_beside(capsys):
     words = ["--turn", "60", "--distance", "0.1", "--placements", "1", "--json", "--processes", "1"]
     assert main([*WORDS, *words]) == 0
     said = capsys.readouterr()
@@ -45,7 +42,7 @@ def test_what_short_cables_cost_stands_beside(capsys: pytest.CaptureFixture[str]
     assert bound["predicted"][0] > 1.05 * free["predicted"][0]
 
 
-def test_the_way_to_another_place_is_told_as_seen_from_the_robot() -> None:
+def test_the_way_to_another_place_is_told_as_seen_from_the_robot():
     assert in_words((0.5, 0.0, 0.1), (0.4, 0.3, 0.2)) == (
         "0.32 m to the left around the robot, 10 cm higher"
     )
@@ -60,9 +57,7 @@ def test_the_way_to_another_place_is_told_as_seen_from_the_robot() -> None:
         (["--distance", "0.05", "nan"], "--distance nan: expected"),
     ],
 )
-def test_bad_numbers_are_one_line(
-    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_numbers_are_one_line(words, told, capsys):
     assert main([*WORDS, *words]) == 2
     errors = capsys.readouterr().err
     assert told in errors and errors.count("\n") == 1

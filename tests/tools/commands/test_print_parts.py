@@ -3,7 +3,6 @@
 import contextlib
 import io
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import mesh_checks
@@ -15,13 +14,11 @@ from mukca.tools.cli import main
 pytestmark = pytest.mark.slow
 
 
-def run(*words: object) -> int:
+def run(*words):
     return main(["print-parts", *map(str, words)])
 
 
-def test_one_command_writes_the_base_and_the_ball(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_command_writes_the_base_and_the_ball(tmp_path, capsys):
     assert run("--out", tmp_path / "parts", "--mount", "franka-hand") == 0
     shown = capsys.readouterr().out
     assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == [
@@ -36,10 +33,10 @@ def test_one_command_writes_the_base_and_the_ball(
 
 
 @pytest.fixture(scope="module")
-def everything(shared: Callable[..., Path]) -> tuple[Path, str]:
+def everything(shared):
     """A folder with all parts, and what was said about them."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         with contextlib.redirect_stdout(io.StringIO()) as shown:
             assert run("--out", folder / "files", "--format", "stl") == 0
         (folder / "shown").write_text(shown.getvalue())
@@ -48,7 +45,7 @@ def everything(shared: Callable[..., Path]) -> tuple[Path, str]:
     return folder / "files", (folder / "shown").read_text()
 
 
-def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -> None:
+def test_without_a_mount_all_of_them_are_written(everything):
     assert sorted(file.stem for file in everything[0].iterdir()) == [
         "ball-franka-flange", "ball-franka-hand", "ball-gen3-lite", "ball-iiwa14",
         "ball-interbotix", "ball-iso-50-4-m6", "ball-iso-80-6-m8", "ball-robotiq-2f-85",
@@ -56,7 +53,7 @@ def test_without_a_mount_all_of_them_are_written(everything: tuple[Path, str]) -
     ]  # fmt: skip
 
 
-def test_json_is_one_object_in_metres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_is_one_object_in_metres(tmp_path, capsys):
     words = ("--distance", 0.12, "--mount", "iso-50-4-m6", "--format", "stl", "--json")
     assert run("--out", tmp_path, *words) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -74,7 +71,7 @@ def test_json_is_one_object_in_metres(tmp_path: Path, capsys: pytest.CaptureFixt
     assert all(Path(file).exists() for file in printed["outputs"])
 
 
-def test_a_mount_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mount_of_ones_own(tmp_path, capsys):
     circle = ("--bolt-circle-mm", 31.5, "--bolts", 3, "--screw", "M5")
     grip = ("--grip-mm", 12, 20, 25)
     assert run("--out", tmp_path, *circle, *grip, "--format", "stl", "--json") == 0
@@ -84,9 +81,7 @@ def test_a_mount_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert block["ball"][2] == pytest.approx(0.025)
 
 
-def test_nothing_is_overwritten_without_force(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_is_overwritten_without_force(tmp_path, capsys):
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0
     file = tmp_path / "socket-base-2x100mm.stl"
@@ -126,9 +121,7 @@ def test_nothing_is_overwritten_without_force(
         ("--grip-mm 30 20 25", "needs a DEPTH, the second number, of 30 mm or more"),
     ],
 )
-def test_impossible_wishes_get_one_line_and_no_file(
-    words: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_impossible_wishes_get_one_line_and_no_file(words, says, tmp_path, capsys):
     assert run("--out", tmp_path / "parts", *words.split()) == 2
     error = capsys.readouterr().err
     assert error.startswith("mukca print-parts: ")
@@ -137,22 +130,20 @@ def test_impossible_wishes_get_one_line_and_no_file(
     assert not (tmp_path / "parts").exists()
 
 
-def test_other_parts_may_lie_in_the_folder(tmp_path: Path) -> None:
+def test_other_parts_may_lie_in_the_folder(tmp_path):
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0
     assert run(*words, "--distance", 0.05) == 0
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_an_out_that_is_a_file_gets_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_out_that_is_a_file_gets_one_line(tmp_path, capsys):
     (tmp_path / "parts").write_text("mine")
     assert run("--out", tmp_path / "parts", "--mount", "none") == 2
     assert "is no folder" in capsys.readouterr().err
 
 
-def test_the_places_put_the_ball_onto_the_shipped_models(everything: tuple[Path, str]) -> None:
+def test_the_places_put_the_ball_onto_the_shipped_models(everything):
     """The words that are shown are accepted, and the ball comes out where they say."""
     lines = [line for line in everything[1].splitlines() if "place: --robot " in line]
     names = set()

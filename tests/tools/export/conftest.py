@@ -2,10 +2,8 @@
 
 import io
 import json
-from collections.abc import Callable
 from contextlib import redirect_stdout
 from functools import lru_cache, partial
-from pathlib import Path
 
 import pytest
 from imagined import imagine
@@ -14,7 +12,7 @@ import mukca
 from mukca.tools.cli import main
 
 
-def shipped() -> list[str]:
+def shipped():
     with redirect_stdout(io.StringIO()) as out:
         main(["robots", "--json"])
     return [robot["name"] for robot in json.loads(out.getvalue())["robots"]]
@@ -24,10 +22,10 @@ ROBOTS = shipped()
 
 
 @pytest.fixture(scope="session")
-def calibrations(session: Path, shared: Callable[..., Path]) -> Path:
+def calibrations(session, shared):
     """A folder with ROBOT.json for every shipped robot; nobody writes there."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         panda = mukca.load_robot("panda")
         fitted = mukca.calibrate(panda, mukca.read_placements(session / "front"), method="paper")
         folder.mkdir()
@@ -42,7 +40,7 @@ def calibrations(session: Path, shared: Callable[..., Path]) -> Path:
 
 
 @pytest.fixture(params=ROBOTS)
-def imagined(request: pytest.FixtureRequest, calibrations: Path) -> tuple[Path, mukca.Calibration]:
+def imagined(request, calibrations):
     """The file of one robot's calibration, and the calibration; robot after robot."""
     file = calibrations / f"{request.param}.json"
     return file, loaded(file)
@@ -52,6 +50,6 @@ loaded = lru_cache(maxsize=None)(mukca.load_calibration)
 
 
 @pytest.fixture
-def export(command: Callable[..., tuple[int, str, str]]) -> Callable[..., tuple[int, str, str]]:
+def export(command):
     """Run `mukca export`: status, output, error."""
     return partial(command, "export")

@@ -19,7 +19,7 @@ STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
 
-def compile_(*words: object) -> None:
+def compile_(*words):
     done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
 
@@ -27,12 +27,12 @@ def compile_(*words: object) -> None:
 class Model:
     """The functions of a C file, on rows of joint positions."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file):
         library = file.with_suffix(".so")
         compile_("cc", "-std=c99", "-O0", *STRICT, "-shared", "-fPIC", file, "-o", library, "-lm")
         self.file, self.name, self.compiled = file, file.stem, ctypes.CDLL(str(library))
 
-    def __call__(self, function: str, q: np.ndarray, size: int) -> np.ndarray:
+    def __call__(self, function, q, size):
         call = getattr(self.compiled, f"{self.name}_{function}")
         out = np.empty((len(q), size))
         q = np.ascontiguousarray(q)
@@ -45,7 +45,7 @@ class Model:
         return out
 
 
-def moved(function, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
+def moved(function, q, step=1e-6):
     """Central differences by each joint, shape (N, size, m)."""
     steps = step * np.eye(q.shape[1])
     return np.stack([(function(q + s) - function(q - s)) / (2 * step) for s in steps], axis=2)
@@ -53,7 +53,7 @@ def moved(function, q: np.ndarray, step: float = 1e-6) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("imagined", ["ur5e", "openarm"], indirect=True)
-def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
+def test_it_is_the_full_model(imagined, export, tmp_path):
     file, calibration = imagined
     out = tmp_path / "arm.c"
     status, said, _ = export(file, "--to", "c", "--out", out)
@@ -74,7 +74,7 @@ def test_it_is_the_full_model(imagined, export, tmp_path) -> None:
     check_flange(model, robot, calibration, q[:200])
 
 
-def check_gravity(torques, robot, q: np.ndarray) -> None:
+def check_gravity(torques, robot, q):
     """Pinocchio has the same, by the nominal model."""
     pinocchio = pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
     arm = pinocchio.buildModelFromXML(robot.text.data.decode())
@@ -84,7 +84,7 @@ def check_gravity(torques, robot, q: np.ndarray) -> None:
     assert np.abs(torques - expected).max() < 1e-9
 
 
-def check_flange(model, robot, calibration, q: np.ndarray) -> None:
+def check_flange(model, robot, calibration, q):
     """The flange carries the ball, and its Jacobian is its derivative."""
     m = len(robot.actuated)
     T = model("flange", q, 16).reshape(-1, 4, 4)
@@ -112,7 +112,7 @@ class Report(ctypes.Structure):
     )
 
 
-def command_pose(model: Model, T: np.ndarray, near: np.ndarray, prefer=None):
+def command_pose(model, T, near, prefer=None):
     """The status, the joint positions and the report of one call."""
     arrays = [
         None if a is None else np.ascontiguousarray(a, dtype=float) for a in (T, near, prefer)
@@ -125,7 +125,7 @@ def command_pose(model: Model, T: np.ndarray, near: np.ndarray, prefer=None):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("imagined", ["ur5e", "openarm"], indirect=True)
-def test_it_commands_poses_as_python_does(imagined, export, tmp_path) -> None:
+def test_it_commands_poses_as_python_does(imagined, export, tmp_path):
     file, calibration = imagined
     assert export(file, "--to", "c", "--out", tmp_path / "arm.c")[0] == 0
     model, robot = Model(tmp_path / "arm.c"), calibration.robot
@@ -150,7 +150,7 @@ def test_it_commands_poses_as_python_does(imagined, export, tmp_path) -> None:
 
 
 @pytest.fixture(scope="module")
-def arm(calibrations: Path, tmp_path_factory: pytest.TempPathFactory) -> Model:
+def arm(calibrations, tmp_path_factory):
     """The C file of a Panda, called arm."""
     out = tmp_path_factory.mktemp("c") / "arm.c"
     mukca.export(mukca.load_calibration(calibrations / "panda.json"), "c", out)
@@ -158,13 +158,13 @@ def arm(calibrations: Path, tmp_path_factory: pytest.TempPathFactory) -> Model:
 
 
 @pytest.mark.slow
-def test_what_is_no_number_is_said(arm) -> None:
+def test_what_is_no_number_is_said(arm):
     q, out = (ctypes.c_double * 7)(*[0.1] * 6, float("nan")), (ctypes.c_double * 7)()
     assert arm.compiled.arm_command(q, out) == -1
 
 
 @pytest.mark.slow
-def test_it_needs_nothing_and_keeps_nothing(arm) -> None:
+def test_it_needs_nothing_and_keeps_nothing(arm):
     text = arm.file.read_text()
     assert re.findall(r"#include .*", text) == ['#include "arm.h"', "#include <math.h>"]
     assert not re.search(r"alloc|casadi|^static double \w+;", text, re.M)
@@ -172,7 +172,7 @@ def test_it_needs_nothing_and_keeps_nothing(arm) -> None:
 
 
 @pytest.mark.slow
-def test_the_examples_run(arm, calibrations, tmp_path) -> None:
+def test_the_examples_run(arm, calibrations, tmp_path):
     folder, loop = arm.file.parent, tmp_path / "loop"
     words = [f"-I{folder}", EXAMPLES / "loop.cpp", folder / "arm.so", f"-Wl,-rpath,{folder}"]
     compile_("c++", "-std=c++11", *STRICT, *words, "-o", loop)
@@ -188,7 +188,7 @@ def test_the_examples_run(arm, calibrations, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_it_holds_a_payload(export, calibrations, tmp_path) -> None:
+def test_it_holds_a_payload(export, calibrations, tmp_path):
     file, out = calibrations / "panda.json", tmp_path / "loaded.c"
     words = ("--payload", "2", "--payload-at", "0", "0", "0.1")
     assert export(file, "--to", "c", "--out", out, *words)[0] == 0
@@ -199,7 +199,7 @@ def test_it_holds_a_payload(export, calibrations, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_another_link_may_be_the_flange(export, calibrations, tmp_path) -> None:
+def test_another_link_may_be_the_flange(export, calibrations, tmp_path):
     words = (calibrations / "panda.json", "--to", "c", "--flange", "panda_link8")
     assert export(*words, "--out", tmp_path / "arm.c")[0] == 0
     assert "pose of panda_link8" in (tmp_path / "arm.h").read_text()
@@ -213,7 +213,7 @@ def test_another_link_may_be_the_flange(export, calibrations, tmp_path) -> None:
         (("--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
     ],
 )
-def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said) -> None:
+def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said):
     option, name, *rest = words
     status, _, err = export(
         calibrations / "panda.json", "--to", "c", option, tmp_path / name, *rest
@@ -222,7 +222,7 @@ def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_option_of_another_format_is_refused(export, calibrations, tmp_path) -> None:
+def test_an_option_of_another_format_is_refused(export, calibrations, tmp_path):
     words = ("--to", "dh", "--flange", "panda_hand", "--out", tmp_path / "a.csv")
     status, _, err = export(calibrations / "panda.json", *words)
     assert status == 2 and "--flange is for --to urdf, c, not for dh" in err

@@ -10,7 +10,7 @@ from imagined import edited
 import mukca
 
 
-def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path) -> None:
+def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path):
     file, out = calibrations / "panda.json", tmp_path / "a" / "panda.json"
     assert export(file, "--to", "dh", "--out", out, "--serial-number", "7 */ -- x")[0] == 0
     document = json.loads(out.read_text())
@@ -19,7 +19,7 @@ def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path) -> 
     assert document["serial_number"] == "7  - x"
 
 
-def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) -> None:
+def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path):
     file = calibrations / "panda.json"
     _, out, err = export(file, "--to", "dh", "--out", tmp_path / "a.csv", "--json")
     (loss,) = json.loads(out)["losses"]
@@ -33,10 +33,10 @@ def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path) 
     assert 0 < loss["mean"] <= np.linalg.norm(full - rigid, axis=1).max()
 
 
-def test_where_the_base_frame_stands_has_no_price(export, calibrations, tmp_path) -> None:
+def test_where_the_base_frame_stands_has_no_price(export, calibrations, tmp_path):
     """The corrections are none, and the two sets of origins differ by a shift of the base."""
 
-    def shift(document) -> None:
+    def shift(document):
         for value in document["parameters"]:
             shifted = 0.01 * (value["name"] == "panda_joint1.x")
             value["exported"] = value["calibrated"] + shifted
@@ -48,20 +48,20 @@ def test_where_the_base_frame_stands_has_no_price(export, calibrations, tmp_path
     assert loss["largest"] < 1e-9
 
 
-def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path) -> None:
+def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path):
     file = calibrations / "fitted.json"
     _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")
     assert json.loads(out)["losses"] == []
 
 
-def test_a_distorted_model_is_warned_of(export, calibrations, tmp_path) -> None:
+def test_a_distorted_model_is_warned_of(export, calibrations, tmp_path):
     file = calibrations / "panda.json"
     bent = edited(file, tmp_path / "bent.json", lambda d: d.update(distorted=["a/front"]))
     status, _, err = export(bent, "--to", "dh", "--out", tmp_path / "a.csv")
     assert status == 0 and "sockets' distance at a/front" in err
 
 
-def test_python_writes_the_same_file(export, calibrations, tmp_path) -> None:
+def test_python_writes_the_same_file(export, calibrations, tmp_path):
     file = calibrations / "ur5e.json"
     export(file, "--to", "mdh", "--out", tmp_path / "a.json")
     calibration = mukca.load_calibration(file)
@@ -73,7 +73,7 @@ def test_python_writes_the_same_file(export, calibrations, tmp_path) -> None:
         mukca.export(calibration, "pdf", tmp_path / "c.json")
 
 
-def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path) -> None:
+def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path):
     words = (calibrations / "panda.json", "--to", "dh", "--out", tmp_path / "a.csv")
     (tmp_path / "a.csv").write_text("mine")
     status, _, err = export(*words)
@@ -91,9 +91,7 @@ def test_nothing_is_overwritten_unless_told_so(export, calibrations, tmp_path) -
         (("panda.json", "--to", "pdf", "--out", "a.csv"), "invalid choice: 'pdf'"),
     ],
 )
-def test_bad_input_gets_one_line_and_writes_nothing(
-    export, calibrations, tmp_path, words, said
-) -> None:
+def test_bad_input_gets_one_line_and_writes_nothing(export, calibrations, tmp_path, words, said):
     (tmp_path / "folder").mkdir()
     file, to, form, out, name = words
     status, shown, err = export(calibrations / file, to, form, out, tmp_path / name)
@@ -103,7 +101,7 @@ def test_bad_input_gets_one_line_and_writes_nothing(
     assert list((tmp_path / "folder").iterdir()) == []
 
 
-def test_help_names_every_format(export) -> None:
+def test_help_names_every_format(export):
     status, out, _ = export("--help")
     assert status == 0
     formats = ("urdf", "xacro", "ur", "franka", "xarm", "lerobot", "mjcf", "c", "dh", "mdh")

@@ -48,7 +48,7 @@ def read(file):
     return list(csv.DictReader(line for line in lines if line[0] != "#")), base, tool
 
 
-def test_forward_kinematics_are_the_urdfs(export, imagined, tmp_path) -> None:
+def test_forward_kinematics_are_the_urdfs(export, imagined, tmp_path):
     file, calibration = imagined
     robot, calibrated = calibration.robot, calibration.calibrated
     q = configurations(robot, 8)
@@ -85,7 +85,7 @@ def nominal(robot, calibrations):
     return json.dumps(imagine(robot, template, off=0.0, size=0.0))
 
 
-def test_the_nominal_ur5e_gets_its_makers_table(export, calibrations, tmp_path) -> None:
+def test_the_nominal_ur5e_gets_its_makers_table(export, calibrations, tmp_path):
     file, out = tmp_path / "nominal.json", tmp_path / "table.json"
     file.write_text(nominal(mukca.load_robot("ur5e"), calibrations))
     assert export(file, "--to", "dh", "--out", out)[0] == 0
@@ -100,7 +100,7 @@ def test_the_nominal_ur5e_gets_its_makers_table(export, calibrations, tmp_path) 
     assert np.abs(np.subtract(rows, makers)).max() < 1e-12
 
 
-def urdf_of(joints) -> str:
+def urdf_of(joints):
     """A chain of links, its last one the ball's."""
     links = [*(f"link{i}" for i in range(len(joints))), "ball_link"]
     text = "".join(f'<link name="{link}"/>' for link in links)
@@ -114,7 +114,7 @@ def urdf_of(joints) -> str:
 
 
 @pytest.mark.parametrize("turn", [0.0, 1e-9, 1e-3, math.pi, math.pi - 1e-3])
-def test_prismatic_slanted_and_parallel_axes(export, calibrations, tmp_path, turn) -> None:
+def test_prismatic_slanted_and_parallel_axes(export, calibrations, tmp_path, turn):
     slanted, level = "0.6 0 -0.8", "0 -1 0"
     urdf = urdf_of(
         [

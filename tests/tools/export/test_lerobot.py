@@ -108,9 +108,7 @@ def test_what_cannot_be_gets_one_line(export, calibration, like, tmp_path, chang
     assert not out.exists()
 
 
-def test_joints_that_were_read_the_other_way_are_refused(
-    export, calibration, like, tmp_path
-) -> None:
+def test_joints_that_were_read_the_other_way_are_refused(export, calibration, like, tmp_path):
     (tmp_path / "placement.json").write_text('{"sessions": [{"driver": "feetech:p?signs=-1,1"}]}')
     files = [str(tmp_path / "hole_0.csv")]
     edited(calibration, calibration, lambda document: document["data"][0].update(files=files))

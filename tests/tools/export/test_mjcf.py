@@ -3,14 +3,13 @@
 import re
 import xml.etree.ElementTree as ET
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from imagined import configurations, rigid
 
 import mukca
-from mukca import Robot, load_robot
+from mukca import load_robot
 
 mujoco = pytest.importorskip("mujoco", reason="the extra simulation is not installed")
 
@@ -28,7 +27,7 @@ HEAD = """<!-- mine -->
     <light pos='0 0 3'/>"""
 
 
-def frames(robot: Robot, seed: int = 0) -> list[np.ndarray]:
+def frames(robot, seed=0):
     """Where each URDF link stands on its body, whose origin is on the axis; the base's first."""
     rng = np.random.default_rng(seed)
     carriers = [rigid(rng.uniform(-0.3, 0.3, 6))]
@@ -38,11 +37,11 @@ def frames(robot: Robot, seed: int = 0) -> list[np.ndarray]:
     return carriers
 
 
-def numbers(values) -> str:
+def numbers(values):
     return " ".join(map(repr, np.asarray(values, dtype=float).tolist()))
 
 
-def pose(T: np.ndarray, euler: bool) -> str:
+def pose(T, euler):
     """A body's attributes, in either of the words that models use."""
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
@@ -53,7 +52,7 @@ def pose(T: np.ndarray, euler: bool) -> str:
     return f"axisangle='{numbers([*axis, angle])}'  pos='{numbers(T[:3, 3])}'"
 
 
-def model_of(robot: Robot, prefix: str = "", welded: bool = True) -> str:
+def model_of(robot, prefix="", welded=True):
     """Return a MuJoCo model of the nominal arm as somebody may have written it."""
     carriers = frames(robot)
     text = [HEAD]
@@ -81,7 +80,7 @@ def model_of(robot: Robot, prefix: str = "", welded: bool = True) -> str:
     return "\n".join([*text, "  </actuator>", "</mujoco>\n"])
 
 
-def balls(file: Path, robot: Robot, last: str, place: np.ndarray, q: np.ndarray) -> np.ndarray:
+def balls(file, robot, last, place, q):
     """Where MuJoCo has the ball, in the frame of the URDF's base."""
     model = mujoco.MjModel.from_xml_path(str(file))
     data = mujoco.MjData(model)
@@ -97,7 +96,7 @@ def balls(file: Path, robot: Robot, last: str, place: np.ndarray, q: np.ndarray)
     return np.array(found)
 
 
-def ball_on_last_body(calibration) -> np.ndarray:
+def ball_on_last_body(calibration):
     """The ball in the frame of the last joint's body, with the calibrated origins behind it."""
     robot, calibrated = calibration.robot, calibration.calibrated
     last = max(i for i, joint in enumerate(robot.joints) if joint.actuated)
@@ -107,7 +106,7 @@ def ball_on_last_body(calibration) -> np.ndarray:
     return place[:3, 3]
 
 
-def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> None:
+def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path):
     prefix = "left/"
     file, calibration = imagined
     robot = calibration.robot
@@ -125,7 +124,7 @@ def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path) -> Non
     assert "the ball's place" in said and "Keyframes" in said
 
 
-def motions(model, names, q: np.ndarray) -> np.ndarray:
+def motions(model, names, q):
     """How the last body screws from each configuration to the next: its angle, and how far.
 
     Both are the same wherever the frames of the base and of the body stand.
@@ -152,7 +151,7 @@ def motions(model, names, q: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("digits", "told"), [(5, False), (3, True)])
 def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
     export, calibrations, tmp_path, digits, told
-) -> None:
+):
     calibration = mukca.load_calibration(calibrations / "ur5e.json")
     robot, mine, out = calibration.robot, tmp_path / "mine.xml", tmp_path / "out.xml"
     number = r"-?\d+\.\d{6,}(e-\d+)?"
@@ -170,7 +169,7 @@ def test_a_model_with_rounded_numbers_moves_as_the_calibrated_arm(
     assert np.abs(off).max() > 1e-4
 
 
-def two_arms(folder: Path) -> Path:
+def two_arms(folder):
     """Two Pandas in a scene, each in a file that it includes where its bodies stand."""
     for side in ("left", "right"):
         model = model_of(load_robot("panda"), f"{side}/", welded=False)
@@ -184,7 +183,7 @@ def two_arms(folder: Path) -> Path:
     return scene
 
 
-def test_one_of_two_arms_in_files_that_a_scene_includes(export, calibrations, tmp_path) -> None:
+def test_one_of_two_arms_in_files_that_a_scene_includes(export, calibrations, tmp_path):
     file, scene, out = calibrations / "panda.json", two_arms(tmp_path), tmp_path / "out.xml"
     words = (file, "--to", "mjcf", "--like", scene, "--out", out)
     status, _, err = export(*words)
@@ -206,14 +205,14 @@ def test_one_of_two_arms_in_files_that_a_scene_includes(export, calibrations, tm
     assert status == 2 and "name the model that includes it" in err
 
 
-def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> None:
+def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path):
     mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
     text = model_of(load_robot("panda"))
     mine.write_text(text)
     export(calibrations / "panda.json", "--to", "mjcf", "--like", mine, "--out", out)
     corrected = out.read_text()
 
-    def without_places(model: str) -> str:
+    def without_places(model):
         bodies = r"(<body  name=\"panda_joint\d_body\")[^>]*?( >)"
         return re.sub(bodies, r"\1\2", model)
 
@@ -225,7 +224,7 @@ def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path) -> No
     assert mine.read_text() == text
 
 
-def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path) -> None:
+def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path):
     """What MuJoCo itself makes of the nominal URDF can be corrected as well."""
     calibration = mukca.load_calibration(calibrations / "iiwa14.json")
     (tmp_path / "nominal.urdf").write_text(calibration.document.model.nominal_urdf)
@@ -252,7 +251,7 @@ def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path) -> None:
 )
 def test_a_model_that_does_not_fit_is_refused(
     export, calibrations, tmp_path, robot, old, new, said
-) -> None:
+):
     mine, out = tmp_path / "mine.xml", tmp_path / "out.xml"
     text = model_of(load_robot(robot))
     assert old in text
@@ -263,7 +262,7 @@ def test_a_model_that_does_not_fit_is_refused(
     assert not out.exists()
 
 
-def test_a_body_in_a_frame_is_refused(export, calibrations, tmp_path) -> None:
+def test_a_body_in_a_frame_is_refused(export, calibrations, tmp_path):
     mine = tmp_path / "mine.xml"
     text = model_of(load_robot("panda"))
     text = text.replace("</body></body>", "</body></frame></body>", 1)
@@ -273,7 +272,7 @@ def test_a_body_in_a_frame_is_refused(export, calibrations, tmp_path) -> None:
     assert status == 2 and "hangs in a <frame>" in err
 
 
-def test_a_model_of_another_size_is_refused(export, calibrations, tmp_path) -> None:
+def test_a_model_of_another_size_is_refused(export, calibrations, tmp_path):
     mine = tmp_path / "mine.xml"
     mine.write_text(model_of(load_robot("ur10e")))
     words = ("--to", "mjcf", "--like", mine, "--out", tmp_path / "out.xml")
@@ -281,7 +280,7 @@ def test_a_model_of_another_size_is_refused(export, calibrations, tmp_path) -> N
     assert status == 2 and "is not that of" in err and " mm and " in err
 
 
-def test_a_joint_that_turns_the_other_way_is_refused(export, calibrations, tmp_path) -> None:
+def test_a_joint_that_turns_the_other_way_is_refused(export, calibrations, tmp_path):
     mine = tmp_path / "mine.xml"
     text = model_of(load_robot("panda"))
     axis = re.search(r"name='panda_joint5' type='hinge' axis='([^']*)'", text)
@@ -293,7 +292,7 @@ def test_a_joint_that_turns_the_other_way_is_refused(export, calibrations, tmp_p
     assert status == 2 and "counts its angles otherwise" in err
 
 
-def test_it_needs_a_model(export, calibrations, tmp_path) -> None:
+def test_it_needs_a_model(export, calibrations, tmp_path):
     words = (calibrations / "panda.json", "--to", "mjcf", "--out", tmp_path / "a.xml")
     for like, said in (((), "--like FILE"), (("--like", tmp_path), "no such file")):
         status, _, err = export(*words, *like)

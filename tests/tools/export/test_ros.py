@@ -5,14 +5,13 @@ the file carries stand as ``${...}`` of the file's keys.
 """
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from imagined import configurations, edited, poses
 
 import mukca
-from mukca import Calibration, load_calibration
+from mukca import load_calibration
 
 xacro = pytest.importorskip("xacro", reason="xacro is not installed")
 yaml = pytest.importorskip("yaml", reason="PyYAML comes with xacro")
@@ -30,7 +29,7 @@ FRANKA = {f"_joint{i}": f"k['joint{i}']['kinematic']" for i in range(1, 9)}
 XARM = {f"joint{i}": f"k['kinematics']['joint{i}']" for i in range(1, 7)}
 
 
-def hooked(urdf: str, hooks: dict[str, str], head: str) -> str:
+def hooked(urdf, hooks, head):
     """Return a URDF as a xacro, with other elements for the origins of some joints."""
     for name, origin in hooks.items():
         begin = re.search(rf'<joint name="{re.escape(name)}"', urdf)
@@ -44,7 +43,7 @@ def hooked(urdf: str, hooks: dict[str, str], head: str) -> str:
     return urdf[: start.end()] + space + head + urdf[start.end() + 1 :]
 
 
-def by_key(key: str) -> str:
+def by_key(key):
     """An origin as ur_description, franka_description and xarm_description write it."""
     xyz, rpy = (
         " ".join(f"${{{key}['{part}']}}" for part in parts)
@@ -53,24 +52,24 @@ def by_key(key: str) -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
 
 
-def expanded(text: str, folder: Path) -> str:
+def expanded(text, folder):
     """What the real xacro makes of it."""
     file = folder / "arm.urdf.xacro"
     file.write_text(text)
     return xacro.process_file(str(file)).toxml()
 
 
-def positions(urdf: str, link: str, q: np.ndarray) -> np.ndarray:
+def positions(urdf, link, q):
     """Where Pinocchio has a link's origin, shape (N, 3)."""
     return poses(urdf, link, q)[:, :3, 3]
 
 
-def names_ending(robot, endings: dict[str, str]) -> dict[str, str]:
+def names_ending(robot, endings):
     names = [joint.name for joint in robot.joints]
     return {next(n for n in names if n.endswith(end)): key for end, key in endings.items()}
 
 
-def check_yaml(file: Path, calibration: Calibration, format_, endings, export, folder) -> None:
+def check_yaml(file, calibration, format_, endings, export, folder):
     """Export, expand, read; the flange is where calibrated.urdf has it."""
     out = folder / "kinematics.yaml"
     status, said, err = export(file, "--to", format_, "--out", out)
@@ -89,18 +88,18 @@ def check_yaml(file: Path, calibration: Calibration, format_, endings, export, f
 
 
 @pytest.mark.parametrize("name", ["panda", "fr3"])
-def test_frankas_kinematics_yaml(export, calibrations, tmp_path, name) -> None:
+def test_frankas_kinematics_yaml(export, calibrations, tmp_path, name):
     file = calibrations / f"{name}.json"
     check_yaml(file, load_calibration(file), "franka", FRANKA, export, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["ur3e", "ur5e", "ur10e"])
-def test_universal_robots_kinematics_yaml(export, calibrations, tmp_path, name) -> None:
+def test_universal_robots_kinematics_yaml(export, calibrations, tmp_path, name):
     file = calibrations / f"{name}.json"
     check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
 
 
-def renamed(file: Path, out: Path, words: dict[str, str]) -> Path:
+def renamed(file, out, words):
     """Write the same calibration of an arm whose links and joints are called otherwise."""
     text = file.read_text()
     for old, new in words.items():
@@ -109,16 +108,16 @@ def renamed(file: Path, out: Path, words: dict[str, str]) -> Path:
     return out
 
 
-def test_xarms_kinematics_yaml(export, calibrations, tmp_path) -> None:
+def test_xarms_kinematics_yaml(export, calibrations, tmp_path):
     words = {f"joint_{i}": f"joint{i}" for i in range(1, 7)} | {"base_link": "link_base"}
     file = renamed(calibrations / "gen3_lite.json", tmp_path / "xarm6.json", words)
     check_yaml(file, load_calibration(file), "xarm", XARM, export, tmp_path)
 
 
-def test_a_fixed_joint_that_moved_goes_into_the_next_one(export, calibrations, tmp_path) -> None:
+def test_a_fixed_joint_that_moved_goes_into_the_next_one(export, calibrations, tmp_path):
     joint = "base_link-base_link_inertia"
 
-    def turn(document) -> None:
+    def turn(document):
         other = next(p for p in document["parameters"] if p["component"] == "roll")
         changed = {"nominal": 0.0, "calibrated": 0.01, "exported": 0.01}
         document["parameters"] = [
@@ -130,7 +129,7 @@ def test_a_fixed_joint_that_moved_goes_into_the_next_one(export, calibrations, t
     check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
 
 
-def test_a_xacro_of_ones_own_includes_the_overlay(export, imagined, tmp_path) -> None:
+def test_a_xacro_of_ones_own_includes_the_overlay(export, imagined, tmp_path):
     file, calibration = imagined
     out = tmp_path / "overlay.xacro"
     assert export(file, "--to", "xacro", "--out", out)[0] == 0
@@ -148,7 +147,7 @@ def test_a_xacro_of_ones_own_includes_the_overlay(export, imagined, tmp_path) ->
     assert np.abs(found - calibration.calibrated.geometric_ball(q)).max() < 1e-9
 
 
-def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path) -> None:
+def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path):
     file, out = calibrations / "panda.json", tmp_path / "with_tools.urdf"
     words = ("--tool", "gripper=0.01,0.02,0.1,0,0,1.5", "--tool", "camera=0,0,0.05,0.1,0.2,0.3")
     assert export(file, "--to", "urdf", *words, "--flange", "panda_link8", "--out", out)[0] == 0
@@ -172,7 +171,7 @@ def test_a_tool_is_added_to_the_urdf(export, calibrations, tmp_path) -> None:
     assert np.abs(ball - calibration.calibrated.geometric_ball(q[0])).max() < 1e-9
 
 
-def like(folder: Path, z: float = 0.1625, hash_: str = "hash: calib_12788084448423163542") -> Path:
+def like(folder, z=0.1625, hash_="hash: calib_12788084448423163542"):
     """A file as ur_calibration writes it for a UR5e."""
     file = folder / "my_robot.yaml"
     file.write_text(f"""# my robot
@@ -191,7 +190,7 @@ kinematics:
     return file
 
 
-def test_the_makers_hash_is_kept_and_never_made_up(export, calibrations, tmp_path) -> None:
+def test_the_makers_hash_is_kept_and_never_made_up(export, calibrations, tmp_path):
     words = (calibrations / "ur5e.json", "--to", "ur", "--out", tmp_path / "a.yaml")
     _, said, _ = export(*words)
     own = yaml.safe_load((tmp_path / "a.yaml").read_text())["kinematics"]["hash"]
@@ -201,8 +200,8 @@ def test_the_makers_hash_is_kept_and_never_made_up(export, calibrations, tmp_pat
     assert status == 0 and kept == "calib_12788084448423163542" and "harmless" not in said
 
 
-def test_every_number_is_a_number_to_yaml_1_1(export, calibrations, tmp_path) -> None:
-    def shrink(document) -> None:
+def test_every_number_is_a_number_to_yaml_1_1(export, calibrations, tmp_path):
+    def shrink(document):
         for value in document["parameters"]:
             value["exported"] = 1e-5
 
@@ -242,7 +241,7 @@ def test_bad_input_gets_one_line(export, calibrations, tmp_path, monkeypatch, ro
         ({"hash_": ""}, "no `hash`"),
     ],
 )
-def test_a_file_of_another_robot_is_refused(export, calibrations, tmp_path, given, said) -> None:
+def test_a_file_of_another_robot_is_refused(export, calibrations, tmp_path, given, said):
     # a UR10e's shoulder stands 18 mm higher than a UR5e's; its elbow 188 mm farther
     file = like(tmp_path, **given)
     if "z" in given:

@@ -16,28 +16,28 @@ SCRIPT = ROS / "mukca_ros" / "true_joint_states.py"
 
 
 class Node:
-    def __init__(self, name: str) -> None:
-        self.published: list[SimpleNamespace] = []
-        self.warned: list[str] = []
+    def __init__(self, name):
+        self.published = []
+        self.warned = []
 
-    def declare_parameter(self, name: str, default: str) -> SimpleNamespace:
+    def declare_parameter(self, name, default):
         assert name == "calibration"
         value = SimpleNamespace(string_value=os.environ["CALIBRATION"])
         return SimpleNamespace(get_parameter_value=lambda: value)
 
-    def get_logger(self) -> SimpleNamespace:
+    def get_logger(self):
         return SimpleNamespace(warning=lambda text, **_: self.warned.append(text))
 
-    def create_publisher(self, kind, topic, depth) -> SimpleNamespace:
+    def create_publisher(self, kind, topic, depth):
         assert topic == "joint_states_true"
         return SimpleNamespace(publish=self.published.append)
 
-    def create_subscription(self, kind, topic, callback, depth) -> None:
+    def create_subscription(self, kind, topic, callback, depth):
         assert topic == "joint_states"
 
 
 @pytest.fixture
-def module(monkeypatch: pytest.MonkeyPatch):
+def module(monkeypatch):
     for name in ("rclpy", "rclpy.node", "sensor_msgs", "sensor_msgs.msg"):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     sys.modules["rclpy.node"].Node = Node  # type: ignore[attr-defined]
@@ -45,9 +45,7 @@ def module(monkeypatch: pytest.MonkeyPatch):
     return runpy.run_path(str(SCRIPT))
 
 
-def test_it_corrects_the_arms_joints_and_leaves_the_others(
-    module, calibrations, monkeypatch
-) -> None:
+def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations, monkeypatch):
     file = calibrations / "panda.json"
     monkeypatch.setenv("CALIBRATION", str(file))
     node = module["TrueJointStates"]()

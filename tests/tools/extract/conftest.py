@@ -1,13 +1,10 @@
 """A simulated session at a Panda as a stream of joint states, and logs that are made of it."""
 
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mukca.drivers import JointState
 from mukca.drivers.arms import Fault, Motion, SimulatedArm
 from mukca.recorder import read_placement
 
@@ -20,11 +17,11 @@ PAUSES = (0, 7, 20)
 class Session:
     """What the arm did: rests at known places, moves between, states missing here and there."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         placement = read_placement(folder)
         rng = np.random.default_rng(4)
-        self.places: list[tuple[float, ...]] = []
-        self.sockets: list[int | None] = []
+        self.places = []
+        self.sockets = []
         """The socket of each rest; None for a pause in the air."""
         for i, sample in enumerate(placement.samples):
             if i in PAUSES:
@@ -40,7 +37,7 @@ class Session:
         arm = SimulatedArm(
             motion, rate=RATE, noise=2e-5, faults=[Fault.parse(text) for text in lost]
         )
-        self.states: list[JointState] = [
+        self.states = [
             arm.state(moment)
             for moment in np.arange(0, motion.duration, 1 / RATE).tolist()
             if not arm.shows("silent", moment)
@@ -48,11 +45,11 @@ class Session:
 
 
 @pytest.fixture(scope="session")
-def moves(session: Path) -> Session:
+def moves(session):
     return Session(session / "front")
 
 
 @pytest.fixture
-def extract(command: Callable[..., tuple[int, str, str]]) -> Callable[..., tuple[int, str, str]]:
+def extract(command):
     """Run `mukca extract`: status, output, error."""
     return partial(command, "extract")

@@ -1,7 +1,6 @@
 """Bags of all kinds, written by rosbags itself from a simulated session."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ TYPE = "sensor_msgs/msg/JointState"
 class Bag:
     """Writes joint states into a bag of any kind."""
 
-    def __init__(self, path: Path, kind: str) -> None:
+    def __init__(self, path, kind):
         self.ros1 = kind == "bag"
         self.types = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
         plugin = {"db3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
@@ -33,12 +32,12 @@ class Bag:
         self.writer.open()
         self.topics = {}
 
-    def topic(self, name: str, type_: str = TYPE):
+    def topic(self, name, type_=TYPE):
         if name not in self.topics:
             self.topics[name] = self.writer.add_connection(name, type_, typestore=self.types)
         return self.topics[name]
 
-    def write(self, topic: str, stamp: float, names, position, effort=(), header=True) -> None:
+    def write(self, topic, stamp, names, position, effort=(), header=True):
         known = self.types.types
         nanoseconds = round((START + stamp) * 1e9) if header else 0
         time = known["builtin_interfaces/msg/Time"](*divmod(nanoseconds, 1_000_000_000))
@@ -52,11 +51,11 @@ class Bag:
         moment = round((START + stamp + 0.003) * 1e9)
         self.writer.write(connection, moment, serialize(message, TYPE))
 
-    def close(self) -> None:
+    def close(self):
         self.writer.close()
 
 
-def busy_bag(path: Path, kind: str, moves) -> None:
+def busy_bag(path, kind, moves):
     """A bag as a lab's: grippers, another arm, names in another order, half messages."""
     bag = Bag(path, kind)
     shuffled = [3, 6, 0, 1, 5, 4, 2]
@@ -76,7 +75,7 @@ def busy_bag(path: Path, kind: str, moves) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
-def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> None:
+def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
     path = tmp_path / ("session.bag" if kind == "bag" else "session")
     busy_bag(path, kind, moves)
     out = tmp_path / "recordings"
@@ -95,7 +94,7 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind) -> No
 
 
 @pytest.mark.slow
-def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path) -> None:
+def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path):
     bag = Bag(tmp_path / "session", "mcap")
     for state in moves.states:
         bag.write("/joint_states", state.stamp, NAMES, state.position)
@@ -119,7 +118,7 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
 
 
 @pytest.mark.slow
-def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
+def test_two_arms_in_one_message(extract, moves, tmp_path):
     bag = Bag(tmp_path / "two", "db3")
     names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
     for state in moves.states:
@@ -135,7 +134,7 @@ def test_two_arms_in_one_message(extract, moves, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path) -> None:
+def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path):
     bag = Bag(tmp_path / "one", "db3")
     for state in moves.states[:1500]:
         bag.write("/joint_states", state.stamp, NAMES, state.position, np.arange(7.0))
@@ -146,7 +145,7 @@ def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path) -> No
     assert efforts is not None and np.allclose(efforts, np.arange(7.0))
 
 
-def write_other(path: Path) -> None:
+def write_other(path):
     bag = Bag(path, "db3")
     types = bag.types
     text = types.types["std_msgs/msg/String"]("hello")
@@ -155,13 +154,13 @@ def write_other(path: Path) -> None:
     bag.close()
 
 
-def write_names(path: Path) -> None:
+def write_names(path):
     bag = Bag(path, "db3")
     bag.write("/joint_states", 0.0, ["shoulder", "elbow"], [0.1, 0.2])
     bag.close()
 
 
-def write_torn(path: Path) -> None:
+def write_torn(path):
     bag = Bag(path, "mcap")
     for i in range(2000):
         bag.write("/joint_states", 0.02 * i, NAMES, [0.1] * 7)
@@ -170,7 +169,7 @@ def write_torn(path: Path) -> None:
     file.write_bytes(file.read_bytes()[:5000])
 
 
-def write_empty(path: Path) -> None:
+def write_empty(path):
     path.mkdir()
     (path / "session.db3").touch()
 
@@ -185,7 +184,7 @@ def write_empty(path: Path) -> None:
         (lambda path: None, "no such file"),
     ],
 )
-def test_a_bag_that_cannot_be_used_gets_one_line(extract, tmp_path, write, said) -> None:
+def test_a_bag_that_cannot_be_used_gets_one_line(extract, tmp_path, write, said):
     path, out = tmp_path / "bag", tmp_path / "out"
     write(path)
     status, shown, err = extract(path, "--robot", "panda", "--out", out)
@@ -196,7 +195,7 @@ def test_a_bag_that_cannot_be_used_gets_one_line(extract, tmp_path, write, said)
 @pytest.mark.slow
 def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     extract, moves, tmp_path
-) -> None:
+):
     busy_bag(tmp_path / "session", "db3", moves)
     before = sorted(tmp_path.rglob("*"))
     words = (tmp_path / "session", "--robot", "panda", "--topic")

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ NUMBERS = (620, 622, 318, 243)
 NAMES = ("a", "b")
 
 
-def printed() -> np.ndarray:
+def printed():
     """Return the board of the documentation as printed, a cell 1.5 mm, shape (120, 180)."""
     cells = np.ones((120, 180))
     for x, y, run in re.findall(r"M(\d+) (\d+)h(\d+)v1", BOARD.read_text()):
@@ -25,7 +24,7 @@ def printed() -> np.ndarray:
     return cells
 
 
-def rendered(cells: np.ndarray, T: np.ndarray) -> np.ndarray:
+def rendered(cells, T):
     """Return what the camera sees of the board at a pose, 640 x 480, nine rays a pixel."""
     fine = (np.arange(3) - 1) / 3
     u, v = (np.arange(n)[:, None] + fine for n in (640, 480))
@@ -39,7 +38,7 @@ def rendered(cells: np.ndarray, T: np.ndarray) -> np.ndarray:
     return 255 * seen.reshape(480, 3, 640, 3).mean(axis=(1, 3))
 
 
-def poses(count: int) -> np.ndarray:
+def poses(count):
     generator = np.random.default_rng(3)
     T = np.tile(np.eye(4), (count, 1, 1))
     for one in T:
@@ -49,8 +48,8 @@ def poses(count: int) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    cv: Any = pytest.importorskip("cv2", reason="the extra camera is not installed")
+def images(tmp_path_factory):
+    cv = pytest.importorskip("cv2", reason="the extra camera is not installed")
     folder, cells = tmp_path_factory.mktemp("images"), printed()
     for i, T in enumerate(poses(10)):
         cv.imwrite(str(folder / f"{i:02}.png"), rendered(cells, T).astype(np.uint8))
@@ -60,7 +59,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("camera", "off"), [(NUMBERS, 5e-4), ((), 5e-3)])
-def test_a_board_is_where_it_was(images: Path, camera: tuple[float, ...], off: float) -> None:
+def test_a_board_is_where_it_was(images, camera, off):
     found = read_images(images, Board(), camera)
     points = np.array([s.point for s in found.samples])
     assert found.joint_names == NAMES and found.samples[3].position == pytest.approx((0.3, -0.3))
@@ -68,7 +67,7 @@ def test_a_board_is_where_it_was(images: Path, camera: tuple[float, ...], off: f
     assert any("--intrinsics" in line for line in found.remarks) == (not camera)
 
 
-def test_another_board_and_missing_rows_are_told(images: Path, tmp_path: Path) -> None:
+def test_another_board_and_missing_rows_are_told(images, tmp_path):
     with pytest.raises(MukcaError, match="0 of 10 images show a board"):
         read_images(images, Board(dictionary="7X7_50"), NUMBERS)
     (tmp_path / "joints.csv").write_text("a\n1\n")
@@ -76,7 +75,7 @@ def test_another_board_and_missing_rows_are_told(images: Path, tmp_path: Path) -
         read_images(tmp_path, Board())
 
 
-def test_the_board_says_its_size() -> None:
+def test_the_board_says_its_size():
     assert "9 x 6, squares 30 mm, markers 21 mm, DICT_5X5_100" in BOARD.read_text()
     cells = printed()
     assert cells[:20, :20].max() == 0 and cells[:3, 20:40].min() == 1

@@ -1,7 +1,5 @@
 """A recording with its stream kept: extract finds in it what was captured."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,9 +8,7 @@ from mukca.tools.cli import main
 
 
 @pytest.mark.slow
-def test_what_was_captured_can_be_looked_at_again(
-    extract, session, tmp_path: Path, virtual_time
-) -> None:
+def test_what_was_captured_can_be_looked_at_again(extract, session, tmp_path, virtual_time):
     keys, out = tmp_path / "keys", tmp_path / "front"
     keys.write_text("a*12 s a*12 q")
     driver = f"mock:{session / 'front'}?rate=100&hold=1&move=0.8"

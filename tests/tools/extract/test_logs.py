@@ -1,7 +1,6 @@
 """CSV logs and lerobot data sets."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import mukca
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 
 
-def check(placement: Path, moves, within: float = 4e-5) -> None:
+def check(placement, moves, within=4e-5):
     """All samples of the session, and nothing else."""
     read = mukca.read_placements(placement)[0]
     expected = [(q, s) for q, s in zip(moves.places, moves.sockets, strict=True) if s is not None]
@@ -19,14 +18,14 @@ def check(placement: Path, moves, within: float = 4e-5) -> None:
     assert np.abs(read.positions - [q for q, _ in expected]).max() < within
 
 
-def finite(moves) -> list[mukca.JointState]:
+def finite(moves):
     return [state for state in moves.states if np.isfinite(state.position).all()]
 
 
 # -- CSV -------------------------------------------------------------------------------------------
 
 
-def foreign(file: Path, moves) -> None:
+def foreign(file, moves):
     """A log as a German spreadsheet has it: BOM, semicolons, decimal commas, a row of units."""
     order = [2, 0, 1, 3, 6, 5, 4]
     lines = [";".join(["gripper", "Timestamp", *(f"left/{NAMES[k]}" for k in order)])]
@@ -39,7 +38,7 @@ def foreign(file: Path, moves) -> None:
 
 
 @pytest.mark.slow
-def test_a_foreign_csv_log(extract, moves, tmp_path) -> None:
+def test_a_foreign_csv_log(extract, moves, tmp_path):
     foreign(tmp_path / "log.csv", moves)
     words = ("--robot", "panda", "--out", tmp_path / "out")
     status, _, err = extract(tmp_path / "log.csv", *words)
@@ -47,7 +46,7 @@ def test_a_foreign_csv_log(extract, moves, tmp_path) -> None:
     check(tmp_path / "out" / "placement_1", moves)
 
 
-def plain(file: Path, moves, head: str = "t", scale: float = 1.0, step: float = 1.0) -> Path:
+def plain(file, moves, head="t", scale=1.0, step=1.0):
     lines = [",".join([head, *NAMES])]
     for state in finite(moves)[:100]:
         numbers = (step * state.stamp, *(scale * value for value in state.position))
@@ -70,7 +69,7 @@ def plain(file: Path, moves, head: str = "t", scale: float = 1.0, step: float = 
         ({}, ("--window", "100"), "--window 100"),
     ],
 )
-def test_a_csv_log_that_cannot_be_used(extract, moves, tmp_path, given, words, said) -> None:
+def test_a_csv_log_that_cannot_be_used(extract, moves, tmp_path, given, words, said):
     file = plain(tmp_path / "log.csv", moves, **given)
     status, _, err = extract(file, "--robot", "panda", *words, "--out", tmp_path / "out")
     assert status == 2 and said in err and len(err.splitlines()) == 1
@@ -80,7 +79,7 @@ def test_a_csv_log_that_cannot_be_used(extract, moves, tmp_path, given, words, s
 # -- lerobot ---------------------------------------------------------------------------------------
 
 
-def data_set(folder: Path, moves, version: str, values: np.ndarray, names: list[str]) -> None:
+def data_set(folder, moves, version, values, names):
     """A data set of two episodes, one for each socket, as lerobot lays it out."""
     import pyarrow
     from pyarrow import parquet
@@ -124,7 +123,7 @@ def data_set(folder: Path, moves, version: str, values: np.ndarray, names: list[
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
-def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
+def test_lerobot_in_degrees(extract, moves, tmp_path, version):
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     angles = np.degrees([state.position for state in finite(moves)])
     values = np.hstack([angles, np.full((len(angles), 1), 50.0)])
@@ -142,7 +141,7 @@ def test_lerobot_in_degrees(extract, moves, tmp_path, version) -> None:
 
 
 @pytest.mark.slow
-def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) -> None:
+def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     # as drivers/arms/servos/joint_maps.py has it, in true ticks
     motors = {
@@ -176,7 +175,7 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path) ->
 
 
 @pytest.mark.slow
-def test_servos_with_coarse_encoders(extract, moves, tmp_path) -> None:
+def test_servos_with_coarse_encoders(extract, moves, tmp_path):
     """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     rng = np.random.default_rng(1)
@@ -191,7 +190,7 @@ def test_servos_with_coarse_encoders(extract, moves, tmp_path) -> None:
     check(tmp_path / "out" / "placement_1", moves, within=2e-3)
 
 
-def test_a_damaged_data_set(extract, moves, tmp_path) -> None:
+def test_a_damaged_data_set(extract, moves, tmp_path):
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     values = np.degrees([state.position for state in finite(moves)])
     data_set(tmp_path / "set", moves, "v2.1", values, list(NAMES))

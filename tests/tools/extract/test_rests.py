@@ -13,7 +13,7 @@ from mukca.tools.recording import joints_of
 
 
 @pytest.fixture(scope="module")
-def log(moves) -> Log:
+def log(moves):
     return Log(
         np.array([state.stamp for state in moves.states]),
         np.array([state.position for state in moves.states]),
@@ -27,12 +27,12 @@ def found(log):
     return find_rests(log, joints_of(load_robot("panda")), window=0.3, still=5e-4)
 
 
-def still(position: float, begin: float, end: float) -> list[tuple[float, float]]:
+def still(position, begin, end):
     rng = np.random.default_rng(int(10 * begin))
     return [(t, position + rng.normal(0, 1e-5)) for t in np.arange(begin, end, 0.02).tolist()]
 
 
-def rests_of(states: list[tuple[float, float]], parts: list[int] | None = None):
+def rests_of(states, parts=None):
     stamps, values = (np.array(column) for column in zip(*states, strict=True))
     numbers = np.array(parts) if parts else np.zeros(len(stamps), dtype=int)
     log = Log(stamps, np.stack([values, np.sin(values)], axis=1), None, numbers)
@@ -40,12 +40,12 @@ def rests_of(states: list[tuple[float, float]], parts: list[int] | None = None):
     return find_rests(log, joints, window=0.3, still=5e-4)
 
 
-def test_a_rest_torn_by_a_drop_out_is_one(moves) -> None:
+def test_a_rest_torn_by_a_drop_out_is_one(moves):
     (one,) = rests_of(still(0.4, 0, 1.0) + still(0.4, 1.4, 2.4))
     assert one.end - one.begin > 2
 
 
-def test_a_short_stop_and_a_slow_move_are_no_rests() -> None:
+def test_a_short_stop_and_a_slow_move_are_no_rests():
     slow = [(t, 0.4 + 0.02 * t) for t in np.arange(0, 3, 0.02).tolist()]
     assert rests_of(slow) == []
     assert rests_of(still(0.4, 0, 0.4)) == []
@@ -53,7 +53,7 @@ def test_a_short_stop_and_a_slow_move_are_no_rests() -> None:
 
 @pytest.mark.parametrize("rate", [10, 15, 20, 25, 30, 33, 50])
 @pytest.mark.parametrize("jitter", [0.0, 1e-4])
-def test_rests_in_slow_streams(rate, jitter) -> None:
+def test_rests_in_slow_streams(rate, jitter):
     """Whether the window's last step ends just within it or just outside is a matter of luck."""
     rng = np.random.default_rng(0)
     stamps = np.sort(np.arange(0, 27, 1 / rate) + jitter * rng.normal(size=27 * rate))
@@ -66,7 +66,7 @@ def test_rests_in_slow_streams(rate, jitter) -> None:
         assert [round(one.rest.position[0] / 0.5, 2) for one in found[:8]] == list(range(8))
 
 
-def test_no_average_goes_across_two_episodes() -> None:
+def test_no_average_goes_across_two_episodes():
     first, second = still(0.4, 0, 0.5), still(0.4, 0.5, 1.0)
     assert len(rests_of(first + second)) == 1
     assert rests_of(first + second, [0] * len(first) + [1] * len(second)) == []
@@ -84,11 +84,11 @@ def test_no_average_goes_across_two_episodes() -> None:
     ],
     ids=", ".join,
 )
-def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits) -> None:
+def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits):
     """Placements are numbered by their first rest, and the socket of that rest is called 0."""
     robot = load_robot("panda")
     truth, places = [], []
-    left: dict[str, list] = {}
+    left = {}
     for name in {visit.split()[0] for visit in visits}:
         for sample in read_placement(session / name).samples:
             left.setdefault(f"{name} {sample.socket}", []).append(sample.position)
@@ -116,7 +116,7 @@ def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, vis
     assert list(placements) == [f"placement_{i + 1}" for i in range(len(bases))]
 
 
-def test_the_rests_as_the_user_says(found) -> None:
+def test_the_rests_as_the_user_says(found):
     robot = load_robot("panda")
     proposals = propose_samples(robot, found, joints_of(robot), 0.05)
     given = assign(proposals, ["a:0=2-5,7", "a:1=16-20"])

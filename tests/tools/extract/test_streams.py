@@ -10,7 +10,7 @@ from mukca.drivers import JointState
 from mukca.recorder import StreamLog, next_log_file, read_stream_log
 
 
-def test_a_kept_stream_reads_back(tmp_path) -> None:
+def test_a_kept_stream_reads_back(tmp_path):
     rng = np.random.default_rng(0)
     states = [
         JointState(
@@ -37,7 +37,7 @@ def test_a_kept_stream_reads_back(tmp_path) -> None:
     assert next_log_file(tmp_path).name == "states_2.stream"
 
 
-def test_a_stream_of_the_older_format_is_read(tmp_path) -> None:
+def test_a_stream_of_the_older_format_is_read(tmp_path):
     """Its head said nothing of its digits: 1e-9 rad, 1e-4 N m."""
     packed = (
         "VgAAAHicY2ZgYHC4cAFIMjEwaDEw/GdgKGJg2M/AcIidnQEMZh069JGBIYGBQZ2BwZsBCra/fs0KZnAy"
@@ -73,7 +73,7 @@ def thousands(file):
 
 
 @pytest.mark.parametrize("room", [4, 3000])
-def test_a_full_disk_tears_no_block(tmp_path, room) -> None:
+def test_a_full_disk_tears_no_block(tmp_path, room):
     file = tmp_path / "a.stream"
     keep(file, 2000)
     whole = file.stat().st_size
@@ -85,7 +85,7 @@ def test_a_full_disk_tears_no_block(tmp_path, room) -> None:
     assert thousands(file) == ([0, 1], ())
 
 
-def test_a_block_that_is_damaged_costs_itself_alone(tmp_path) -> None:
+def test_a_block_that_is_damaged_costs_itself_alone(tmp_path):
     """Wherever it is, and whether bytes changed, are missing, or too many."""
     file = tmp_path / "a.stream"
     keep(file, 5000)
@@ -102,7 +102,7 @@ def test_a_block_that_is_damaged_costs_itself_alone(tmp_path) -> None:
             assert f"between {before} and " in remarks[0] and "left out" in remarks[0]
 
 
-def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
+def test_what_a_crash_tore_off_is_not_read(tmp_path):
     file = tmp_path / "a.stream"
     keep(file, 3000)
     data = file.read_bytes()
@@ -115,7 +115,7 @@ def test_what_a_crash_tore_off_is_not_read(tmp_path) -> None:
         )
 
 
-def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path) -> None:
+def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path):
     rng = np.random.default_rng(0)
     kept = StreamLog(tmp_path / "a.stream", list("abcdefg"))
     position, effort = np.zeros(7), np.zeros(7)

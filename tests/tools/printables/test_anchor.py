@@ -16,7 +16,7 @@ BASE = printed_parts.BASES["anchored"]
 assert isinstance(BASE, AnchoredBase)
 
 
-def plate(y: float, width: float = BASE.width):
+def plate(y, width=BASE.width):
     """The arm's plate with its front edge at y, in the part's frame."""
     corners = [(-width / 2, y - 60), (width / 2, y - 60), (width / 2, y), (-width / 2, y)]
     return Manifold.extrude(CrossSection([np.array(corners)]), 6)

@@ -1,7 +1,6 @@
 """The ball on its neck: where it is, how far it bends, how far it leans."""
 
 import math
-from collections.abc import Callable
 from itertools import product
 
 import mesh_checks
@@ -9,7 +8,6 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
-from numpy.typing import NDArray
 
 from mukca.tools.printables import (
     MOUNTS,
@@ -29,7 +27,7 @@ PRINTED = [name for name, part in printed_parts.BALLS.items() if not part.bought
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTED)
-def test_the_ball_is_where_its_position_says(name: str) -> None:
+def test_the_ball_is_where_its_position_says(name):
     part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
     top = mesh.vertices[mesh.vertices[:, 2] > part.height]
     centre, radius = mesh_checks.fit_sphere(top)
@@ -40,7 +38,7 @@ def test_the_ball_is_where_its_position_says(name: str) -> None:
     assert np.delete(part.position, along) == pytest.approx(aside)
 
 
-def test_a_cup_holds_a_bought_ball_at_the_same_place() -> None:
+def test_a_cup_holds_a_bought_ball_at_the_same_place():
     name = "iso-50-4-m6 bought"
     part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
     reach = np.linalg.norm(mesh.vertices - (0, 0, part.height), axis=1)
@@ -52,7 +50,7 @@ def test_a_cup_holds_a_bought_ball_at_the_same_place() -> None:
     assert part.position == printed_parts.BALLS["iso-50-4-m6"].position
 
 
-def test_a_straight_neck_bends_as_a_cantilever() -> None:
+def test_a_straight_neck_bends_as_a_cantilever():
     """F L³ / (3 E I), less the part of the lever that lies in the ball."""
     part = BallPart(ISO, ball=40, neck=18)
     assert part.root == part.throat
@@ -61,7 +59,7 @@ def test_a_straight_neck_bends_as_a_cantilever() -> None:
     assert part.bend == pytest.approx(expected, rel=1e-5)
 
 
-def test_a_tapered_neck_bends_as_the_closed_form_says() -> None:
+def test_a_tapered_neck_bends_as_the_closed_form_says():
     """The integral of x²/(c + k x)⁴ is x³ / (3 c (c + k x)³)."""
     part = BallPart(ISO)
     start = math.sqrt(10**2 - (part.throat / 2) ** 2)
@@ -73,7 +71,7 @@ def test_a_tapered_neck_bends_as_the_closed_form_says() -> None:
 
 
 @pytest.mark.parametrize("name", printed_parts.BALLS)
-def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name: str) -> None:
+def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name):
     part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
     assert part.bend <= 0.05
     start = math.sqrt((part.ball / 2) ** 2 - (part.throat / 2) ** 2)
@@ -98,7 +96,7 @@ def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name: str) -> No
         ("iso-50-4-m6 bought", "loose"),
     ],
 )
-def test_the_ball_part_leans_in_its_socket_without_collision(name: str, base: str) -> None:
+def test_the_ball_part_leans_in_its_socket_without_collision(name, base):
     part, socket_base = printed_parts.BALLS[name], printed_parts.BASES[base]
     fixed, moving = printed_parts.base_mesh(base), envelope(name)
     spins = (0, 45, 90) if name == "franka-hand" else (0,)
@@ -110,13 +108,13 @@ def test_the_ball_part_leans_in_its_socket_without_collision(name: str, base: st
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka-hand", "iso-50-4-m6"])
-def test_leaning_much_farther_collides(name: str) -> None:
+def test_leaning_much_farther_collides(name):
     part, base = printed_parts.BALLS[name], printed_parts.BASES["default"]
     fixed = printed_parts.base_mesh("default")
     assert mesh_checks.collide(envelope(name), fixed, seated(part, base, 0, 85, 0, 0))
 
 
-def envelope(name: str) -> trimesh.Trimesh:
+def envelope(name):
     """Return the ball part with the heads of its screws, and its ball where it is bought."""
     part = printed_parts.BALLS[name]
     bodies = [printed_parts.ball_mesh(name)]
@@ -134,9 +132,7 @@ def envelope(name: str) -> trimesh.Trimesh:
     return trimesh.util.concatenate(bodies)
 
 
-def seated(
-    part: BallPart, base: SocketBase, socket: int, tilt: float, azimuth: float, spin: float
-) -> NDArray[np.float64]:
+def seated(part, base, socket, tilt, azimuth, spin):
     """Return the pose of a ball part 0.05 mm above its seat, its neck up and leaning [deg]."""
     turn = trimesh.transformations.rotation_matrix
     a = math.radians(azimuth)
@@ -148,14 +144,14 @@ def seated(
 
 
 @pytest.mark.slow
-def test_too_short_a_reach_is_refused_with_one_that_works() -> None:
+def test_too_short_a_reach_is_refused_with_one_that_works():
     short = BallPart(ISO, reach=45)
     with pytest.raises(PrintableError, match="take a reach of 70 mm or more"):
         list(build_parts(SocketBase(50.0), {"short": short}))
     assert len(list(build_parts(SocketBase(50.0), {"long": BallPart(ISO, reach=70)}))) == 2
 
 
-def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
+def test_the_jaws_of_an_so101_lie_in_grooves():
     """16.5 mm wide at most, faces 40 mm apart; beside them there is material to stop a turn."""
     mesh = printed_parts.ball_mesh("so101")
     jaws = [(x, side * y) for x in (-8.2, 0, 8.2) for y in (20.1, 22) for side in (1, -1)]
@@ -171,7 +167,7 @@ def test_the_jaws_of_an_so101_lie_in_grooves() -> None:
 @pytest.mark.parametrize(
     ("diameter", "count", "screw", "slot"), [(50, 6, "M5", 0), (50, 8, "M6", 0), (32, 4, "M5", 10)]
 )
-def test_screws_find_their_holes(diameter: float, count: int, screw: str, slot: float) -> None:
+def test_screws_find_their_holes(diameter, count, screw, slot):
     """Straight through the plate, at the circle, and through all of a slot's length."""
     part = BallPart(bolt_circle(diameter, count, screw, slot))
     made = printed_parts.made("screwed", part).mesh
@@ -198,7 +194,7 @@ def test_screws_find_their_holes(diameter: float, count: int, screw: str, slot: 
         ({"reach": 165}, "would bend .* shorten the reach of 165 mm or thicken the neck"),
     ],
 )
-def test_impossible_balls_get_one_line(words: dict[str, float], says: str) -> None:
+def test_impossible_balls_get_one_line(words, says):
     with pytest.raises(PrintableError, match=says) as caught:
         BallPart(ISO, **words)
     assert "\n" not in str(caught.value)
@@ -217,6 +213,6 @@ def test_impossible_balls_get_one_line(words: dict[str, float], says: str) -> No
         (lambda: BallPart(bolt_circle(20, 2, "M3")), "hides the screws from their key"),
     ],
 )
-def test_impossible_mounts_get_one_line(make: Callable[[], object], says: str) -> None:
+def test_impossible_mounts_get_one_line(make, says):
     with pytest.raises(PrintableError, match=says):
         make()

@@ -3,11 +3,8 @@
 import numpy as np
 import printed_parts
 import pytest
-import trimesh
-from numpy.typing import NDArray
 from scipy import ndimage
 
-Image = NDArray[np.bool_]
 STEP = 0.1  # of the raster [mm]
 # Where a letter has strokes: top, middle, bottom, upper left and right, lower left and right.
 LETTERS = {
@@ -17,7 +14,7 @@ LETTERS = {
 }  # fmt: skip
 
 
-def raster(mesh: trimesh.Trimesh, box: tuple[float, float, float, float]) -> Image:
+def raster(mesh, box):
     """Return where a plate is engraved 0.6 to 1 mm deep; rows from the front."""
     x0, y0, x1, y1 = box
     x, y = np.arange(x0, x1, STEP), np.arange(y0, y1, STEP)
@@ -31,19 +28,19 @@ def raster(mesh: trimesh.Trimesh, box: tuple[float, float, float, float]) -> Ima
     return ((depth >= 0.6) & (depth <= 1.0)).reshape(len(y), len(x))
 
 
-def runs(marks: NDArray[np.bool_]) -> list[slice]:
+def runs(marks):
     """Return the stretches of marked places."""
     labels, _ = ndimage.label(marks)
     return [box[0] for box in ndimage.find_objects(labels)]
 
 
-def read(image: Image) -> list[str]:
+def read(image):
     """Read lines of seven-segment letters, from the top; O comes out as 0, I as 1."""
     lines = [image[rows] for rows in reversed(runs(image.any(axis=1)))]
     return ["".join(letter(line[:, c]) for c in runs(line.any(axis=0))) for line in lines]
 
 
-def letter(glyph: Image) -> str:
+def letter(glyph):
     height, width = glyph.shape
     if width * STEP < 2.5:
         return "1" if glyph[height // 2 :].any() else "."
@@ -57,7 +54,7 @@ def letter(glyph: Image) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["default", "nearest", "long", "three", "small ball", "odd"])
-def test_a_base_says_what_a_caliper_reads_on_it(name: str) -> None:
+def test_a_base_says_what_a_caliper_reads_on_it(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     image = raster(mesh, base.text_boxes[-1])
     assert read(image) == [f"0UT{base.outside:.2f}", f"1n{base.inside:.2f}"]
@@ -66,14 +63,14 @@ def test_a_base_says_what_a_caliper_reads_on_it(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["default", "three", "large ball"])
-def test_the_sockets_are_numbered(name: str) -> None:
+def test_the_sockets_are_numbered(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     assert [read(raster(mesh, box)) for box in base.text_boxes[:-1]] == [
         [str(socket)] for socket in range(base.sockets)
     ]
 
 
-def test_a_plate_says_how_far_off_its_ball_is() -> None:
+def test_a_plate_says_how_far_off_its_ball_is():
     ball, mesh = printed_parts.BALLS["iso-50-4-m6"], printed_parts.ball_mesh("iso-50-4-m6")
     edge = ball.root / 2 + 0.5
     (line,) = read(raster(mesh, (-3, -edge - 7, 10, -edge)))

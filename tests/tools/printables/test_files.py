@@ -2,7 +2,6 @@
 
 import zipfile
 from io import BytesIO
-from pathlib import Path
 from xml.etree import ElementTree
 
 import mesh_checks
@@ -16,7 +15,7 @@ from mukca.tools.printables import MOUNTS, PrintableError, bolt_circle, encode, 
 
 
 @pytest.mark.slow
-def test_an_stl_file_has_the_length_that_it_announces() -> None:
+def test_an_stl_file_has_the_length_that_it_announces():
     content = encode("stl", printed_parts.base("default"))
     assert not content.startswith(b"solid")
     assert len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
@@ -31,7 +30,7 @@ def test_an_stl_file_has_the_length_that_it_announces() -> None:
 
 
 @pytest.mark.slow
-def test_a_3mf_file_has_no_date_that_changes() -> None:
+def test_a_3mf_file_has_no_date_that_changes():
     """The same part makes the same file."""
     content = encode("3mf", printed_parts.base("default"))
     assert encode("3mf", printed_parts.base("default")) == content
@@ -41,7 +40,7 @@ def test_a_3mf_file_has_no_date_that_changes() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", ["base", "ball"])
-def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
+def test_a_3mf_file_holds_the_same_body_in_millimetres(part):
     made = printed_parts.base("three") if part == "base" else printed_parts.ball("franka-hand")
     content = encode("3mf", made, "Ada")
     with zipfile.ZipFile(BytesIO(content)) as archive:
@@ -59,7 +58,7 @@ def test_a_3mf_file_holds_the_same_body_in_millimetres(part: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka-hand", "strap", "iso-80-6-m8"])
-def test_a_drawing_has_the_dimensions_of_its_part(name: str) -> None:
+def test_a_drawing_has_the_dimensions_of_its_part(name):
     made, ball = printed_parts.ball(name), printed_parts.BALLS[name]
     page = ElementTree.fromstring(encode("svg", made))
     told = [text.text for text in page.iter("{http://www.w3.org/2000/svg}text")]
@@ -76,7 +75,7 @@ def test_a_drawing_has_the_dimensions_of_its_part(name: str) -> None:
     assert made.facts["mass"]["PLA"] == pytest.approx(1240 * made.facts["volume"])
 
 
-def test_each_shipped_robot_has_a_mount() -> None:
+def test_each_shipped_robot_has_a_mount():
     for name in shipped_robots():
         assert find_mount(name) in MOUNTS.values(), name
     assert find_mount("iso-31.5-4-m5") == bolt_circle(31.5, 4, "M5")
@@ -84,7 +83,7 @@ def test_each_shipped_robot_has_a_mount() -> None:
 
 
 @pytest.mark.parametrize("part", ["base", "ball"])
-def test_a_step_file_holds_the_same_body_exactly(part: str, tmp_path: Path) -> None:
+def test_a_step_file_holds_the_same_body_exactly(part, tmp_path):
     pytest.importorskip("OCP", reason="STEP is tested where the extra mukca[step] is installed")
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
@@ -107,7 +106,7 @@ def test_a_step_file_holds_the_same_body_exactly(part: str, tmp_path: Path) -> N
     assert b"SPHERICAL_SURFACE" in file.read_bytes()
 
 
-def test_step_without_its_package_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_step_without_its_package_is_one_line(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "OCP", None)
     with pytest.raises(PrintableError, match=r"pip install 'mukca\[step\]'"):
         encode("step", printed_parts.ball("franka-hand"))

@@ -17,16 +17,16 @@ PARTS = [("base", name) for name in printed_parts.BASES] + [
 
 
 @pytest.fixture(params=PARTS, ids=lambda part: f"{part[0]}: {part[1]}")
-def part(request: pytest.FixtureRequest) -> tuple[str, str]:
+def part(request):
     return request.param
 
 
-def mesh_of(part: tuple[str, str]) -> trimesh.Trimesh:
+def mesh_of(part):
     kind, name = part
     return printed_parts.base_mesh(name) if kind == "base" else printed_parts.ball_mesh(name)
 
 
-def test_a_part_is_one_closed_body_that_fits_the_printer(part: tuple[str, str]) -> None:
+def test_a_part_is_one_closed_body_that_fits_the_printer(part):
     mesh = mesh_of(part)
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
@@ -38,7 +38,7 @@ def test_a_part_is_one_closed_body_that_fits_the_printer(part: tuple[str, str]) 
     assert mesh_checks.thinnest_wall(mesh) >= 1.2 - 1e-4
 
 
-def test_a_part_leans_beyond_45_degrees_only_where_it_says(part: tuple[str, str]) -> None:
+def test_a_part_leans_beyond_45_degrees_only_where_it_says(part):
     kind, name = part
     mesh = mesh_of(part)
     faces = mesh_checks.overhanging(mesh)
@@ -52,7 +52,7 @@ def test_a_part_leans_beyond_45_degrees_only_where_it_says(part: tuple[str, str]
     assert bool(allowed) == (len(faces) > 0)
 
 
-def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:
+def test_the_volume_given_is_the_files(part):
     kind, name = part
     facts = (printed_parts.base(name) if kind == "base" else printed_parts.ball(name)).facts
     assert facts["volume"] * 1e9 == pytest.approx(mesh_of(part).volume, rel=1e-5)
@@ -71,9 +71,7 @@ def test_the_volume_given_is_the_files(part: tuple[str, str]) -> None:
     clearance=strategies.floats(0.3, 1),
     height=strategies.floats(25, 60),
 )
-def test_any_base_is_sound_or_refused(
-    distance: float, sockets: int, ball: float, clearance: float, height: float
-) -> None:
+def test_any_base_is_sound_or_refused(distance, sockets, ball, clearance, height):
     try:
         base = SocketBase(distance, sockets, ball, clearance, height)
     except PrintableError as error:
@@ -87,7 +85,7 @@ def test_any_base_is_sound_or_refused(
     assert len(mesh_checks.overhanging(mesh)) == 0
 
 
-def test_the_checks_see_what_they_look_for() -> None:
+def test_the_checks_see_what_they_look_for():
     box = trimesh.creation.box((10, 10, 10))
     moved = box.copy().apply_translation((5, 3, 8))
     assert mesh_checks.self_crossings(box) == 0

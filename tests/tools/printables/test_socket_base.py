@@ -7,16 +7,14 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from mukca.tools.printables import PrintableError, SocketBase
 
 NAMES = list(printed_parts.BASES)
-Array = NDArray[np.float64]
 
 
-def seat_faces(mesh: trimesh.Trimesh, base: SocketBase, socket: int) -> NDArray[np.int64]:
+def seat_faces(mesh, base, socket):
     """Return the faces around a ball in a socket that look at its centre."""
     centre = np.array((*base.centres[socket], base.height))
     away = centre - mesh.triangles_center
@@ -25,7 +23,7 @@ def seat_faces(mesh: trimesh.Trimesh, base: SocketBase, socket: int) -> NDArray[
     return np.flatnonzero((distance < 0.55 * base.ball + base.clearance) & (facing > 0.9))
 
 
-def touching_planes(mesh: trimesh.Trimesh, base: SocketBase, socket: int) -> tuple[Array, Array]:
+def touching_planes(mesh, base, socket):
     """Return the normals and offsets of the faces that stand nearer than half the clearance."""
     faces = seat_faces(mesh, base, socket)
     faces = faces[mesh.area_faces[faces] > 1e-3]
@@ -38,7 +36,7 @@ def touching_planes(mesh: trimesh.Trimesh, base: SocketBase, socket: int) -> tup
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_the_bowls_are_spheres_about_the_sockets_centres(name: str) -> None:
+def test_the_bowls_are_spheres_about_the_sockets_centres(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     for socket, (x, y) in enumerate(base.centres):
         faces = seat_faces(mesh, base, socket)
@@ -52,7 +50,7 @@ def test_the_bowls_are_spheres_about_the_sockets_centres(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_ball_that_touches_the_pads_has_its_centre_where_it_should(name: str) -> None:
+def test_a_ball_that_touches_the_pads_has_its_centre_where_it_should(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     seated = []
     for socket, (x, y) in enumerate(base.centres):
@@ -66,7 +64,7 @@ def test_a_ball_that_touches_the_pads_has_its_centre_where_it_should(name: str) 
 
 
 @pytest.mark.parametrize("name", ["default", "three", "small ball", "large ball", "odd"])
-def test_pads_leave_a_pressed_ball_no_way_to_move(name: str) -> None:
+def test_pads_leave_a_pressed_ball_no_way_to_move(name):
     """Pads hold a push if it is a sum of pushes along their normals; and there are just three."""
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     normals, _ = touching_planes(mesh, base, 0)
@@ -86,7 +84,7 @@ def test_pads_leave_a_pressed_ball_no_way_to_move(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name: str) -> None:
+def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     ball = trimesh.creation.icosphere(subdivisions=5, radius=base.ball / 2)
     for x, y in base.centres:
@@ -98,7 +96,7 @@ def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_the_caliper_faces_stand_where_the_readings_say(name: str) -> None:
+def test_the_caliper_faces_stand_where_the_readings_say(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     for i, j in itertools.combinations(range(base.sockets), 2):
         one, other = np.array(base.centres[i]), np.array(base.centres[j])
@@ -111,9 +109,7 @@ def test_the_caliper_faces_stand_where_the_readings_say(name: str) -> None:
         assert (outside + inside) / 2 == pytest.approx(base.distance, abs=0.005)
 
 
-def caliper_faces(
-    mesh: trimesh.Trimesh, base: SocketBase, along: Array, middle: Array
-) -> dict[int, Array]:
+def caliper_faces(mesh, base, along, middle):
     """Return the places along a line of the waists' faces that look forwards (1) and back (-1)."""
     way = np.array((*along, 0.0))
     centres = mesh.triangles_center - (*middle, 0.0)
@@ -124,7 +120,7 @@ def caliper_faces(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_screws_stand_on_a_25_mm_grid_with_room_for_washers(name: str) -> None:
+def test_the_screws_stand_on_a_25_mm_grid_with_room_for_washers(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     assert 3 <= len(base.holes) <= 4
     steps = (np.array(base.holes) - base.holes[0]) / 25
@@ -137,7 +133,7 @@ def test_the_screws_stand_on_a_25_mm_grid_with_room_for_washers(name: str) -> No
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_clamp_finds_a_flat_strip_along_front_and_back(name: str) -> None:
+def test_a_clamp_finds_a_flat_strip_along_front_and_back(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
     (x0, y0), (x1, y1) = base.plate
     for y in (y0 + 1, *([y1 - 1] if base.sockets == 2 else [])):
@@ -145,7 +141,7 @@ def test_a_clamp_finds_a_flat_strip_along_front_and_back(name: str) -> None:
         assert height_at(mesh, line) == pytest.approx(8.0, abs=1e-4)
 
 
-def height_at(mesh: trimesh.Trimesh, points: Array) -> Array:
+def height_at(mesh, points):
     """Return the height of a part's top at points, 0 where there is nothing."""
     origins = np.column_stack((points, np.full(len(points), 100.0)))
     down = np.tile((0.0, 0.0, -1.0), (len(points), 1))
@@ -170,7 +166,7 @@ def height_at(mesh: trimesh.Trimesh, points: Array) -> Array:
         ({"ball": 40, "distance": 100, "height": 24}, "expected 25 to 60 mm"),
     ],
 )
-def test_impossible_parameters_get_one_line(words: dict[str, float], says: str) -> None:
+def test_impossible_parameters_get_one_line(words, says):
     with pytest.raises(PrintableError, match=says) as caught:
         SocketBase(**words)
     assert "\n" not in str(caught.value)
@@ -178,7 +174,7 @@ def test_impossible_parameters_get_one_line(words: dict[str, float], says: str) 
 
 @pytest.mark.parametrize("sockets", [2, 3])
 @pytest.mark.parametrize("ball", [10.0, 20.0, 31.7, 40.0])
-def test_the_advice_in_the_message_works(sockets: int, ball: float) -> None:
+def test_the_advice_in_the_message_works(sockets, ball):
     for distance in (1.0, 400.0):
         with pytest.raises(PrintableError) as caught:
             SocketBase(distance=distance, sockets=sockets, ball=ball)

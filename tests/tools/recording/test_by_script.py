@@ -14,7 +14,7 @@ from mukca.tools.cli import main
 
 
 @pytest.mark.slow
-def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> None:
+def test_a_script_gives_the_same_file_every_time(tmp_path, scripted):
     keys = "a*3 s a*2 u a  # one is taken back\n0 a q"
     first = scripted(tmp_path / "first", keys)
     assert first.status == 0, first.errors
@@ -27,7 +27,7 @@ def test_a_script_gives_the_same_file_every_time(tmp_path: Path, scripted) -> No
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("virtual_time")
-def test_a_script_that_waits_in_vain_fails(tmp_path: Path) -> None:
+def test_a_script_that_waits_in_vain_fails(tmp_path):
     hand, keys = tmp_path / "hand.csv", tmp_path / "keys.txt"
     hand.write_text(",".join(map(repr, PANDA_HOME)))
     keys.write_text("a a q")
@@ -46,9 +46,7 @@ def test_a_script_that_waits_in_vain_fails(tmp_path: Path) -> None:
         ("!a q", "the stream is silent: no state yet"),
     ],
 )
-def test_refused_captures_of_a_script_fail_it(
-    tmp_path: Path, scripted, keys: str, told: str
-) -> None:
+def test_refused_captures_of_a_script_fail_it(tmp_path, scripted, keys, told):
     done = scripted(tmp_path / "front", keys)
     assert done.status == 1, done.output
     assert "! refused: " in done.output and told in done.output
@@ -56,9 +54,7 @@ def test_refused_captures_of_a_script_fail_it(
 
 
 @pytest.mark.slow
-def test_the_closing_words_run_as_they_are_printed(
-    session: Path, tmp_path: Path, scripted, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_closing_words_run_as_they_are_printed(session, tmp_path, scripted, monkeypatch):
     urdf = tmp_path / "arm.urdf"
     (shipped,) = Path(mukca.__file__).parent.glob("solver/**/panda.urdf")
     urdf.write_bytes(shipped.read_bytes())
@@ -91,7 +87,7 @@ def test_the_closing_words_run_as_they_are_printed(
         (["--key", "capture"], "no key is called ''"),
     ],
 )
-def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: str) -> None:
+def test_bad_usage_is_one_line(tmp_path, scripted, more, told):
     done = scripted(tmp_path / "front", "q", *more)
     assert done.status == 2
     assert told in done.errors and done.errors.count("\n") == 1
@@ -99,7 +95,7 @@ def test_bad_usage_is_one_line(tmp_path: Path, scripted, more: list[str], told: 
 
 
 @pytest.mark.slow
-def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None:
+def test_neither_keys_nor_a_terminal_is_told(hand, tmp_path):
     words = fast(hand, tmp_path / "front")
     done = subprocess.run(
         words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
@@ -109,7 +105,7 @@ def test_neither_keys_nor_a_terminal_is_told(hand: Path, tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_a_closed_standard_input_is_told(hand: Path, tmp_path: Path) -> None:
+def test_a_closed_standard_input_is_told(hand, tmp_path):
     """As under some service managers; a key script needs none."""
     words = fast(hand, tmp_path / "front")
     script = tmp_path / "keys.txt"
@@ -123,16 +119,14 @@ def test_a_closed_standard_input_is_told(hand: Path, tmp_path: Path) -> None:
     assert done.returncode == 0 and "1 in socket 0" in done.stdout
 
 
-def test_a_word_that_is_no_key_is_told(tmp_path: Path, scripted) -> None:
+def test_a_word_that_is_no_key_is_told(tmp_path, scripted):
     done = scripted(tmp_path / "front", "a x q")
     assert done.status == 2
     assert "'x' is no word of a key script" in done.errors
 
 
 @pytest.mark.slow
-def test_scripted_sessions_calibrate_to_the_truth(
-    session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, capsys):
     """What was recorded through the recorder solves as well as the true configurations do."""
     for name in ("front", "left"):
         words = ("--distance", "0.05")
@@ -157,7 +151,7 @@ def test_scripted_sessions_calibrate_to_the_truth(
 
 
 @pytest.mark.slow
-def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
+def test_keys_can_be_piped(hand, tmp_path):
     out = tmp_path / "front"
     done = subprocess.run(
         fast(hand, out), input="a*2 s a", capture_output=True, text=True, timeout=120
@@ -168,7 +162,7 @@ def test_keys_can_be_piped(hand: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, scripted) -> None:
+def test_two_minutes_tell_whether_to_calibrate(session, tmp_path, scripted):
     done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
     assert done.status == 0, done.errors
     assert "By its model the ball scatters by" in done.output
@@ -187,9 +181,7 @@ def test_two_minutes_tell_whether_to_calibrate(session: Path, tmp_path: Path, sc
 
 
 @pytest.mark.slow
-def test_two_minutes_tell_whether_a_calibration_holds(
-    session: Path, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripted, capsys):
     out = tmp_path / "calibrated"
     words = ["solve", str(session / "front"), "--test", str(session / "left"), "--method", "paper"]
     assert main([*words, "--robot", "panda", "--out", str(out)]) == 0
@@ -208,9 +200,7 @@ def test_two_minutes_tell_whether_a_calibration_holds(
 
 
 @pytest.mark.slow
-def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(
-    tmp_path: Path, scripted
-) -> None:
+def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(tmp_path, scripted):
     seen = scripted(tmp_path / "front", "a q", "--page", "--page-host", "127.0.0.2")
     assert seen.status == 0 and "page: http://127.0.0.2:" in seen.output
     assert "! whoever knows this address can watch" in seen.output

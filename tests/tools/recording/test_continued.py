@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 from record_commands import PANDA_HOME, capture, command, read
@@ -12,7 +11,7 @@ from mukca.tools.cli import main
 
 
 @pytest.mark.slow
-def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
+def test_the_same_out_continues(tmp_path, scripted):
     out = tmp_path / "front"
     assert scripted(out, "a*2 s a q").status == 0
     again = scripted(out, "u a*2 q")
@@ -29,9 +28,7 @@ def test_the_same_out_continues(tmp_path: Path, scripted) -> None:
         (["--sockets", "3"], "recorded with sockets 2, not 3"),
     ],
 )
-def test_another_robot_or_base_does_not_continue(
-    tmp_path: Path, scripted, change: list[str], told: str
-) -> None:
+def test_another_robot_or_base_does_not_continue(tmp_path, scripted, change, told):
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.05").status == 0
     before = (out / "samples.csv").read_bytes()
@@ -41,16 +38,14 @@ def test_another_robot_or_base_does_not_continue(
     assert (out / "samples.csv").read_bytes() == before
 
 
-def test_a_recording_is_continued_with_its_own_distance(tmp_path: Path, scripted) -> None:
+def test_a_recording_is_continued_with_its_own_distance(tmp_path, scripted):
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.0501").status == 0
     assert scripted(out, "a q").status == 0
     assert read(out).distance == 0.0501
 
 
-def test_a_distance_that_nobody_stated_is_written_nowhere(
-    tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_distance_that_nobody_stated_is_written_nowhere(tmp_path, scripted, capsys):
     out = tmp_path / "front"
     done = scripted(out, "a q")
     assert f"mukca info {out} --set-distance" in done.output
@@ -62,9 +57,7 @@ def test_a_distance_that_nobody_stated_is_written_nowhere(
 @pytest.mark.parametrize(
     ("typed", "distance"), [("far\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
 )
-def test_the_distance_is_asked_for(
-    hand: Path, tmp_path: Path, typed: str, distance: float | None
-) -> None:
+def test_the_distance_is_asked_for(hand, tmp_path, typed, distance):
     out = tmp_path / "front"
     words = [word for word in command(hand, out) if word not in ("--distance", "0.05")]
     with TerminalSession(words) as terminal:
@@ -79,9 +72,7 @@ def test_the_distance_is_asked_for(
     assert written.get("distance_measured") == (distance and True)
 
 
-def test_a_distance_is_corrected_and_what_it_was_stays_known(
-    tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_distance_is_corrected_and_what_it_was_stays_known(tmp_path, scripted, capsys):
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.05").status == 0
     assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
@@ -95,23 +86,21 @@ def test_a_distance_is_corrected_and_what_it_was_stays_known(
 
 
 @pytest.mark.slow
-def test_a_recording_is_continued_in_the_socket_where_the_ball_was(
-    tmp_path: Path, scripted
-) -> None:
+def test_a_recording_is_continued_in_the_socket_where_the_ball_was(tmp_path, scripted):
     out = tmp_path / "front"
     assert scripted(out, "a*2 s q").status == 0
     assert scripted(out, "a q").status == 0
     assert read(out).sockets.tolist() == [0, 0, 1]
 
 
-def test_a_forgotten_out_is_called_by_its_name(session: Path, tmp_path: Path, scripted) -> None:
+def test_a_forgotten_out_is_called_by_its_name(session, tmp_path, scripted):
     assert scripted(tmp_path / "front", "a*2 q", hand=session / "front").status == 0
     done = scripted(tmp_path / "front", "a q", hand=session / "left")
     assert "! sample 3 puts the ball" in done.output
     assert "has the base moved? n: new placement" in done.output
 
 
-def test_another_arm_is_called_by_its_name(tmp_path: Path, scripted) -> None:
+def test_another_arm_is_called_by_its_name(tmp_path, scripted):
     """Where it moves beyond the model's limits."""
     hand = tmp_path / "low.csv"
     hand.write_text(",".join(map(repr, (*PANDA_HOME[:3], -2.6, *PANDA_HOME[4:]))))
@@ -119,7 +108,7 @@ def test_another_arm_is_called_by_its_name(tmp_path: Path, scripted) -> None:
     assert re.search(r"! refused: .*outside its limits.* This moves like a .*panda", done.output)
 
 
-def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -> None:
+def test_a_folder_of_placements_is_not_recorded_into(tmp_path, scripted):
     assert scripted(tmp_path / "data/front", "a q").status == 0
     done = scripted(tmp_path / "data", "a q")
     assert done.status == 2 and "holds placements (front)" in done.errors
@@ -127,7 +116,7 @@ def test_a_folder_of_placements_is_not_recorded_into(tmp_path: Path, scripted) -
 
 
 @pytest.mark.slow
-def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scripted) -> None:
+def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path, scripted):
     out = tmp_path / "front"
     done = scripted(out, "a*3 u r delete=1 relabel=2:1 q")
     assert done.status == 0 and "1 in socket 0, 1 in socket 1 (1 taken back)" in done.output
@@ -141,7 +130,7 @@ def test_marks_on_earlier_samples_count_and_stay_in_the_file(tmp_path: Path, scr
 
 
 @pytest.mark.slow
-def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) -> None:
+def test_what_is_continued_is_asked_about(hand, tmp_path, scripted):
     out = tmp_path / "front"
     assert scripted(out, "a*2 s a q").status == 0
     pedal = ["--key", "capture=Enter,PageDown", "--sound", "off"]
@@ -163,7 +152,7 @@ def test_what_is_continued_is_asked_about(hand: Path, tmp_path: Path, scripted) 
 
 
 @pytest.mark.slow
-def test_two_recorders_cannot_share_a_folder(hand: Path, tmp_path: Path, scripted) -> None:
+def test_two_recorders_cannot_share_a_folder(hand, tmp_path, scripted):
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:
         terminal.wait_for("SOCKET 0")

@@ -1,7 +1,6 @@
 """``mukca info``, ``convert`` and ``drivers``: what is in recordings, in either form."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ ABOUT = {
 
 
 @pytest.fixture
-def recorded(tmp_path: Path) -> Path:
+def recorded(tmp_path):
     """Three captures, one of them taken back."""
     folder = tmp_path / "data/front"
     folder.mkdir(parents=True)
@@ -34,12 +33,12 @@ def recorded(tmp_path: Path) -> Path:
     return folder
 
 
-def output_of(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+def output_of(capsys, *words):
     assert main([*words]) == 0
     return capsys.readouterr().out
 
 
-def test_info_shows_what_is_there(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_shows_what_is_there(recorded, capsys):
     shown = output_of(capsys, "info", str(recorded.parent))
     for needed in (
         "data/front: 1 in socket 0, 1 in socket 1 (1 taken back)",
@@ -54,7 +53,7 @@ def test_info_shows_what_is_there(recorded: Path, capsys: pytest.CaptureFixture[
         assert needed in shown, shown
 
 
-def test_info_as_json(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_as_json(recorded, capsys):
     (placement,) = json.loads(output_of(capsys, "info", str(recorded), "--json"))["placements"]
     assert placement["samples"] == {"0": 1, "1": 1} and placement["taken_back"] == 1
     assert placement["joints"] == ["shoulder", "rail"] and placement["distance"] == 0.05
@@ -62,16 +61,14 @@ def test_info_as_json(recorded: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert placement["metadata"]["robot"] == "arm"
 
 
-def test_info_tells_a_torn_end(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_tells_a_torn_end(recorded, capsys):
     with (recorded / "samples.csv").open("a") as stream:
         stream.write("capture,4,0")
     assert main(["info", str(recorded)]) == 0
     assert "torn off by a crash" in capsys.readouterr().err
 
 
-def test_info_goes_on_after_an_empty_recording(
-    recorded: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_info_goes_on_after_an_empty_recording(recorded, capsys):
     """As one that was begun, and finished before the first capture."""
     begun = recorded.parent / "begun"
     begun.mkdir()
@@ -93,14 +90,12 @@ def test_info_goes_on_after_an_empty_recording(
         "{}",
     ],
 )
-def test_info_bears_any_metadata(
-    recorded: Path, capsys: pytest.CaptureFixture[str], metadata: str
-) -> None:
+def test_info_bears_any_metadata(recorded, capsys, metadata):
     (recorded / "placement.json").write_text(metadata)
     assert "not known" in output_of(capsys, "info", str(recorded))
 
 
-def test_columns_of_another_programs_table_are_named(tmp_path: Path, capsys) -> None:
+def test_columns_of_another_programs_table_are_named(tmp_path, capsys):
     table, out = tmp_path / "table.csv", tmp_path / "front"
     table.write_text("joint_1;joint_2;x_t;x_dif;y-t;z\n90;-45;1000;1.5;20;0.3\n0;10;1;2;3;4\n")
     words = ["convert", str(table), "--to", "points", "--out", str(out), "--columns"]
@@ -120,9 +115,7 @@ def test_columns_of_another_programs_table_are_named(tmp_path: Path, capsys) -> 
         assert said in capsys.readouterr().err
 
 
-def test_convert_there_and_back(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_convert_there_and_back(recorded, tmp_path, capsys):
     holes, back = tmp_path / "holes", tmp_path / "back"
     assert main(["convert", str(recorded.parent), "--to", "holes", "--out", str(holes)]) == 0
     assert "no place for efforts" in capsys.readouterr().err
@@ -137,9 +130,7 @@ def test_convert_there_and_back(
 
 
 @pytest.mark.parametrize("form", ["samples", "holes"])
-def test_convert_never_replaces_what_it_reads(
-    recorded: Path, capsys: pytest.CaptureFixture[str], form: str
-) -> None:
+def test_convert_never_replaces_what_it_reads(recorded, capsys, form):
     before = (recorded / "samples.csv").read_bytes()
     for path, out in ((recorded, recorded), (recorded.parent, recorded.parent / ".")):
         assert main(["convert", str(path), "--to", form, "--out", str(out), "--force"]) == 2
@@ -147,9 +138,7 @@ def test_convert_never_replaces_what_it_reads(
     assert (recorded / "samples.csv").read_bytes() == before
 
 
-def test_convert_never_mixes_or_overwrites(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_convert_never_mixes_or_overwrites(recorded, tmp_path, capsys):
     out = tmp_path / "out"
     words = ["convert", str(recorded), "--out", str(out), "--to"]
     output_of(capsys, *words, "holes")
@@ -160,13 +149,13 @@ def test_convert_never_mixes_or_overwrites(
     assert main([*words, "samples", "--distance", "-1"]) == 2
 
 
-def test_drivers_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_drivers_are_listed(capsys):
     assert any(line.startswith("mock") for line in output_of(capsys, "drivers").splitlines())
     drivers = json.loads(output_of(capsys, "drivers", "--json"))["drivers"]
     assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])
 
 
-def test_what_some_addresses_need_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_some_addresses_need_is_listed(capsys):
     lines = output_of(capsys, "drivers").splitlines()
     (kinova,) = [line for line in lines if line.startswith("kinova")]
     assert "ready, with serial; can:// with isotp; " in kinova

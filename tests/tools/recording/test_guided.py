@@ -4,7 +4,6 @@ import math
 import re
 import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +29,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
-def hands(shared: Callable[..., Path]) -> Path:
+def hands(shared):
     """Where a hand leads the arm: all of a session, its begin, its rest, and once astray."""
 
-    def make(folder: Path) -> None:
+    def make(folder):
         panda = mukca.load_robot("panda")
         _, (placement,) = mukca.simulate_recordings(panda, 1, samples=LEAST, seed=1)
         first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
@@ -53,7 +52,7 @@ def hands(shared: Callable[..., Path]) -> Path:
     return shared("guided_hands", make)
 
 
-def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
+def led(steps, hand, out, pace, *more):
     """Return a command that records an arm, which rests until it is led on."""
     steps.touch()
     driver = f"mock:{hand}?{pace}"
@@ -72,7 +71,7 @@ def led(steps: Path, hand: Path, out: Path, pace: str, *more: str) -> list[str]:
 
 
 @pytest.mark.parametrize("part", ["all", "rest"])
-def test_a_guided_session_by_keys(hands: Path, tmp_path: Path, scripted, part: str) -> None:
+def test_a_guided_session_by_keys(hands, tmp_path, scripted, part):
     """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
     done = 0 if part == "all" else BEGUN
     out = tmp_path / "front"
@@ -108,14 +107,14 @@ def test_a_guided_session_by_keys(hands: Path, tmp_path: Path, scripted, part: s
     assert np.bincount(read(out).sockets).tolist() == [LEAST, LEAST]
 
 
-def lead_on(steps: Path) -> None:
+def lead_on(steps):
     """Lead the arm to its next configuration."""
     with steps.open("ab") as file:
         file.write(b".")
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> None:
+def test_hands_free_with_the_page_in_a_browser(hands, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api")
     out = tmp_path / "front"
     steps = tmp_path / "steps"
@@ -129,7 +128,7 @@ def test_hands_free_with_the_page_in_a_browser(hands: Path, tmp_path: Path) -> N
         with TerminalSession(words) as terminal:
             url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 0 NOW"))
             assert url
-            complaints: list[str] = []
+            complaints = []
             page.on("console", lambda message: complaints.append(message.text))
             page.on("pageerror", lambda error: complaints.append(str(error)))
             page.goto(url[0])

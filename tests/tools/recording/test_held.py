@@ -1,11 +1,10 @@
 """What is recorded of an emulated arm, and what the verbs that hold a calibration say of it."""
 
 import html
-from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrated_arm import Simulated, simulate
+from calibrated_arm import simulate
 
 import mukca
 from mukca.tools.cli import main
@@ -14,15 +13,13 @@ TIP = np.array([0.03, -0.02, 0.2])
 
 
 @pytest.fixture(scope="module")
-def simulated() -> Simulated:
+def simulated():
     return simulate()
 
 
 @pytest.mark.slow
-def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(
-    simulated: Simulated, tmp_path: Path, scripted, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def recorded(name: str, rows: np.ndarray, keys: str) -> Path:
+def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, scripted, capsys):
+    def recorded(name, rows, keys):
         hand = tmp_path / f"{name}.csv"
         hand.write_text("\n".join(",".join(map(str, row)) for row in rows.tolist()))
         done = scripted(tmp_path / name, keys, "--distance", "0.05", "--no-guide", hand=hand)

@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (200, 50)])
-def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows: int) -> None:
+def test_a_whole_session_by_keys(hand, tmp_path, columns, rows):
     out = tmp_path / "data/front"
     with TerminalSession(command(hand, out), columns=columns, rows=rows) as terminal:
         terminal.wait_for("SOCKET 0", "sockets 50 mm", "panda_joint7", "0:  0/30", "1:  0/30")
@@ -55,12 +55,12 @@ def test_a_whole_session_by_keys(hand: Path, tmp_path: Path, columns: int, rows:
     assert_true(mukca.read_placements(out)[0].positions, configurations(40), 300)
 
 
-def await_next_rest(terminal: TerminalSession) -> None:
+def await_next_rest(terminal):
     terminal.wait_for("MOVE")
     terminal.wait_for("PRESS: space captures")
 
 
-def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> None:
+def test_the_screen_is_readable_without_colour(hand, tmp_path):
     words = command(hand, tmp_path / "front")
     with TerminalSession(words, environment={"NO_COLOR": "1"}) as terminal:
         terminal.wait_for("SOCKET 0", "PRESS: space captures")
@@ -71,7 +71,7 @@ def test_the_screen_is_readable_without_colour(hand: Path, tmp_path: Path) -> No
         assert b"\x1b[38;" not in terminal.output and b"\x1b[48;" not in terminal.output
 
 
-def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> None:
+def test_the_screen_follows_the_terminal_s_size(hand, tmp_path):
     stale = {"COLUMNS": "80", "LINES": "24"}  # as some shells export them
     with TerminalSession(command(hand, tmp_path / "front"), environment=stale) as terminal:
         for columns, rows in ((80, 24), (120, 40), (60, 16), (80, 24)):
@@ -92,7 +92,7 @@ def test_the_screen_follows_the_terminal_s_size(hand: Path, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("end", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)]
 )
-def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, status: int) -> None:
+def test_every_end_saves_and_restores(hand, tmp_path, end, status):
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:
         capture(terminal, "a", "captured sample 1")
@@ -107,7 +107,7 @@ def test_every_end_saves_and_restores(hand: Path, tmp_path: Path, end: str, stat
     assert len(mukca.read_placements(out)[0].samples) == 1
 
 
-def test_a_closed_terminal_ends_the_session(hand: Path, tmp_path: Path) -> None:
+def test_a_closed_terminal_ends_the_session(hand, tmp_path):
     out = tmp_path / "front"
     with TerminalSession(command(hand, out)) as terminal:
         capture(terminal, "a", "captured sample 1")
@@ -145,7 +145,7 @@ class Slow(Arm):
 
 
 @pytest.fixture
-def plugged(tmp_path: Path) -> dict[str, str]:
+def plugged(tmp_path):
     """An environment with somebody's drivers, as pip would lay them out."""
     (tmp_path / "plugin_arm.py").write_text(PLUGIN)
     about = tmp_path / "plugin_arm-0.1.dist-info"
@@ -156,9 +156,7 @@ def plugged(tmp_path: Path) -> dict[str, str]:
     return {"PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
 
 
-def test_an_unexpected_error_restores_the_terminal(
-    hand: Path, tmp_path: Path, plugged: dict[str, str]
-) -> None:
+def test_an_unexpected_error_restores_the_terminal(hand, tmp_path, plugged):
     words = command(hand, tmp_path / "front", "--driver", "arm")
     with TerminalSession(words, environment=plugged) as terminal:
         assert terminal.wait() == 1
@@ -167,7 +165,7 @@ def test_an_unexpected_error_restores_the_terminal(
         assert b"\x1b[?1049l" in terminal.output
 
 
-def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> None:
+def test_a_lost_stream_is_told_and_comes_back(hand, tmp_path):
     out = tmp_path / "front"
     with TerminalSession(command(hand, out, mock="&fault=drop@3+3")) as terminal:
         terminal.wait_for("PRESS: space captures")
@@ -181,7 +179,7 @@ def test_a_lost_stream_is_told_and_comes_back(hand: Path, tmp_path: Path) -> Non
     assert len(mukca.read_placements(out)[0].samples) == 1
 
 
-def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path, scripted) -> None:
+def test_a_full_disk_refuses_and_leaves_a_valid_file(hand, tmp_path, scripted):
     out = tmp_path / "front"
     words = [*fast(hand, out), "--distance", "0.05"]
     keys = tmp_path / "keys.txt"
@@ -199,7 +197,7 @@ def test_a_full_disk_refuses_and_leaves_a_valid_file(hand: Path, tmp_path: Path,
     assert len(mukca.read_placements(out)[0].samples) == counted + 1
 
 
-def test_a_disk_that_is_full_of_states_is_told_at_once(hand: Path, tmp_path: Path) -> None:
+def test_a_disk_that_is_full_of_states_is_told_at_once(hand, tmp_path):
     out = tmp_path / "front"
     words = command(hand, out, "--keep-stream", mock="&rate=1000")
     with TerminalSession(words, columns=120, limit_file_size=8192) as terminal:
@@ -210,9 +208,7 @@ def test_a_disk_that_is_full_of_states_is_told_at_once(hand: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize("busy", ["loading ...", "connecting to slow"])
-def test_ctrl_c_ends_the_program_while_it_loads(
-    hand: Path, tmp_path: Path, plugged: dict[str, str], busy: str
-) -> None:
+def test_ctrl_c_ends_the_program_while_it_loads(hand, tmp_path, plugged, busy):
     """Even where a driver swallows the exception, or a file waits for ever to be read."""
     urdf = tmp_path / "arm.urdf"
     os.mkfifo(urdf)
@@ -226,7 +222,7 @@ def test_ctrl_c_ends_the_program_while_it_loads(
         terminal.wait_for("interrupted")
 
 
-def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
+def test_a_simple_terminal_shows_what_to_do(tmp_path):
     still = tmp_path / "hand.csv"
     still.write_text(",".join(map(repr, PANDA_HOME)))
     words = command(still, tmp_path / "front")
@@ -240,7 +236,7 @@ def test_a_simple_terminal_shows_what_to_do(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path) -> None:
+def test_a_thousand_states_a_second_reach_the_screen(hand, tmp_path):
     """A soak in small: the mock forgets what is not read in time, and forgets nothing."""
     words = command(hand, tmp_path / "front", mock="&buffer=1")
     with TerminalSession(words) as terminal:
@@ -255,11 +251,11 @@ def test_a_thousand_states_a_second_reach_the_screen(hand: Path, tmp_path: Path)
         assert used / elapsed < 0.9
 
 
-def count_frames(terminal: TerminalSession) -> int:
+def count_frames(terminal):
     """Every drawing changes the line with the stream's age."""
     return terminal.output.count(b"last state")
 
 
-def cpu_seconds(process: int) -> float:
+def cpu_seconds(process):
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,17 +1,16 @@
 """Nominal models warn of a hand on the arm, and of a ball that was elsewhere."""
 
 import re
-from pathlib import Path
 
 import pytest
 from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
 from mukca.solver.data import STANDARD_LOAD, Load
-from mukca.solver.robot import Robot, gravity_moments
+from mukca.solver.robot import gravity_moments
 
 
-def hand_of(folder: Path, *samples: Sample) -> Path:
+def hand_of(folder, *samples):
     """A recording that a simulated arm replays."""
     folder.mkdir()
     for name, content in sample_files(Placement("hand", samples)).items():
@@ -30,9 +29,8 @@ def hand_of(folder: Path, *samples: Sample) -> Path:
     ],
 )
 def test_a_hand_is_noticed_by_efforts_beyond_gravity(
-    panda: Robot, session: Path, tmp_path: Path, scripted, load: Load, more: list[str],
-    fault: str, told: bool,
-) -> None:  # fmt: skip
+    panda, session, tmp_path, scripted, load, more,
+    fault, told):  # fmt: skip
     first = read(session / "front").samples[0]
     torques = gravity_moments(panda, read(session / "front").positions[:1], load.gravity)[0, :7]
     sample = Sample(first.position, 0, tuple(torques.tolist()), number=1)
@@ -45,9 +43,7 @@ def test_a_hand_is_noticed_by_efforts_beyond_gravity(
 
 
 @pytest.mark.slow
-def test_samples_of_the_other_socket_are_told_and_no_others(
-    session: Path, tmp_path: Path, scripted
-) -> None:
+def test_samples_of_the_other_socket_are_told_and_no_others(session, tmp_path, scripted):
     done = scripted(tmp_path / "front", "a*12 1 a*10 0 a*2 q", hand=session / "front")
     assert "! WRONG SOCKET: samples 23 to 24 lie in socket 1" in done.output
     done = scripted(tmp_path / "sound", "a*12 1 a*12 q", hand=session / "front")
@@ -67,9 +63,7 @@ def test_samples_of_the_other_socket_are_told_and_no_others(
         ("distance:2mm", "DISTANCE.: the sockets come out 5[12].. apart, not 50.0 mm"),
     ],
 )
-def test_faults_for_practice_are_told(
-    session: Path, tmp_path: Path, scripted, fault: str, told: str
-) -> None:
+def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     out = tmp_path / "front"
     driver = f"mock:{session / 'front'}?rate=250&speed=8&hold=0.65&move=0.6&fault={fault}"
     done = scripted(out, "a*12 s a*12 q", "--driver", driver)

@@ -4,9 +4,8 @@ import http.client
 import json
 import re
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import urlsplit
 
 import pytest
 from record_commands import capture, command
@@ -18,21 +17,21 @@ pytestmark = [pytest.mark.slow, pytest.mark.waits]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
-def ask(url: SplitResult, path: str, method: str = "GET") -> http.client.HTTPResponse:
+def ask(url, path, method="GET"):
     assert url.hostname
     connection = http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)
     connection.request(method, path)
     return connection.getresponse()
 
 
-def views(events: http.client.HTTPResponse) -> Iterator[dict[str, object]]:
+def views(events):
     """What a browser is told, view by view."""
     for line in events:
         if line.startswith(b"data: "):
             yield json.loads(line.removeprefix(b"data: "))
 
 
-def test_the_page_is_live_read_only_and_behind_a_token(hand: Path, tmp_path: Path) -> None:
+def test_the_page_is_live_read_only_and_behind_a_token(hand, tmp_path):
     with TerminalSession(command(hand, tmp_path / "front", "--page"), columns=120) as terminal:
         found = re.search(r"http://\S+/", terminal.wait_for("page: http"))
         assert found
@@ -52,11 +51,11 @@ def test_the_page_is_live_read_only_and_behind_a_token(hand: Path, tmp_path: Pat
         capture(terminal, "a", "captured sample 1")
         view = next(view for view in told if view.get("counts") == [1, 0])
         assert view["words"] == "GOT 1" and view["socket"] == 0 and view["target"] == 30
-        assert view["messages"][-1] == ["captured sample 1: 1 in socket 0", False]  # pyright: ignore
+        assert view["messages"][-1] == ["captured sample 1: 1 in socket 0", False]
         assert view["predicted"] is None and view["next"] is None
-        name, lower, upper, prismatic = view["joints"][0]  # pyright: ignore
+        name, lower, upper, prismatic = view["joints"][0]
         assert (name, prismatic) == ("panda_joint1", False) and -3 < lower < 0 < upper < 3
-        assert len(view["position_drawn"]) > 7  # pyright: ignore
+        assert len(view["position_drawn"]) > 7
         terminal.press("q")
         assert terminal.wait() == 0
     assert len(mukca.read_placements(tmp_path / "front")[0].samples) == 1
@@ -87,7 +86,7 @@ SPAN = """() => {
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
-def test_the_page_shows_the_arm_large_and_the_joint_to_move(width: int, height: int) -> None:
+def test_the_page_shows_the_arm_large_and_the_joint_to_move(width, height):
     playwright = pytest.importorskip("playwright.sync_api")
     page_file = Path(mukca.__file__).parent / "tools/recording/page.html"
     with playwright.sync_playwright() as player:

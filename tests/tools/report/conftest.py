@@ -3,11 +3,9 @@
 import json
 import os
 import re
-from collections.abc import Callable
 from html.parser import HTMLParser
 from itertools import count
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,54 +19,54 @@ UNREAD = {"details", "script", "style", "svg", "title"}
 class Page(HTMLParser):
     """The elements of a page: attributes and whole text, by tag."""
 
-    def __init__(self, html: str) -> None:
+    def __init__(self, html):
         super().__init__()
-        self.elements: list[tuple[str, dict[str, str], list[str]]] = []
-        self.open: list[int] = []
+        self.elements = []
+        self.open = []
         self.feed(html)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.elements.append((tag, {key: value or "" for key, value in attrs}, []))
         if tag not in VOID:
             self.open.append(len(self.elements) - 1)
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         while self.elements[self.open.pop()][0] != tag:
             pass
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         for i in self.open:
             self.elements[i][2].append(data)
 
-    def all(self, tag: str) -> list[tuple[dict[str, str], str]]:
+    def all(self, tag):
         return [(a, "".join(words)) for name, a, words in self.elements if name in (tag, "")]
 
-    def having(self, attribute: str) -> list[tuple[dict[str, str], str]]:
+    def having(self, attribute):
         return [(a, "".join(words)) for _, a, words in self.elements if attribute in a]
 
 
 class PageText(HTMLParser):
     """The words that a page says, a line for each paragraph, row or item; no plots, no details."""
 
-    def __init__(self, html: str) -> None:
+    def __init__(self, html):
         super().__init__()
-        self.words: list[str] = []
+        self.words = []
         self.unread = 0
         self.feed(html)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.unread += tag in UNREAD
         self.words += [] if tag in INLINE else [" | " if tag in ("td", "th") else "\0"]
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         self.unread -= tag in UNREAD
         self.words += [] if tag in (*INLINE, "td", "th") else ["\0"]
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         self.words += [] if self.unread else [data]
 
     @property
-    def lines(self) -> list[str]:
+    def lines(self):
         lines = [" ".join(line.split()) for line in "".join(self.words).split("\0")]
         return [line for line in lines if re.search(r"\w", line)]
 
@@ -79,13 +77,13 @@ PASSING = re.compile(r"/\S*/(?=session/|arms/)|\d{4}-\d\d-\d\d(T\S*)?|\b[0-9a-f]
 
 
 @pytest.fixture(scope="session")
-def says() -> Callable[[str, str], None]:
+def says():
     """Compare what a page says with what it said; numbers may differ in the last digit.
 
     After a change that is meant: ``MUKCA_KEEP_PAGES=1 pytest tests/tools/report``, and look at it.
     """
 
-    def says(name: str, html: str) -> None:
+    def says(name, html):
         lines = [PASSING.sub("*", line) for line in PageText(html).lines]
         lines = [line for line in lines if not line.startswith("| versions")]
         file = Path(__file__).parent / "pages" / f"{name}.txt"
@@ -102,34 +100,34 @@ def says() -> Callable[[str, str], None]:
 
 
 @pytest.fixture(scope="session")
-def read_page() -> Callable[[Path], Page]:
+def read_page():
     return lambda file: Page(file.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="session")
-def calibrated(session: Path, shared: Callable[..., Path]) -> Path:
+def calibrated(session, shared):
     """A folder with the calibration of the simulated session, trained on the front."""
     held_out = [str(session / "left"), str(session / "right")]
     words = [str(session / "front"), "--test", *held_out, "--robot", "panda", "--method", "paper"]
 
-    def make(out: Path) -> None:
+    def make(out):
         assert main(["solve", *words, "--out", str(out)]) == 0
 
     return shared("calibrated", make)
 
 
 @pytest.fixture
-def document(calibrated: Path) -> dict[str, Any]:
+def document(calibrated):
     """The calibration's file, to be changed at will."""
     return json.loads((calibrated / "calibration.json").read_text())
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[[dict[str, Any]], Path]:
+def written(tmp_path):
     """Write a document to a folder of its own and return the file."""
     numbers = count()
 
-    def write(document: dict[str, Any]) -> Path:
+    def write(document):
         folder = tmp_path / f"changed-{next(numbers)}"
         folder.mkdir()
         file = folder / "calibration.json"
@@ -140,10 +138,10 @@ def written(tmp_path: Path) -> Callable[[dict[str, Any]], Path]:
 
 
 @pytest.fixture
-def report(written: Callable[[dict[str, Any]], Path]) -> Callable[..., dict[str, Any]]:
+def report(written):
     """Return the figures of a document's report."""
 
-    def report(document: dict[str, Any], *options: str) -> dict[str, Any]:
+    def report(document, *options):
         file = written(document)
         assert main(["report", str(file), *options]) in (0, 1, 3)
         return json.loads((file.parent / "report.json").read_text())
@@ -152,7 +150,7 @@ def report(written: Callable[[dict[str, Any]], Path]) -> Callable[..., dict[str,
 
 
 @pytest.fixture
-def extended(document: dict[str, Any]) -> dict[str, Any]:
+def extended(document):
     """The document as a method that knows its own uncertainty leaves it."""
     for row in document["parameters"]:
         row["standard_deviation"] = 3e-4 if row["unit"] == "m" else 5e-4

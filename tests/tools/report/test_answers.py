@@ -1,7 +1,6 @@
 """The answers of a report (use, next, data), and the arm that it draws."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from mukca.tools.cli import main
 pytestmark = pytest.mark.slow
 
 
-def test_the_task_is_answered_place_by_place(document, report) -> None:
+def test_the_task_is_answered_place_by_place(document, report):
     errors = report(document)["placements"][1]["quantiles"]["calibrated"]
     answers = {
         tolerance: report(document, "--tolerance-mm", str(1e3 * tolerance))["answers"]["use"]
@@ -22,16 +21,14 @@ def test_the_task_is_answered_place_by_place(document, report) -> None:
     assert all(use["rows"][0]["answer"] == "trained on" for use in answers.values())
 
 
-def test_a_place_whose_distance_is_off_cannot_be_used(document, report) -> None:
+def test_a_place_whose_distance_is_off_cannot_be_used(document, report):
     """Small errors do not help where the model has shrunk."""
     document["placements"][1]["calibrated"]["distance_error"] = -2e-3
     rows = report(document)["answers"]["use"]["rows"]
     assert rows[1]["answer"] == "no" and rows[2]["answer"] != "no"
 
 
-def test_what_is_expected_of_distances_is_told_where_none_was_measured(
-    document, extended, report
-) -> None:
+def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, extended, report):
     del document["uncertainty"]
     between = report(document)["answers"]["use"]["between"]
     assert between.endswith("since no such distance is known.")
@@ -46,7 +43,7 @@ def test_what_is_expected_of_distances_is_told_where_none_was_measured(
     assert "expects 0.68 mm (one standard deviation" in between
 
 
-def test_a_recording_that_is_wrong_comes_first(document, report) -> None:
+def test_a_recording_that_is_wrong_comes_first(document, report):
     answers = report(document)["answers"]
     assert "First mend" not in answers["next"]["text"] and "rest on" not in answers["data"]["text"]
     bad = {"level": "error", "code": "moved", "text": "the base moved", "advice": "record it again"}
@@ -63,7 +60,7 @@ def test_a_recording_that_is_wrong_comes_first(document, report) -> None:
     assert "rest on front, trained on" in answers["data"]["text"]
 
 
-def test_a_placement_alone_leaves_the_same_everywhere(document, report, session, capsys) -> None:
+def test_a_placement_alone_leaves_the_same_everywhere(document, report, session, capsys):
     """The terminal and the page say one number by the same words."""
     assert main(["check", str(session), "--robot", "panda", "--json"]) == 0
     told = {row["name"]: row["floor"] for row in json.loads(capsys.readouterr().out)["placements"]}
@@ -76,7 +73,7 @@ def test_a_placement_alone_leaves_the_same_everywhere(document, report, session,
 
 def test_data_are_not_all_right_where_one_place_leaves_ten_times_what_the_arm_repeats(
     document, report
-) -> None:
+):
     answer = report(document)["answers"]["data"]
     floors = {row["name"]: row["mean_absolute_error"] for row in answer["floors"]}
     assert not answer["text"].startswith("No")
@@ -86,7 +83,7 @@ def test_data_are_not_all_right_where_one_place_leaves_ten_times_what_the_arm_re
     assert told.startswith(f"No: fitted alone, {worst} leaves more than ten times what the arm")
 
 
-def test_a_joint_that_hardly_moved_is_named(session: Path, tmp_path: Path) -> None:
+def test_a_joint_that_hardly_moved_is_named(session, tmp_path):
     still = tmp_path / "still/front"
     still.mkdir(parents=True)
     for file in (session / "front").glob("hole_*.csv"):
@@ -99,7 +96,7 @@ def test_a_joint_that_hardly_moved_is_named(session: Path, tmp_path: Path) -> No
     assert told["joints"] == ["panda_joint7"] and "Turn panda_joint7 more" in told["text"]
 
 
-def test_the_next_place_is_as_far_as_the_others_and_apart_from_them(calibrated: Path) -> None:
+def test_the_next_place_is_as_far_as_the_others_and_apart_from_them(calibrated):
     figures = json.loads((calibrated / "report.json").read_text())
     positions = np.array([row["position"] for row in figures["placements"]])
     place = np.array(figures["answers"]["next"]["place"])
@@ -109,7 +106,7 @@ def test_the_next_place_is_as_far_as_the_others_and_apart_from_them(calibrated: 
     assert np.linalg.norm(positions - place, axis=1).min() > 0.05
 
 
-def test_the_drawn_arm_is_stiff_and_ends_at_the_ball(calibrated: Path) -> None:
+def test_the_drawn_arm_is_stiff_and_ends_at_the_ball(calibrated):
     document = json.loads((calibrated / "calibration.json").read_text())
     arm = json.loads((calibrated / "report.json").read_text())["arm"]
     samples = [sample["position"] for row in document["data"] for sample in row["samples"]]
@@ -127,9 +124,7 @@ MESHES = """<link name="panda_link1"><visual><geometry><mesh filename="package:/
   </visual></link>"""
 
 
-def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(
-    document, report, tmp_path: Path
-) -> None:
+def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(document, report, tmp_path):
     import trimesh
 
     trimesh.creation.icosphere(subdivisions=4, radius=0.1).export(tmp_path / "ball.stl")
@@ -154,7 +149,7 @@ def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(
     assert len(arm["frames"]) == len(arm["calibrated"])
 
 
-def test_large_sessions_are_drawn_in_part_and_counted_whole(document, report, tmp_path) -> None:
+def test_large_sessions_are_drawn_in_part_and_counted_whole(document, report, tmp_path):
     rows = document["data"][1]["samples"]
     document["data"][1]["samples"] = [s for s in rows for _ in range(150)]
     figures = report(document)

@@ -2,9 +2,6 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -57,7 +54,7 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def browser():
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
         yield browser
@@ -65,16 +62,16 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def tab(browser) -> Any:
+def tab(browser):
     """One for all pages: each program that draws one takes as long to start as a page to load."""
     return browser.new_context().new_page()
 
 
 @pytest.fixture
-def show(tab) -> Iterator[Any]:
+def show(tab):
     """Open a page of a given width; in the end, see that nothing went wrong in it."""
-    complaints: list[str] = []
-    requests: list[str] = []
+    complaints = []
+    requests = []
     listeners = {
         "console": lambda message: complaints.append(message.text),
         "pageerror": lambda error: complaints.append(str(error)),
@@ -84,9 +81,9 @@ def show(tab) -> Iterator[Any]:
     for event, listener in listeners.items():
         tab.on(event, listener)
 
-    shown: list[Path] = []
+    shown = []
 
-    def show(file: Path, width: int = 1400) -> Any:
+    def show(file, width=1400):
         shown.append(file)
         tab.set_viewport_size({"width": width, "height": 900})
         tab.goto(file.as_uri())
@@ -103,17 +100,17 @@ def show(tab) -> Iterator[Any]:
 
 
 @pytest.fixture
-def report(shared: Callable[..., Path], request: pytest.FixtureRequest) -> Callable[[str], Path]:
+def report(shared, request):
     """Return the folder with the report of the demo, or of a real arm."""
 
-    def report(name: str) -> Path:
+    def report(name):
         if name == "demo":
             return request.getfixturevalue("demo") / "calibrated"
         data = request.getfixturevalue("recordings") / name
         robot = ("--robot", str(data / "nominal.urdf"))
         words = ["solve", str(data / ARMS[name]), "--test", str(data), *robot]
 
-        def make(out: Path) -> None:
+        def make(out):
             main([*words, "--out", str(out)])
 
         return shared(name, make)
@@ -123,7 +120,7 @@ def report(shared: Callable[..., Path], request: pytest.FixtureRequest) -> Calla
 
 @pytest.mark.parametrize("width", [400, 1400])
 @pytest.mark.parametrize("name", ["demo", *ARMS])
-def test_every_plot_is_there_with_its_sentence(show, report, name, width) -> None:
+def test_every_plot_is_there_with_its_sentence(show, report, name, width):
     figures = json.loads((report(name) / "report.json").read_text())
     page = show(report(name) / "report.html", width)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -144,7 +141,7 @@ def test_every_plot_is_there_with_its_sentence(show, report, name, width) -> Non
 
 
 @pytest.mark.parametrize("scene", ["errors", "arm"])
-def test_the_views_turn_under_the_mouse(show, report, scene) -> None:
+def test_the_views_turn_under_the_mouse(show, report, scene):
     page = show(report("demo") / "report.html")
     canvas = page.locator(f"canvas[data-scene={scene}]").first
     canvas.scroll_into_view_if_needed()
@@ -162,7 +159,7 @@ def test_the_views_turn_under_the_mouse(show, report, scene) -> None:
     expect(canvas).not_to_have_attribute("data-yaw", yaw)
 
 
-def test_both_clouds_turn_together_and_can_be_filtered(show, report) -> None:
+def test_both_clouds_turn_together_and_can_be_filtered(show, report):
     page = show(report("demo") / "report.html")
     clouds = page.locator("canvas[data-scene=errors]")
     assert clouds.count() == 2
@@ -175,7 +172,7 @@ def test_both_clouds_turn_together_and_can_be_filtered(show, report) -> None:
         expect(cloud).to_have_attribute("data-points", str(count // 3))
 
 
-def test_the_arm_moves_with_the_slider(show, report) -> None:
+def test_the_arm_moves_with_the_slider(show, report):
     page = show(report("demo") / "report.html")
     canvas = page.locator("canvas[data-scene=arm]")
     before = canvas.screenshot()
@@ -187,7 +184,7 @@ def test_the_arm_moves_with_the_slider(show, report) -> None:
     assert canvas.screenshot() != before
 
 
-def test_the_task_can_be_changed(show, report, tmp_path) -> None:
+def test_the_task_can_be_changed(show, report, tmp_path):
     """The page answers for another tolerance in the words in which the report would."""
     folder = report("demo")
     page = show(folder / "report.html")
@@ -212,7 +209,7 @@ def test_the_task_can_be_changed(show, report, tmp_path) -> None:
     assert shown == answers
 
 
-def test_a_hostile_name_is_shown_as_such(show, document, written) -> None:
+def test_a_hostile_name_is_shown_as_such(show, document, written):
     name = "<script>alert(1)</script><img src=x onerror=alert(2)>"
     for rows in (document["placements"], document["data"]):
         rows[1]["name"] = f"session/{name}"
@@ -223,7 +220,7 @@ def test_a_hostile_name_is_shown_as_such(show, document, written) -> None:
     page.select_option("[data-control=filter]", "1")
 
 
-def test_it_prints(show, report, tmp_path) -> None:
+def test_it_prints(show, report, tmp_path):
     page = show(report("demo") / "report.html")
     page.pdf(path=str(tmp_path / "report.pdf"), format="A4")
     pdf = (tmp_path / "report.pdf").read_bytes()
@@ -231,7 +228,7 @@ def test_it_prints(show, report, tmp_path) -> None:
     assert page.locator("details:not([open])").count() == 0
 
 
-def test_without_scripts_the_figures_are_there(browser, report) -> None:
+def test_without_scripts_the_figures_are_there(browser, report):
     context = browser.new_context(
         java_script_enabled=False, viewport={"width": 1400, "height": 900}
     )
@@ -242,7 +239,7 @@ def test_without_scripts_the_figures_are_there(browser, report) -> None:
     context.close()
 
 
-def test_the_comparison_opens_too(show, report, tmp_path) -> None:
+def test_the_comparison_opens_too(show, report, tmp_path):
     file = report("panda_3") / "calibration.json"
     assert main(["compare", str(file), "--out", str(tmp_path / "c")]) == 0
     for width in (400, 1400):

@@ -15,7 +15,7 @@ from mukca.tools.cli import main
 
 @pytest.fixture
 def run(capsys):
-    def run(*words: str) -> tuple[int, str, str]:
+    def run(*words):
         status = main(["report", *words])
         out, err = capsys.readouterr()
         return status, out, err
@@ -24,11 +24,11 @@ def run(capsys):
 
 
 @pytest.fixture
-def copy(calibrated, tmp_path) -> Path:
+def copy(calibrated, tmp_path):
     return Path(shutil.copytree(calibrated, tmp_path / "copy"))
 
 
-def test_solve_writes_the_same_report(run, copy) -> None:
+def test_solve_writes_the_same_report(run, copy):
     before = (copy / "report.html").read_bytes()
     status, out, _ = run(str(copy / "calibration.json"))
     assert status == 0 and "up to date" in out
@@ -36,7 +36,7 @@ def test_solve_writes_the_same_report(run, copy) -> None:
 
 
 @pytest.mark.slow
-def test_another_report_is_overwritten_only_by_force(run, copy) -> None:
+def test_another_report_is_overwritten_only_by_force(run, copy):
     words = (str(copy / "calibration.json"), "--tolerance-mm", "1")
     before = (copy / "report.html").read_bytes()
     status, _, err = run(*words)
@@ -48,7 +48,7 @@ def test_another_report_is_overwritten_only_by_force(run, copy) -> None:
 
 
 @pytest.mark.slow
-def test_json_is_the_report(run, copy) -> None:
+def test_json_is_the_report(run, copy):
     _, out, err = run(str(copy / "calibration.json"), "--json")
     assert json.loads(out) == json.loads((copy / "report.json").read_text())
     assert "Verdict" in err
@@ -56,7 +56,7 @@ def test_json_is_the_report(run, copy) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="screens are told by the environment")
-def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path) -> None:
+def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path):
     browser, seen = tmp_path / "browser", tmp_path / "seen"
     browser.write_text(f'#!/bin/sh\nprintf %s "$1" >{seen}\n')
     browser.chmod(0o755)
@@ -84,14 +84,14 @@ def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path) -> None:
         ("--known", "front:0-left:7=0.3"),
     ],
 )
-def test_bad_usage_gets_one_line(run, copy, words) -> None:
+def test_bad_usage_gets_one_line(run, copy, words):
     file = () if words == ("missing.json",) else (str(copy / "calibration.json"),)
     status, _, err = run(*file, *words)
     assert status == 2 and err.count("\n") == 1
 
 
 @pytest.mark.slow
-def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
+def test_known_distances_come_from_a_file_too(run, copy, tmp_path):
     lines = tmp_path / "known.txt"
     lines.write_text("# measured with a caliper\nfront:0-left:0=0.43+-0.0001  # long one\n\n")
     run(str(copy / "calibration.json"), "--known", str(lines), "--force")
@@ -99,7 +99,7 @@ def test_known_distances_come_from_a_file_too(run, copy, tmp_path) -> None:
     assert row["distance"] == 0.43 and row["standard_deviation"] == 1e-4
 
 
-def test_a_pipe_gets_text_and_a_terminal_curves(run, copy, monkeypatch) -> None:
+def test_a_pipe_gets_text_and_a_terminal_curves(run, copy, monkeypatch):
     _, pipe, _ = run(str(copy / "calibration.json"))
     assert "\x1b" not in pipe and "▁" not in pipe
     for words in ("PASS", "front", "left", "Use:", "Next:", "Data:", "Not evaluated"):

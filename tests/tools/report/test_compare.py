@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -10,7 +9,7 @@ from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
-def other(session, tmp_path_factory) -> Path:
+def other(session, tmp_path_factory):
     """A calibration of the same session by the ball alone: worse than all joints."""
     out = tmp_path_factory.mktemp("other") / "ball_only"
     words = [str(session / "left"), "--robot", "panda", "--method", "paper", "--free", "ball_joint"]
@@ -20,7 +19,7 @@ def other(session, tmp_path_factory) -> Path:
 
 @pytest.fixture
 def run(capsys):
-    def run(*words: str) -> tuple[int, str, str]:
+    def run(*words):
         status = main(["compare", *map(str, words)])
         out, err = capsys.readouterr()
         return status, out, err
@@ -29,7 +28,7 @@ def run(capsys):
 
 
 @pytest.mark.slow
-def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated, other) -> None:
+def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated, other):
     files = [calibrated / "calibration.json", other / "calibration.json"]
     status, out, err = run(*files, "--json")
     assert status == 0
@@ -53,7 +52,7 @@ def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated,
 
 def test_a_calibration_equals_its_copy_wherever_the_base_frame_is(
     run, calibrated, document, written
-) -> None:
+):
     """The base frame cannot be seen by a ball in a socket, so its place is no difference."""
     (joint,) = [row for row in document["parameters"] if row["name"] == "panda_joint1.z"]
     for key in ("calibrated", "exported", "change"):
@@ -64,7 +63,7 @@ def test_a_calibration_equals_its_copy_wherever_the_base_frame_is(
     assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)
 
 
-def test_a_copy_is_within_the_noise(run, calibrated, tmp_path) -> None:
+def test_a_copy_is_within_the_noise(run, calibrated, tmp_path):
     copy = tmp_path / "copy" / "calibration.json"
     copy.parent.mkdir()
     copy.write_bytes((calibrated / "calibration.json").read_bytes())
@@ -74,23 +73,21 @@ def test_a_copy_is_within_the_noise(run, calibrated, tmp_path) -> None:
     assert "within the noise" in err
 
 
-def test_new_data_can_be_named(run, session, calibrated, other) -> None:
+def test_new_data_can_be_named(run, session, calibrated, other):
     files = [calibrated / "calibration.json", other / "calibration.json"]
     _, out, _ = run(*files, "--data", session / "right", "--json")
     (row,) = json.loads(out)["placements"]
     assert row["name"].endswith("right")
 
 
-def test_where_all_were_trained_nothing_is_said(run, session, calibrated) -> None:
+def test_where_all_were_trained_nothing_is_said(run, session, calibrated):
     _, out, err = run(calibrated / "calibration.json", "--data", session / "front", "--json")
     result = json.loads(out)
     assert result["fair"] == [] and result["pairs"][0]["summary"] is None
     assert "trained on by one of the models" in err
 
 
-def test_the_page_shows_the_figures_of_the_json(
-    run, calibrated, other, tmp_path, read_page
-) -> None:
+def test_the_page_shows_the_figures_of_the_json(run, calibrated, other, tmp_path, read_page):
     out = tmp_path / "out"
     files = [calibrated / "calibration.json", other / "calibration.json"]
     assert run(*files, "--out", out)[0] == 0
@@ -109,13 +106,13 @@ def test_the_page_shows_the_figures_of_the_json(
 
 
 @pytest.mark.parametrize("words", [("--open",), ("--data", "nowhere")])
-def test_bad_usage_gets_one_line(run, calibrated, words) -> None:
+def test_bad_usage_gets_one_line(run, calibrated, words):
     status, _, err = run(calibrated / "calibration.json", *words)
     assert status == 2 and err.count("\n") == 1
 
 
 @pytest.mark.slow
-def test_other_robots_and_twice_the_same_are_refused(run, calibrated, document, written) -> None:
+def test_other_robots_and_twice_the_same_are_refused(run, calibrated, document, written):
     file = calibrated / "calibration.json"
     assert run(file, file)[0] == 2
     names = ("nominal_urdf", "calibrated_urdf")

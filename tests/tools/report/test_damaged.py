@@ -2,8 +2,6 @@
 
 import copy
 import json
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
@@ -53,10 +51,8 @@ REQUIRED = {
 FREE = {"settings", "versions", "data_sha256", "outputs", "deflection"}
 """Whose keys are names, which may be any."""
 
-Path = tuple[str | int, ...]
 
-
-def paths(value: Any, path: Path = ()) -> Iterator[Path]:
+def paths(value, path=()):
     """Every key of a document, of lists the first item's, as the way to it."""
     if isinstance(value, dict):
         for key, inner in value.items():
@@ -66,17 +62,17 @@ def paths(value: Any, path: Path = ()) -> Iterator[Path]:
         yield from paths(value[0], (*path, 0))
 
 
-def at(document: Any, path: Path) -> Any:
+def at(document, path):
     for key in path:
         document = document[key]
     return document
 
 
 @pytest.fixture
-def load(tmp_path) -> Any:
+def load(tmp_path):
     """Read a document as it stands in a file."""
 
-    def load(document: dict[str, Any]) -> mukca.Calibration:
+    def load(document):
         file = tmp_path / "calibration.json"
         file.write_text(json.dumps(document))
         return mukca.load_calibration(file)
@@ -85,16 +81,16 @@ def load(tmp_path) -> Any:
 
 
 @pytest.fixture
-def read(load, tmp_path) -> Any:
+def read(load, tmp_path):
     """Write the report of a document."""
     return lambda document: mukca.write_report(load(document), tmp_path / "out", force=True)
 
 
 @pytest.fixture
-def message(read, tmp_path) -> Any:
+def message(read, tmp_path):
     """Return the one line about a damaged document."""
 
-    def message(document: dict[str, Any]) -> str:
+    def message(document):
         with pytest.raises(MukcaError) as caught:
             read(document)
         assert "\n" not in str(caught.value)
@@ -105,7 +101,7 @@ def message(read, tmp_path) -> Any:
 
 
 @pytest.mark.slow
-def test_each_key_that_is_gone_is_named(extended, load, message) -> None:
+def test_each_key_that_is_gone_is_named(extended, load, message):
     ways = list(paths(extended))
     assert len(ways) > 120
     for path in ways:
@@ -120,7 +116,7 @@ def test_each_key_that_is_gone_is_named(extended, load, message) -> None:
             assert f"`{path[-1]}`" in message(damaged), path
 
 
-def test_without_what_only_some_methods_leave_a_report_is_made(extended, read) -> None:
+def test_without_what_only_some_methods_leave_a_report_is_made(extended, read):
     for path in [*paths(extended)][::-1]:
         if path[-1] in OPTIONAL and path not in REQUIRED:
             del at(extended, path[:-1])[path[-1]]
@@ -128,7 +124,7 @@ def test_without_what_only_some_methods_leave_a_report_is_made(extended, read) -
 
 
 @pytest.mark.slow
-def test_each_value_of_another_kind_is_named(extended, message) -> None:
+def test_each_value_of_another_kind_is_named(extended, message):
     for path in paths(extended):
         damaged = copy.deepcopy(extended)
         at(damaged, path[:-1])[path[-1]] = [{"wrong": "kind"}]
@@ -162,7 +158,7 @@ def test_each_value_of_another_kind_is_named(extended, message) -> None:
         (("model", "tip"), "nowhere", "`model`: panda: no link is called 'nowhere'"),
     ],
 )
-def test_parts_that_do_not_fit_each_other_are_named(document, message, path, value, said) -> None:
+def test_parts_that_do_not_fit_each_other_are_named(document, message, path, value, said):
     at(document, path[:-1])[path[-1]] = value
     assert said in message(document)
 
@@ -180,9 +176,7 @@ def test_parts_that_do_not_fit_each_other_are_named(document, message, path, val
         (lambda text: '{"format": 3}', "$.format"),
     ],
 )
-def test_a_file_that_cannot_be_read_gets_one_line(
-    calibrated, tmp_path, capsys, verb, damage, said
-) -> None:
+def test_a_file_that_cannot_be_read_gets_one_line(calibrated, tmp_path, capsys, verb, damage, said):
     text = json.dumps(json.loads((calibrated / "calibration.json").read_text()))
     file = tmp_path / "calibration.json"
     file.write_text(damage(text))
@@ -192,6 +186,6 @@ def test_a_file_that_cannot_be_read_gets_one_line(
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document, read) -> None:
+def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document, read):
     document["data"][0]["files"] = ["front\udcff/hole_0.csv"]
     read(document)

@@ -2,8 +2,6 @@
 
 import csv
 import shutil
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -12,34 +10,32 @@ from mukca.tools.cli import main
 pytestmark = pytest.mark.slow
 
 
-def test_the_report_of_the_papers_method(calibrated: Path, says: Callable[..., None]) -> None:
+def test_the_report_of_the_papers_method(calibrated, says):
     says("paper", (calibrated / "report.html").read_text())
 
 
 @pytest.fixture(scope="module")
-def auto(session: Path, shared: Callable[..., Path]) -> Path:
+def auto(session, shared):
     held_out = [str(session / "left"), str(session / "right")]
 
-    def make(out: Path) -> None:
+    def make(out):
         words = [str(session / "front"), "--test", *held_out, "--robot", "panda"]
         main(["solve", *words, "--out", str(out)])
 
     return shared("auto", make)
 
 
-def test_the_report_of_the_default_method(auto: Path, says: Callable[..., None]) -> None:
+def test_the_report_of_the_default_method(auto, says):
     says("auto", (auto / "report.html").read_text())
 
 
-def test_the_comparison(
-    auto: Path, calibrated: Path, tmp_path: Path, says: Callable[..., None]
-) -> None:
+def test_the_comparison(auto, calibrated, tmp_path, says):
     files = [str(folder / "calibration.json") for folder in (calibrated, auto)]
     assert main(["compare", *files, "--out", str(tmp_path / "out")]) == 0
     says("comparison", (tmp_path / "out/compare.html").read_text())
 
 
-def turned(folder: Path, joint: int, angle: float) -> None:
+def turned(folder, joint, angle):
     """Add an angle to a joint in all recordings of a folder [rad]."""
     for file in folder.rglob("hole_*.csv"):
         with file.open() as stream:
@@ -50,7 +46,7 @@ def turned(folder: Path, joint: int, angle: float) -> None:
             csv.writer(stream).writerows(rows)
 
 
-def test_the_report_of_two_arms(session: Path, tmp_path: Path, says: Callable[..., None]) -> None:
+def test_the_report_of_two_arms(session, tmp_path, says):
     """The right arm is the left one, standing at the same sockets with its base turned."""
     for arm in ("left", "right"):
         for name in ("front", "left"):
@@ -63,7 +59,7 @@ def test_the_report_of_two_arms(session: Path, tmp_path: Path, says: Callable[..
     says("arms", (tmp_path / "out/right/report.html").read_text())
 
 
-def test_the_fleet(session: Path, tmp_path: Path, says: Callable[..., None]) -> None:
+def test_the_fleet(session, tmp_path, says):
     """One arm is recorded twice, and a joint of it slips in between; the other's file is bad."""
     for place in ("arm-1/May", "arm-1/June"):
         for name in ("front", "left"):

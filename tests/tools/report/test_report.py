@@ -7,7 +7,6 @@ import shlex
 import shutil
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,13 +31,13 @@ PLOTS = {
 OF_EXTENSIONS = {"predicted-found", "groups"}
 
 
-def look_up(figures: Any, path: str) -> Any:
+def look_up(figures, path):
     for key in path.split("."):
         figures = figures[int(key)] if isinstance(figures, list) else figures[key]
     return figures
 
 
-def check_page(folder: Path, read_page: Any) -> int:
+def check_page(folder, read_page):
     """See that the page shows what report.json holds; return how many numbers it showed."""
     figures = json.loads((folder / "report.json").read_text())
     page = read_page(folder / "report.html")
@@ -56,13 +55,13 @@ def check_page(folder: Path, read_page: Any) -> int:
     return len(shown)
 
 
-def test_the_page_shows_the_figures_of_the_json(calibrated, read_page) -> None:
+def test_the_page_shows_the_figures_of_the_json(calibrated, read_page):
     # 48 parameters of three numbers, and the rest.
     assert check_page(calibrated, read_page) > 3 * 48 + 40
 
 
 @pytest.mark.slow
-def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) -> None:
+def test_what_only_some_methods_know_is_shown_too(extended, written, read_page):
     file = written(extended)
     main(["report", str(file)])
     assert check_page(file.parent, read_page) > 4 * 48 + 40
@@ -82,7 +81,7 @@ def test_what_only_some_methods_know_is_shown_too(extended, written, read_page) 
         assert words in html
 
 
-def test_figures_are_those_of_the_calibration(calibrated, document) -> None:
+def test_figures_are_those_of_the_calibration(calibrated, document):
     """Errors in the report, sample by sample, average to the MAE that the solver found."""
     figures = json.loads((calibrated / "report.json").read_text())
     robot = mukca.load_calibration(calibrated / "calibration.json").calibrated
@@ -98,7 +97,7 @@ def test_figures_are_those_of_the_calibration(calibrated, document) -> None:
         assert np.allclose(row["position"], centre, atol=1e-9)
 
 
-def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report) -> None:
+def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report):
     plain = json.loads((calibrated / "report.json").read_text())["plots"]
     more = report(extended)["plots"]
     assert {plot["id"] for plot in plain} == PLOTS
@@ -117,7 +116,7 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report) 
         ["--method", "auto", "--without", "transmission", "--payload", "0.5"],
     ],
 )
-def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options) -> None:
+def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options):
     monkeypatch.chdir(shutil.copytree(session, tmp_path / "session"))
     main(["solve", "front", "--test", "left", "--robot", "panda", *options, "--out", "one"])
     first = json.loads(Path("one/report.json").read_text())
@@ -129,7 +128,7 @@ def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch
         assert second[key] == first[key]
 
 
-def test_the_page_needs_no_other_file(calibrated, read_page) -> None:
+def test_the_page_needs_no_other_file(calibrated, read_page):
     page = read_page(calibrated / "report.html")
     for attribute in ("src", "href"):
         assert all(a[attribute].startswith("data:") for a, _ in page.having(attribute))
@@ -139,7 +138,7 @@ def test_the_page_needs_no_other_file(calibrated, read_page) -> None:
 
 
 @pytest.mark.parametrize("name", ["<script>alert(1)</script>", "</script><b>", "a&b\"'\x01", "π ✓"])
-def test_names_from_files_are_text(document, written, read_page, name) -> None:
+def test_names_from_files_are_text(document, written, read_page, name):
     for rows in (document["placements"], document["data"]):
         rows[1]["name"] = f"session/{name}"
     for joint in ("panda_joint3",):
@@ -158,7 +157,7 @@ def test_names_from_files_are_text(document, written, read_page, name) -> None:
 
 
 @pytest.mark.slow
-def test_a_real_arm(recordings, tmp_path, read_page) -> None:
+def test_a_real_arm(recordings, tmp_path, read_page):
     folder, out = recordings / "panda_3", tmp_path / "panda_3"
     words = [str(folder / "frontcenter"), "--test", str(folder), "--method", "paper"]
     words += ["--distance", "0.05"]
@@ -174,7 +173,7 @@ def test_a_real_arm(recordings, tmp_path, read_page) -> None:
     assert means == pytest.approx([0.83e-3, 0.32e-3], abs=5e-6)
 
 
-def hole_grid() -> str:
+def hole_grid():
     """Known distances of panda_3: all its sockets stand in a grid of holes."""
     places = {
         "frontcenter": (0, 0),

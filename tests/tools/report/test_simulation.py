@@ -1,7 +1,6 @@
 """The page of a simulated experiment: the same for any figures, with pictures or without."""
 
 import re
-from typing import Any
 
 import msgspec
 import pytest
@@ -10,11 +9,11 @@ from mukca.tools.experiments import SimulationDocument
 from mukca.tools.report.page import simulation_page
 
 
-def forces() -> dict[str, dict[str, float]]:
+def forces():
     return {key: {"mean": 1.25, "min": 0.5, "max": 2.0} for key in ("force", "peak_force")}
 
 
-def inserted(count: int, miss: float) -> dict[str, Any]:
+def inserted(count, miss):
     posture = {"hole": [0.5, 0.0, 0.1], "elbow": 0.5, "depth": 0.02}
     loads = {"force": 1.25, "peak_force": 2.0}
     each = [
@@ -24,7 +23,7 @@ def inserted(count: int, miss: float) -> dict[str, Any]:
     return {"inserted": count, "trials": 3, **errors, **forces(), "each": each}
 
 
-def drawn(spread: float) -> dict[str, Any]:
+def drawn(spread):
     line = [[0.5, 0.0], [0.51, 0.02], [0.5, 0.04]]
     errors = {"tracking_error": spread, "max_tracking_error": spread}
     apart = {"retracings": 2, "spread": spread, "max_spread": 2 * spread}
@@ -33,11 +32,11 @@ def drawn(spread: float) -> dict[str, Any]:
     return {**apart, **errors, **forces(), "each": [one, one]}
 
 
-def result(experiment: str, model: str = "calibrated") -> SimulationDocument:
+def result(experiment, model="calibrated"):
     return msgspec.convert(figures(experiment, model), SimulationDocument)
 
 
-def figures(experiment: str, model: str) -> dict[str, Any]:
+def figures(experiment, model):
     head = {"experiment": experiment, "arm": 1, "seed": 2, "model": model}
     if experiment == "drawing":
         beside = {"model": "nominal", "drawing": drawn(0.0125)}
@@ -53,11 +52,11 @@ def figures(experiment: str, model: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-def test_the_page_says_what_it_said(experiment: str, says: Any) -> None:
+def test_the_page_says_what_it_said(experiment, says):
     says(experiment, simulation_page(result(experiment), {"picture.png": b"p"}))
 
 
-def test_each_trial_is_drawn() -> None:
+def test_each_trial_is_drawn():
     page = simulation_page(result("insertion"), {})
     assert page.count("<circle") == 2 + 12  # the play, and each trial, of both models
     assert len(re.findall(r'class="model-\d train"', page)) == 2 + 3 + 1
@@ -65,7 +64,7 @@ def test_each_trial_is_drawn() -> None:
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-def test_pictures_are_in_the_page(experiment: str) -> None:
+def test_pictures_are_in_the_page(experiment):
     bare = simulation_page(result(experiment), {})
     assert "<img" not in bare
     assert "Side by side" not in bare
@@ -74,6 +73,6 @@ def test_pictures_are_in_the_page(experiment: str) -> None:
     assert 'src="data:image/gif;base64,YQ=="' in page
 
 
-def test_a_file_is_called_by_its_name_and_escaped() -> None:
+def test_a_file_is_called_by_its_name_and_escaped():
     page = simulation_page(result("drawing", "some/where/<b>.urdf"), {})
     assert "the &lt;b&gt;.urdf model's" in page and "<b>" not in page

@@ -2,26 +2,23 @@
 
 import json
 import shlex
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.assessment import Verdict, worst
+from mukca.solver.assessment import worst
 from mukca.tools.cli import main
 
 KNOWN = "front:0-left:0="
 
 
 @pytest.fixture
-def rows(report: Callable[..., Any]) -> Callable[..., tuple[str, dict[str, str], str]]:
+def rows(report):
     """Return the verdict's status, that of each limit, and its text."""
 
-    def rows(document: Any, *options: str) -> tuple[str, dict[str, str], str]:
+    def rows(document, *options):
         verdict = report(document, *options)["verdict"]
         return (
             verdict["status"],
@@ -32,7 +29,7 @@ def rows(report: Callable[..., Any]) -> Callable[..., tuple[str, dict[str, str],
     return rows
 
 
-def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, rows) -> None:
+def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, rows):
     status, limits, text = rows(document)
     assert status == "pass"
     assert limits == {
@@ -60,13 +57,13 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, rows) ->
     ("limit", "option"),
     [("mean_absolute_error", "--limit-mae-mm"), ("distance_error", "--limit-distance-mm")],
 )
-def test_a_limit_that_is_not_kept_fails(document, rows, limit, option) -> None:
+def test_a_limit_that_is_not_kept_fails(document, rows, limit, option):
     status, limits, text = rows(document, option, "1e-4")
     assert status == "fail" and limits[limit] == "fail"
     assert "limit 0.000 mm" in text
 
 
-def test_without_held_out_data_nothing_is_validated(document, rows) -> None:
+def test_without_held_out_data_nothing_is_validated(document, rows):
     for key in ("data", "placements"):
         document[key] = [row for row in document[key] if row["role"] == "train"]
     document["summary"]["test"] = None
@@ -76,7 +73,7 @@ def test_without_held_out_data_nothing_is_validated(document, rows) -> None:
     assert "Held-out error (MAE): no placement was held out" in text
 
 
-def moved(placement: Any, shift: float) -> Any:
+def moved(placement, shift):
     """The same rows in another order, a bit off."""
     rows = [
         replace(s, position=tuple(q + shift for q in s.position)) for s in placement.samples[::-1]
@@ -97,7 +94,7 @@ def moved(placement: Any, shift: float) -> Any:
         ),
     ],
 )
-def test_what_was_trained_on_validates_nothing(panda, session, parts, words) -> None:
+def test_what_was_trained_on_validates_nothing(panda, session, parts, words):
     train, again = parts(mukca.read_placements(session / "front")[0])
     elsewhere = mukca.read_placements(session / "left")[0]
     alone = mukca.calibrate(panda, train, test=again, method="paper").verdict
@@ -112,7 +109,7 @@ def test_what_was_trained_on_validates_nothing(panda, session, parts, words) -> 
     )
 
 
-def test_the_error_alone_never_passes(document, rows) -> None:
+def test_the_error_alone_never_passes(document, rows):
     """A model that shrinks to a point has no error at all."""
     document["model"]["name"] = document["model"]["source"] = "unheard_of"
     status, limits, _ = rows(document, "--limit-mae-mm", "900")
@@ -121,7 +118,7 @@ def test_the_error_alone_never_passes(document, rows) -> None:
     assert status == "incomplete"
 
 
-def test_an_unknown_arm_is_told_what_is_needed(document, report) -> None:
+def test_an_unknown_arm_is_told_what_is_needed(document, report):
     document["model"]["name"] = document["model"]["source"] = "unheard_of"
     row = report(document)["verdict"]["limits"][0]
     assert row["status"] == "not evaluated"
@@ -130,7 +127,7 @@ def test_an_unknown_arm_is_told_what_is_needed(document, report) -> None:
 
 
 @pytest.mark.slow
-def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows) -> None:
+def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows):
     assert rows(extended)[1]["data_checks"] == "pass"  # a sample that hardly counts is no matter
     extended["checks"][1]["code"] = "scale"
     status, limits, text = rows(extended)
@@ -140,7 +137,7 @@ def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows)
     assert rows(extended)[0] == "fail"
 
 
-def test_a_drift_fails_nothing_that_was_held_out_bears_out(extended, rows) -> None:
+def test_a_drift_fails_nothing_that_was_held_out_bears_out(extended, rows):
     drift = {"level": "error", "code": "drift", "where": "front", "text": "a", "advice": "b"}
     extended["checks"] = [drift, {**drift, "code": "moved", "where": "front/hole_0.csv:3"}]
     assert rows(extended)[1]["data_checks"] == "not enough"
@@ -149,18 +146,18 @@ def test_a_drift_fails_nothing_that_was_held_out_bears_out(extended, rows) -> No
     assert rows(extended)[1]["data_checks"] == "fail"
 
 
-def test_a_distorted_model_fails_whoever_asks(document, written, report) -> None:
+def test_a_distorted_model_fails_whoever_asks(document, written, report):
     document["distorted"] = ["session/front"]
     assert mukca.load_calibration(written(document)).verdict.status == "fail"
     verdict = report(document)["verdict"]
     assert verdict["status"] == "fail" and "does not reproduce" in verdict["text"]
 
 
-def test_the_worst_of_several_is_said_first() -> None:
+def test_the_worst_of_several_is_said_first():
     assert [worst(each) for each in ([], [0, 0], [0, 3], [3, 1, 0])] == [0, 0, 3, 1]
 
 
-def test_the_report_says_what_a_pass_rests_on(document, report) -> None:
+def test_the_report_says_what_a_pass_rests_on(document, report):
     figures = report(document)
     by_name = {one["name"]: one for one in figures["rests_on"]}
     assert by_name["distance"]["value"] == 0.05
@@ -170,14 +167,14 @@ def test_the_report_says_what_a_pass_rests_on(document, report) -> None:
 
 
 @pytest.mark.slow
-def test_known_distances_are_judged(document, report, rows) -> None:
+def test_known_distances_are_judged(document, report, rows):
     centres = [row["sockets"][0]["centre"] for row in report(document)["placements"]]
     length = float(np.linalg.norm(np.subtract(*centres[:2])))
     for known, status in ((f"{length!r}+-0.0001", "pass"), (f"{length + 1e-3!r}", "fail")):
         assert rows(document, "--known", KNOWN + known)[1]["between_placements"] == status
 
 
-def test_distances_that_the_fit_was_told_prove_nothing(document, rows) -> None:
+def test_distances_that_the_fit_was_told_prove_nothing(document, rows):
     known = [f"{KNOWN}0.4"]
     document["settings"]["known"] = known
     assert rows(document, "--known", *known)[1]["between_placements"] == "fail"
@@ -187,7 +184,7 @@ def test_distances_that_the_fit_was_told_prove_nothing(document, rows) -> None:
 
 
 @pytest.mark.slow
-def test_limits_are_no_finer_than_a_printed_socket_resolves(document, report) -> None:
+def test_limits_are_no_finer_than_a_printed_socket_resolves(document, report):
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name
         found = report(document)["limits"]["mean_absolute_error"]["value"]
@@ -195,9 +192,7 @@ def test_limits_are_no_finer_than_a_printed_socket_resolves(document, report) ->
 
 
 @pytest.mark.parametrize(("servos", "times"), [(False, 1), (True, 2)])
-def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(
-    document, report, servos, times
-) -> None:
+def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(document, report, servos, times):
     document["settings"]["zeros"] = servos
     limits = report(document, "--repeatability-mm", "2")["limits"]
     assert limits["distance_error"]["value"] == pytest.approx(times * 2e-3)
@@ -216,7 +211,7 @@ def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(
         ("my_panda_on_a_ur5e", None),
     ],
 )
-def test_an_arm_is_known_by_its_name(document, written, name, arm) -> None:
+def test_an_arm_is_known_by_its_name(document, written, name, arm):
     document["model"]["name"] = document["model"]["source"] = name
     limits = mukca.load_calibration(written(document)).assessment.limits
     assert limits.repeatability_source.startswith(f"{arm}: ") == (limits.repeatability is not None)
@@ -224,7 +219,7 @@ def test_an_arm_is_known_by_its_name(document, written, name, arm) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_path) -> None:
+def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_path):
     words = ["report", str(calibrated / "calibration.json"), "--out", str(tmp_path)]
     assert main(words) == 0
     assert main([*words, "--limit-mae-mm", "0.001", "--force"]) == 1
@@ -232,14 +227,14 @@ def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_
     assert limit == {"value": 1e-6, "source": "given by --limit-mae-mm"}
 
 
-def with_geometric(document: Any, error: float) -> Any:
+def with_geometric(document, error):
     """A document whose URDF alone is less accurate than the full model."""
     for row in (document["summary"]["test"], document["summary"]["train"]):
         row["geometric"] = {**row["calibrated"], "mean_absolute_error": error}
     return document
 
 
-def test_the_urdf_alone_is_judged_and_both_answers_are_named(document, report, rows) -> None:
+def test_the_urdf_alone_is_judged_and_both_answers_are_named(document, report, rows):
     verdict = report(with_geometric(document, 0.5e-3))["verdict"]
     row = verdict["limits"][0]
     assert (verdict["status"], verdict["scope"]) == ("pass", "recorded_places")
@@ -254,7 +249,7 @@ def test_the_urdf_alone_is_judged_and_both_answers_are_named(document, report, r
     assert rows(with_geometric(document, 0.2e-3))[0] == "pass"
 
 
-def test_where_both_models_fail_there_is_one_answer(document, report) -> None:
+def test_where_both_models_fail_there_is_one_answer(document, report):
     verdict = report(with_geometric(document, 0.5e-3), "--limit-mae-mm", "1e-4")["verdict"]
     assert verdict["status"] == "fail" and verdict["title"] == "FAIL"
 
@@ -277,9 +272,7 @@ def test_where_both_models_fail_there_is_one_answer(document, report) -> None:
         (-0.583, None, "fail", "fail"),
     ],
 )
-def test_an_arm_of_the_wrong_size_does_not_pass(
-    document, value, deviation, expected, status, rows
-) -> None:
+def test_an_arm_of_the_wrong_size_does_not_pass(document, value, deviation, expected, status, rows):
     document["scale"] = {"value": value, "deviation": deviation}
     told, limits, text = rows(document)
     assert (told, limits["scale"]) == (status, expected)
@@ -289,7 +282,7 @@ def test_an_arm_of_the_wrong_size_does_not_pass(
     assert measure == (expected != "pass" and not badly_known)
 
 
-def test_what_may_explain_the_size_is_said(document, rows) -> None:
+def test_what_may_explain_the_size_is_said(document, rows):
     document["scale"] = {"value": 0.02, "deviation": 7e-4}
     for row in (*document["placements"], *document["data"]):
         row["distance"] = 0.051
@@ -304,7 +297,7 @@ def test_what_may_explain_the_size_is_said(document, rows) -> None:
 )
 def test_the_papers_method_passes_no_arm_whose_size_it_does_not_know(
     document, report, deviation, status
-) -> None:
+):
     """It predicts no error of distances: an arm 16 mm off passed, 0.9 +- 1.7 % too long."""
     document["scale"] = {"value": 0.009, "deviation": deviation}
     row = report(document)["verdict"]["limits"][-1]
@@ -313,7 +306,7 @@ def test_the_papers_method_passes_no_arm_whose_size_it_does_not_know(
 
 
 @pytest.mark.parametrize("code", ["sign", "swap", "zero", "model"])
-def test_joints_are_to_be_mended_before_the_distance(document, code, report) -> None:
+def test_joints_are_to_be_mended_before_the_distance(document, code, report):
     """Where a joint is wrong, the arm's size is, too, and no distance is likelier."""
     document["scale"] = {"value": 0.02, "deviation": 7e-4}
     said = {"level": "error", "code": code, "where": "all placements", "text": "x", "advice": "y"}
@@ -324,7 +317,7 @@ def test_joints_are_to_be_mended_before_the_distance(document, code, report) -> 
     assert not any("MEASURED" in step["command"] for step in figures["todo"])
 
 
-def test_few_samples_are_not_enough_to_say(session: Path, tmp_path: Path) -> None:
+def test_few_samples_are_not_enough_to_say(session, tmp_path):
     for file in session.glob("*/hole_*.csv"):
         few = tmp_path / file.relative_to(session)
         few.parent.mkdir(exist_ok=True)
@@ -338,11 +331,11 @@ def test_few_samples_are_not_enough_to_say(session: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_the_twelve_most_alike_samples_do_not_pass(recordings) -> None:
+def test_the_twelve_most_alike_samples_do_not_pass(recordings):
     """They are too few and too alike to show what the arm does elsewhere."""
     folder = recordings / "panda_3"
     (placement,) = mukca.read_placements(folder / "frontcenter")
-    kept: list[Any] = []
+    kept = []
     for socket in (0, 1):
         own = [sample for sample in placement.samples if sample.socket == socket]
         middle = np.median([sample.position for sample in own], axis=0)
@@ -354,7 +347,7 @@ def test_the_twelve_most_alike_samples_do_not_pass(recordings) -> None:
     assert calibration.verdict.status != "pass"
 
 
-def test_a_large_predicted_error_leaves_it_open(extended, report, rows) -> None:
+def test_a_large_predicted_error_leaves_it_open(extended, report, rows):
     assert rows(extended)[1]["predicted_distance"] == "pass"
     extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
     status, limits, text = rows(extended)
@@ -363,7 +356,7 @@ def test_a_large_predicted_error_leaves_it_open(extended, report, rows) -> None:
     assert report(extended)["answers"]["use"]["text"].endswith("see first what it lacks.")
 
 
-def test_a_pass_claims_no_more_than_its_rows(extended, report) -> None:
+def test_a_pass_claims_no_more_than_its_rows(extended, report):
     """The URDF alone is not the full model: how far it is from it counts, near and far."""
     known = {"median": 3e-4, "worst": 9e-3, "alone": 8e-4}
     extended["uncertainty"]["near"] = known
@@ -384,9 +377,7 @@ def test_a_pass_claims_no_more_than_its_rows(extended, report) -> None:
 @pytest.mark.parametrize(
     ("limit", "allowed"), [("0.3", 9e-4), ("0.6", 1.8e-3), ("1.5", 2e-3), ("6", 6e-3)]
 )
-def test_arms_that_repeat_worse_may_not_know_distances_ever_worse(
-    extended, report, limit, allowed
-) -> None:
+def test_arms_that_repeat_worse_may_not_know_distances_ever_worse(extended, report, limit, allowed):
     for found, expected in ((0.99 * allowed, "pass"), (1.01 * allowed, "not enough")):
         extended["uncertainty"]["distance_deviation"] = {"median": found, "worst": 9e-3}
         row = report(extended, "--limit-mae-mm", limit)["verdict"]["limits"][-1]
@@ -394,7 +385,7 @@ def test_arms_that_repeat_worse_may_not_know_distances_ever_worse(
 
 
 @pytest.mark.slow
-def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows) -> None:
+def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows):
     known = {"median": 1.4e-3, "worst": 9e-3}
     for length, expected in ((0.8, "not enough"), (1.3, "not enough"), (1.5, "pass")):
         extended["uncertainty"]["distance_deviation"] = {**known, "length": length}
@@ -404,7 +395,7 @@ def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows) 
 @pytest.mark.slow
 def test_whatever_is_not_a_pass_says_what_to_do_next(
     document, report, tmp_path, monkeypatch, capsys
-) -> None:
+):
     assert "todo" not in report(document)
     todo = report(with_geometric(document, 1.5e-3))["todo"]
     first = shlex.split(todo[0]["command"])
@@ -430,7 +421,7 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(
 
 
 @pytest.mark.slow
-def test_each_step_says_what_it_should_bring(extended, report) -> None:
+def test_each_step_says_what_it_should_bring(extended, report):
     extended["outlook"] = {
         "joints": [{"joint": "panda_joint1", "recorded": 1e-3, "workspace": 2e-3}],
         "forecasts": [
@@ -452,7 +443,7 @@ def test_each_step_says_what_it_should_bring(extended, report) -> None:
 
 
 @pytest.mark.slow
-def test_no_step_is_to_train_on_what_is_wrong(document, report) -> None:
+def test_no_step_is_to_train_on_what_is_wrong(document, report):
     document["checks"] = [
         {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
         for where in ("/home/me/session/left/hole_1.csv:3",)
@@ -467,12 +458,12 @@ def test_no_step_is_to_train_on_what_is_wrong(document, report) -> None:
     assert "the held-out error by Eq. (5) goes from" in out["expected"]
 
 
-def judged(verdict: Verdict) -> dict[str, str]:
+def judged(verdict):
     return {row.name: row.status for row in verdict.limits}
 
 
 @pytest.mark.slow
-def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session) -> None:
+def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
     """An arm that repeats to 1 mm knows the distance of two means far better."""
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     for distance, expected in ((0.05, "pass"), (0.0503, "not enough")):
@@ -483,7 +474,7 @@ def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session) -> N
     assert found.kind == "not_enough" and "moved between its sockets" in found.text
 
 
-def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_path) -> None:
+def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_path):
     """It turns about the first joint, by 1 mm from the first sample to the last."""
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     sound = mukca.calibrate(panda, train, test=left, method="paper").verdict
