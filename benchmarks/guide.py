@@ -19,8 +19,9 @@ over its predicted deviation is squared and averaged over all arms, and should c
 """
 
 import argparse
+import itertools
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -29,11 +30,19 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from mukca.recorder import Placement, Sample, read_placements
+from mukca.solver.assessment import repeatability_of
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import ExtendedModel, Noise, extend
 from mukca.solver.calibration import calibrate
 from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
-from mukca.solver.design import Workspace, expected_groups, from_fit, from_prior, workspace_of
+from mukca.solver.design import (
+    ParameterCovariance,
+    expected_groups,
+    from_fit,
+    from_prior,
+    workspace_of,
+)
+from mukca.solver.diagnostics import is_coarse
 from mukca.solver.robot import (
     BallModel,
     InverseKinematics,
@@ -46,7 +55,14 @@ from mukca.solver.robot import (
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector
-from mukca.tools.simulation import Base, perturb, reachable_bases, realistic_flaws, record
+from mukca.tools.simulation import (
+    Base,
+    lead,
+    perturb,
+    reachable_bases,
+    realistic_flaws,
+    record,
+)
 
 NOISE = 1e-4
 STEP = 0.8
@@ -61,9 +77,16 @@ class Hand:
 
     arm: Robot
     generator: np.random.Generator
+    noise: float = NOISE
+    aim: np.ndarray | None = None
+    """The pose that is led to by :meth:`reach`, shape (m,)."""
 
     def __post_init__(self) -> None:
         self.guide = InverseKinematics(self.arm)
+
+    def reach(self, seats: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Return poses near the aim, with the ball in some seats, shape (N, m)."""
+        return np.array([self.lead(self.aim, seat, AIM) for seat in seats])
 
     def lead(self, q: np.ndarray | None, socket: np.ndarray, spread: float) -> np.ndarray:
         """Return a pose near another, with the ball in a socket."""
@@ -71,14 +94,13 @@ class Hand:
             start = q + self.generator.normal(0, spread, (8, len(q)))
             start = np.clip(start, self.guide.lower + 1e-3, self.guide.upper - 1e-3)
             pose, _ = self.guide.ball_and_neck(start)
-            seats = np.tile(socket, (8, 1)) + self.generator.normal(0, NOISE, 3)
+            seats = np.tile(socket, (8, 1)) + self.generator.normal(0, self.noise, 3)
             found, arrived = self.guide._follow(start, np.concatenate([seats, pose[:, 3:]], axis=1))
             leans = pose[:, 5] < -np.cos(np.deg2rad(55))
             if (arrived & leans).any():
                 return found[arrived & leans][0]
-        return self.guide.reach(socket[None] + self.generator.normal(0, NOISE, 3), self.generator)[
-            0
-        ]
+        seat = socket[None] + self.generator.normal(0, self.noise, 3)
+        return self.guide.reach(seat, self.generator)[0]
 
 
 def guided(
@@ -133,83 +155,108 @@ def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, 
     return float(np.mean(errors)), _rms(off), _rms(off / predicted)
 
 
-LOOKED = (20, 24, 30)
-"""Numbers of samples at which a session is asked for its advice."""
+SIXES = (*([0] * 6 + [1] * 6) * 2, *[0] * 3, *[1] * 3)
+LOOKED = (22, 24, 27, 30)
+"""Numbers of samples at which a session is asked for more than a pose."""
 
 
-def enough(names: list[str], i: int) -> tuple[int, bool, bool]:
-    """Return samples until ENOUGH at two places of 15 + 15, its scope, and a NOT ENOUGH after it.
+def enough(case: tuple[str, int]) -> tuple[int, bool, str]:
+    """Return samples until ENOUGH at two places of 15 + 15, its scope, and what is missed then.
 
-    No samples are none; the poses are those of a hand that nobody guides.
+    No samples are none. A hand follows the session's poses and goes on after ENOUGH: from there on
+    nothing may be missed, neither where it is asked again nor by a solving of both places.
     """
-    robot = load_robot(names[i % len(names)])
-    generator = np.random.default_rng([i, 6])
+    name, seed = case
+    robot = load_robot(name)
+    generator = np.random.default_rng([seed, list(shipped_robots()).index(name), 6])
     arm, flaws = perturb(robot, generator, 2e-3, 5e-3), realistic_flaws(robot, generator)
+    hand = Hand(arm, generator, noise=0.0)
     earlier: list[Placement] = []
-    said, near, contradicted = 0, False, False
+    said, near, missed = 0, False, ""
     for base in reachable_bases(arm, generator, 2, 0.1):
-        whole = record(arm, base, generator, samples=15, imperfection=flaws)
-        coach = PoseSelector(robot, 0.1, earlier=earlier)
-        zero, one = ([s for s in whole.samples if s.socket == k] for k in (0, 1))
-        order = [s for a in (0, 6, 12) for s in (*zero[a : a + 6], *one[a : a + 6])]
-        for count in LOOKED:
-            samples = [replace(s, number=n) for n, s in enumerate(order[:count], 1)]
-            advice = coach.advise(samples, samples[-1].socket)
-            here = replace(whole, samples=tuple(samples))
-            if advice.enough:
-                said = said or count + sum(len(p.samples) for p in earlier)
-                near = advice.near_only
-                verdict = calibrate(robot, [*earlier, here]).verdict
-                contradicted |= verdict.kind == "not_enough" or verdict.status == "fail"
-        earlier.append(whole)
-    if said:
-        contradicted |= calibrate(robot, earlier).verdict.kind == "not_enough"
-    return said, near, contradicted
+        coach = PoseSelector(robot, base.distance, earlier=earlier)
+        samples: list[Sample] = []
+        hand.aim = None
+        for n, socket in enumerate(SIXES, 1):
+            (read,) = lead(arm, base.sockets[socket][None], generator, flaws, hand)
+            samples.append(Sample(tuple(read.tolist()), socket, number=n))
+            here = Placement(base.name, tuple(samples), robot.joint_names, base.distance)
+            following = SIXES[n % len(SIXES)]
+            if n not in LOOKED:
+                hand.aim = planned(coach, samples, following, read)
+                continue
+            advice = coach.advise(samples, following, read)
+            hand.aim = None if advice.target is None else np.array(advice.target)
+            if advice.enough and not said:
+                said, near = n + sum(len(p.samples) for p in earlier), advice.near_only
+            elif said and not advice.enough:
+                missed = missing(robot, [*earlier, here]) or missed
+        earlier.append(here)
+    return said, near, (missing(robot, earlier) if said else "") or missed
 
 
-def compare_enough(count: int, names: list[str], workers: Workers) -> None:
-    found = workers.map(partial(enough, names), range(count * len(names)))
+def missing(robot: Robot, placements: list[Placement]) -> str:
+    """Return what a solving says, if that is a FAIL or NOT ENOUGH DATA."""
+    zeros = is_coarse(repeatability_of(robot, None)) or None
+    verdict = calibrate(robot, placements, zeros=zeros).verdict
+    if verdict.kind == "not_enough" or verdict.status == "fail":
+        counts = "+".join(str(len(p.samples)) for p in placements)
+        return f"{counts} samples, {verdict.title}: {verdict.text}"
+    return ""
+
+
+def compare_enough(first: int, count: int, names: list[str], workers: Workers) -> None:
+    cases = [(name, seed) for name in names for seed in range(first, first + count)]
+    found = workers.map(enough, cases)
+    for case, (_, _, missed) in zip(cases, found, strict=True):
+        if missed:
+            print(*case, missed)
     print("arm           ENOUGH by 15 + 15 twice   samples until   near only   then NOT ENOUGH")
     for i, name in enumerate([*names, "all"]):
-        own = found[i :: len(names)] if i < len(names) else found
+        own = found[i * count : (i + 1) * count] or found
         said = [until for until, _, _ in own if until]
+        near, no = sum(near for _, near, _ in own), sum(bool(missed) for *_, missed in own)
         print(f"{name:<14} {len(said):>10} of {len(own):<10} {np.median(said or [0]):>10.0f} "
-              f"{sum(near for _, near, _ in own):>12} {sum(no for *_, no in own):>14}")  # fmt: skip
+              f"{near:>12} {no:>14}")  # fmt: skip
 
 
 TRAVELLED = ("panda", "ur5e", "iiwa14", "xarm7")
 
 
-def travel(names: list[str], i: int) -> np.ndarray:
+ASKED = np.array([0.55, 0.65, 0.65, 4, 7, 70, 1.05, 1.10])
+"""Of a plan's means over those of before: travel of the base joint, of the joint that travels most
+and of all; steps of more than 120 degrees in the mean and at most, the median step [deg]; both
+errors."""
+
+
+def travel(case: tuple[str, int]) -> np.ndarray:
     """Return figures of 12 + 12 in sixes, planned, and of the nearest of the best, 12 and then 12.
 
     For each of both: travel of the base joint, of the joint that travels most, of all, steps of
     more than 120 degrees, the median step [deg], both errors, and steps with the ball lifted.
     """
-    robot = load_robot(names[i % len(names)])
-    generator = np.random.default_rng([i, 4])
+    name, seed = case
+    robot = load_robot(name)
+    seeds = [seed, list(shipped_robots()).index(name)]
+    generator = np.random.default_rng([*seeds, 4])
     arm = perturb(robot, generator, 2e-3, 5e-3)
     (base,) = reachable_bases(arm, generator, 1)
-    blocks = [0] * 6 + [1] * 6
     model = extend(robot, choose_parameters(robot))
-    where = workspace_of(model, np.zeros(model.size))
+    anywhere = workspace_of(model, np.zeros(model.size))
     along = (base.sockets[1] - base.sockets[0]) / np.linalg.norm(base.sockets[1] - base.sockets[0])
     figures = []
-    for planned, order in ((True, blocks * 2), (False, sorted(blocks * 2))):
-        hand = Hand(arm, np.random.default_rng([i, 5]))
+    for of, order in ((planned, SIXES[:24]), (nearest, sorted(SIXES[:24]))):
+        hand = Hand(arm, np.random.default_rng([*seeds, 5]))
         coach = PoseSelector(robot, 0.05)
         samples: list[Sample] = []
         q, target, lifted = None, None, 0
-        for socket in order:
+        for socket, following in itertools.zip_longest(order, order[1:], fillvalue=1):
             spread = STEP if target is None else AIM
-            q = hand.lead(q if target is None else np.array(target), base.sockets[socket], spread)
+            q = hand.lead(q if target is None else target, base.sockets[socket], spread)
             samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
-            following = order[min(len(samples), len(order) - 1)]
-            if planned:
-                advice = coach.advise(samples, following, q)
-                target, lifted = advice.target, lifted + advice.lift
-            else:
-                target = nearest(coach, samples, following, q, where)
+            target = of(coach, samples, following, q)
+            stays = target is not None and socket == following
+            lifted += stays and coach._lifted(samples, q, target)
         known = from_prior(model, expected_groups(model), Noise(NOISE, 0.0), 2)
         known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
         for sample in samples:
@@ -219,38 +266,56 @@ def travel(names: list[str], i: int) -> np.ndarray:
         total, most = turned.sum(axis=0), turned.max(axis=1)
         figures.append(
             [total[0], total.max(), total.sum(), (most > 120).sum(), np.median(most),
-             known.error(where), np.trace(own @ where.shape) ** 0.5, lifted]
+             known.error(anywhere), np.trace(own @ anywhere.shape) ** 0.5, lifted]
         )  # fmt: skip
     return np.array(figures)
 
 
+def planned(
+    coach: PoseSelector, samples: list[Sample], socket: int, q: np.ndarray
+) -> np.ndarray | None:
+    """Return the next pose, all that ``coach.advise`` works out of one, shape (m,)."""
+    known = knowledge(coach, samples)
+    where = workspace_of(coach._model, known.x)
+    target, _ = coach._next(known, where, samples, coach._order(samples, socket), q)
+    return None if target is None else np.array(target)
+
+
 def nearest(
-    coach: PoseSelector, samples: list[Sample], socket: int, q: np.ndarray, where: Workspace
-) -> tuple[float, ...] | None:
+    coach: PoseSelector, samples: list[Sample], socket: int, q: np.ndarray
+) -> np.ndarray | None:
     """Return the nearest of the poses that teach nearly most; None before a socket's first."""
-    if all(s.socket != socket for s in samples):
-        return None
     poses = coach._candidates(samples, socket)[:120]
-    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
-    known = coach._covariance(samples, coach._fitted(samples, counts))
+    if not len(poses):
+        return None
+    known = knowledge(coach, samples)
+    where = workspace_of(known.model, 0 * known.x)
     gains = known.variance_reduction(poses, socket, where.shape)
     far = np.abs(poses - q).max(axis=1)
     far[gains < 0.85 * gains.max()] = np.inf
-    return tuple(poses[int(np.argmin(far))].tolist())
+    return poses[int(np.argmin(far))]
 
 
-def compare_travel(count: int, names: list[str], workers: Workers) -> None:
-    found = np.array(workers.map(partial(travel, names), range(count * len(names))))
-    print("planned in sixes over nearest of the best, 12 and then 12\n"
-          "arm        base joint  worst joint  all joints   steps > 120 deg   median step   error  "
-          "without scale  lifted")  # fmt: skip
+def knowledge(coach: PoseSelector, samples: list[Sample]) -> ParameterCovariance:
+    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
+    return coach._covariance(samples, coach._fitted(samples, counts))
+
+
+def compare_travel(first: int, count: int, names: list[str], workers: Workers) -> None:
+    cases = [(name, seed) for name in names for seed in range(first, first + count)]
+    found = np.array(workers.map(travel, cases))
     ratios = found[:, 0] / found[:, 1].clip(1e-9)
-    rows = [(name, slice(i, None, len(names))) for i, name in enumerate(names)]
+    print("planned in sixes, and (but for steps) over the nearest of the best, 12 and then 12\n"
+          "arm        base joint  worst joint  all joints  steps > 120 deg  at most  median step"
+          "  error  without scale  lifted")  # fmt: skip
+    rows = [(name, slice(i * count, (i + 1) * count)) for i, name in enumerate(names)]
     for name, own in [*rows, ("all", slice(None))]:
         r, (new, old) = ratios[own].mean(axis=0), found[own].mean(axis=0)
-        print(f"{name:<10} {r[0]:10.2f} {r[1]:12.2f} {r[2]:11.2f} {new[3]:6.1f} of {old[3]:4.1f}, "
-              f"{found[own, 0, 3].max():2.0f} {new[4]:6.0f} of {old[4]:3.0f} {r[5]:7.2f} "
+        print(f"{name:<10} {r[0]:10.2f} {r[1]:12.2f} {r[2]:11.2f} {new[3]:9.1f} of {old[3]:4.1f}"
+              f"{found[own, 0, 3].max():8.0f} {new[4]:6.0f} of {old[4]:3.0f} {r[5]:6.2f} "
               f"{r[6]:14.2f} {new[7]:7.1f}")  # fmt: skip
+    print("{:<10} {:10.2f} {:12.2f} {:11.2f} {:9.0f} {:15.0f} {:6.0f} {:13.2f} {:14.2f}".format(
+        "asked", *ASKED))  # fmt: skip
 
 
 def _rms(values: np.ndarray) -> float:
@@ -352,6 +417,7 @@ def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> f
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=24)
+    parser.add_argument("--first", type=int, default=0, help="seed of --enough and --travel")
     parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
     parser.add_argument("--enough", action="store_true", help="--arms of each robot")
@@ -365,10 +431,10 @@ def main() -> None:
         recorded(arguments.recordings, arguments.each, arguments.draws)
     elif arguments.enough:
         names = arguments.robots or list(shipped_robots())
-        compare_enough(arguments.arms, names, read_options(arguments).workers)
+        compare_enough(arguments.first, arguments.arms, names, read_options(arguments).workers)
     elif arguments.travel:
         names = arguments.robots or list(TRAVELLED)
-        compare_travel(arguments.arms, names, read_options(arguments).workers)
+        compare_travel(arguments.first, arguments.arms, names, read_options(arguments).workers)
     else:
         names = arguments.robots or list(shipped_robots())
         simulate(arguments.arms, names, arguments.goal_mm, read_options(arguments).workers)

@@ -66,7 +66,7 @@ def test_the_page_leads_to_a_pass(tmp_path, monkeypatch, capsys):
         said = capsys.readouterr()
         if words[0] == "record":
             told = said.out + said.err
-    both = "mukca solve recordings/front recordings/left recordings/right"
+    both = "mukca solve recordings/front recordings/left recordings/right --robot so101 --zeros"
     assert both in " ".join(told.split())
     verdict = json.loads(said.out)["verdict"]
     assert verdict["status"] == "pass" and verdict["title"].startswith("PASS")

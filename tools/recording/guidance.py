@@ -81,6 +81,7 @@ class PoseSelector:
         self._alarms = SessionAlarms(robot)
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
+        self._said = False
         self._route: tuple[list[int], np.ndarray] | None = None
 
     def advise(
@@ -107,8 +108,10 @@ class PoseSelector:
         reached = enough and predicted <= goal
         more = goal * rigid / predicted
         spent = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
-        # near the recorded places, if no more can be had here; a goal that was given stands
-        enough = reached or (enough and spent and self._given is None)
+        # near the recorded places, if no more can be had here, or once it was said: more samples
+        # tell more of the noise, so that an error can be predicted larger; a given goal stands
+        enough = reached or (enough and (spent or self._said) and self._given is None)
+        self._said = enough
         stays = bool(samples) and samples[-1].socket == order[0]
         lift = stays and target is not None and self._lifted(samples, position, target)
         advice = Advice(

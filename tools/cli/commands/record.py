@@ -123,11 +123,14 @@ def _say_outcome(
         return
     if outcome.signal is None and min(session.counts) > 0:
         beside = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
-        terminal.say(*_next_steps(outcome, options, beside))
+        terminal.say(*_next_steps(outcome, options, arm, beside))
 
 
 def _next_steps(
-    outcome: "recorder_terminal.Outcome", options: SettledOptions, beside: Sequence[str]
+    outcome: "recorder_terminal.Outcome",
+    options: SettledOptions,
+    arm: Robot,
+    beside: Sequence[str],
 ) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
 
@@ -141,9 +144,11 @@ def _next_steps(
     again += [word for keys in options.key for word in ("--key", keys)]
     again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
+    zeros = ["--zeros"] if recording.SessionAlarms(arm).coarse else []
+    solve = ["mukca", "solve", *beside, out, *robot, *zeros, "--out", calibrated]
     return [
         *advised,
-        f"Next: {shlex.join(['mukca', 'check', *beside, out, *robot])}",
-        f"then: {shlex.join(['mukca', 'solve', *beside, out, *robot, '--out', calibrated])}",
+        f"Next: {shlex.join(['mukca', 'check', *beside, out, *robot, *zeros])}",
+        f"then: {shlex.join(solve)}",
         f"or, better, the base elsewhere first: {shlex.join(['mukca', 'record', *robot, *again])}",
     ]
