@@ -4,8 +4,10 @@
     python benchmarks/guide.py --arms 6             fewer
     python benchmarks/guide.py --goal-mm 1          sessions that go on to, or stop at, this goal
     python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
-    python benchmarks/guide.py --enough             ENOUGH of two placements, and what solve says
-    python benchmarks/guide.py --travel             how far a hand leads the arm from pose to pose
+    python benchmarks/guide.py --enough --arms 4    ENOUGH of two placements, and what solve says
+    python benchmarks/guide.py --travel --arms 5    how far a hand leads the arm from pose to pose
+
+With these two ``--arms`` are those of each robot, from the seed of ``--first`` on.
 
 A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
 The operator's travel from pose to pose, and so the spread of the poses, match real recordings:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -125,6 +126,22 @@ def test_what_is_predicted_and_asked_is_what_solve_says(
     assert (advice.predicted, advice.goal) == (row.found, row.limit)
     assert advice.enough == (verdict.kind != "not_enough")
     assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
+
+
+@pytest.mark.slow
+def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
+    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coach, predicted = PoseSelector(panda, 0.05), iter([1.1e-3, 0.9e-3, 1.1e-3, 1.1e-3])
+    said = iter([True, True, True, False])
+
+    def solved(*_: object, **__: object) -> SimpleNamespace:
+        return SimpleNamespace(predicted=next(predicted), asked=1e-3, enough=next(said))
+
+    monkeypatch.setattr("mukca.tools.recording.guidance.sufficiency_of", solved)
+    told = [coach.advise(samples[:20], 1) for _ in range(4)]
+    assert [advice.enough for advice in told] == [False, True, True, False]
+    assert [advice.near_only for advice in told] == [False, False, True, False]
 
 
 @pytest.mark.slow
