@@ -175,11 +175,7 @@ class ValidatingDriver(Driver):
 
 
 class PolledDriver(ValidatingDriver):
-    """A driver whose robot sends a state only when it is asked for one.
-
-    Args:
-        where: The robot as messages name it.
-    """
+    """A driver whose robot sends a state only when it is asked for one."""
 
     def __init__(self, where: str) -> None:
         super().__init__(where)

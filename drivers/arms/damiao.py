@@ -34,11 +34,10 @@ Decoded = TypeVar("Decoded")
 
 
 def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
-    """Return a motor's angle [rad] and its status.
+    """Return a motor's angle [rad] and its status: the high half of the first byte.
 
-    status * 16 + motor | position, 2 bytes, high first | velocity, torque | temperatures
-
-    A register comes under the same identifier; as a position it would be two turns away.
+    Position follows in two bytes, high first. A register comes under the same identifier; as a
+    position it would be two turns away.
     """
     if len(data) != 8 or data[0] & 0x0F != motor & 0x0F:
         raise ValueError(f"a frame that is no feedback of motor {motor}")

@@ -109,11 +109,7 @@ class Mock(Driver):
 
 
 def arm_at(address: str) -> SimulatedArm:
-    """Return the arm that an address describes.
-
-    Raises:
-        DriverError: BAD_ADDRESS, as :class:`Mock`.
-    """
+    """Return the arm that an address describes; raises as :class:`Mock`."""
     path, _, query = address.partition("?")
     if not path:
         raise DriverError(

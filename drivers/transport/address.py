@@ -73,16 +73,10 @@ class Endpoint:
 def parse_endpoint(
     address: str, default_port: int, options: tuple[str, ...] = (), default_host: str = ""
 ) -> Endpoint:
-    """Return the host, port and options of an address.
+    """Return the host, port and known options of ``HOST[:PORT][?option=value&...]``.
 
-    Args:
-        address: ``HOST[:PORT][?option=value&...]``.
-        default_port: The port where the address has none.
-        options: Names of the options that the driver understands.
-        default_host: The host where the address has none; empty if one must be given.
-
-    Raises:
-        DriverError: BAD_ADDRESS, with the notation that would work.
+    An empty default host means that one must be given; an address that cannot be understood is a
+    DriverError, BAD_ADDRESS, with the notation that would work.
     """
     try:
         parts = urlsplit(f"//{address}")
@@ -97,11 +91,7 @@ def parse_endpoint(
 
 
 def parse_options(query: str, known: tuple[str, ...]) -> Options:
-    """Return the options in ``option=value&...``, of which only known ones may occur.
-
-    Raises:
-        DriverError: BAD_ADDRESS for an option that is malformed or not known.
-    """
+    """Return the options in ``option=value&...``; one that is not known is a BAD_ADDRESS."""
     try:
         options = Options(parse_qsl(query, strict_parsing=True) if query else ())
     except ValueError:
@@ -114,11 +104,7 @@ def parse_options(query: str, known: tuple[str, ...]) -> Options:
 
 
 def resolve(host: str) -> str:
-    """Return a host's IPv4 address.
-
-    Raises:
-        DriverError: UNREACHABLE when the name is not known.
-    """
+    """Return a host's IPv4 address; a name that is not known is UNREACHABLE."""
     try:
         return socket.gethostbyname(host)
     except (OSError, UnicodeError):
@@ -128,11 +114,7 @@ def resolve(host: str) -> str:
 
 
 def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
-    """Connect to a robot's controller; the advice is for a host on which nothing listens.
-
-    Raises:
-        DriverError: UNREACHABLE.
-    """
+    """Connect to a robot's controller, or raise UNREACHABLE, with advice where it is refused."""
     try:
         return socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
     except ConnectionRefusedError:

@@ -30,15 +30,7 @@ class CanAddress:
 
 
 def parse_can_address(address: str, options: tuple[str, ...] = ()) -> CanAddress:
-    """Return the interface, channel and options of an address.
-
-    Args:
-        address: ``[INTERFACE/]CHANNEL[?option=value&...]``.
-        options: Names of the options that are understood beside those of the bus.
-
-    Raises:
-        DriverError: BAD_ADDRESS.
-    """
+    """Return interface, channel and options, the bus' own and those named; or raise BAD_ADDRESS."""
     name, _, query = address.partition("?")
     interface, slash, channel = (name or "can0").partition("/")
     if not slash:
@@ -52,15 +44,7 @@ def parse_can_address(address: str, options: tuple[str, ...] = ()) -> CanAddress
 
 
 class CanBus:
-    """A CAN bus whose errors are the driver's own.
-
-    Args:
-        address: Interface, channel and options.
-        identifiers: Identifiers to receive; all where none is given.
-
-    Raises:
-        DriverError: No such interface, a package is missing, or the bus cannot be opened.
-    """
+    """A CAN bus whose errors are the driver's own; the identifiers are those to receive."""
 
     def __init__(self, address: CanAddress, identifiers: tuple[int, ...] = ()) -> None:
         self._address, self._identifiers = address, identifiers

@@ -14,12 +14,7 @@ MOST_BYTES = 4096
 
 
 class SerialLine:
-    """A serial port that no other program may use meanwhile.
-
-    Args:
-        port: Its name, as ``/dev/ttyUSB0``.
-        baud: Bits per second.
-        settings: As pyserial's ``bytesize``, ``parity`` and ``stopbits``.
+    """A serial port that no other program may use meanwhile; its settings are pyserial's.
 
     Raises:
         DriverError: BAD_ADDRESS for settings that no line has, UNREACHABLE if it cannot be opened.

@@ -11,15 +11,7 @@ LONGEST_LINE = 4096
 
 
 class TcpStream:
-    """A connection to a robot that sends messages over TCP.
-
-    Args:
-        endpoint: Host and port of the robot.
-        advice: Remedy, for the message, where the host is there and nothing listens.
-
-    Raises:
-        DriverError: UNREACHABLE when nothing answers.
-    """
+    """A connection to a robot that sends messages over TCP, or UNREACHABLE, with advice."""
 
     def __init__(self, endpoint: Endpoint, advice: str) -> None:
         self._where = f"the robot at {endpoint}"
@@ -31,23 +23,17 @@ class TcpStream:
         return self._socket.fileno()
 
     def send(self, message: bytes) -> None:
-        """Send a message.
-
-        Raises:
-            DriverError: UNREACHABLE when the connection has ended.
-        """
+        """Send a message; a connection that has ended is UNREACHABLE."""
         try:
             self._socket.sendall(message)
         except OSError:
             raise self._ended() from None
 
     def take(self, cut: Callable[[bytearray], Message | None], deadline: float) -> Message:
-        """Wait for a message and return it.
+        """Wait for a message until a time by :func:`.clock.now` [s], and return it.
 
-        Args:
-            cut: Takes a message off the front of the bytes that have come and returns it; None
-                if it is not whole yet; raises ValueError if the bytes are no messages.
-            deadline: Time at which to give up, by :func:`.clock.now` [s].
+        ``cut`` takes it off the front of the bytes that have come; it returns None if it is not
+        whole yet, and raises ValueError if the bytes are no messages.
 
         Raises:
             DriverError: SILENT when the message was not whole in time, UNREACHABLE when the

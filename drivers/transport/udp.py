@@ -12,12 +12,7 @@ LARGEST_DATAGRAM = 65535
 
 
 class DatagramSocket:
-    """A bound UDP socket that listens to one robot.
-
-    Args:
-        local: The address to bind, ``(host, port)``; port 0 for any free one.
-        robot: The robot's IPv4 address.
-        on_stranger: Called for each datagram of another host.
+    """A bound UDP socket that listens to one robot, by its IPv4 address, and tells of strangers.
 
     Raises:
         DriverError: BUSY when the port is taken, BAD_ADDRESS when it is none of this computer's.

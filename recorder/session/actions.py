@@ -42,10 +42,7 @@ class Sound:
 
 
 class SessionActions:
-    """A session with its file: a change is on the disk before :attr:`session` shows it.
-
-    ``plausible`` is asked of a pose that is to be captured without a key.
-    """
+    """A session with its file: a change is on the disk before :attr:`session` shows it."""
 
     def __init__(
         self,

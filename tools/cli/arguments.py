@@ -73,11 +73,7 @@ class PayloadOptions:
 
     @property
     def carried(self) -> tuple[float, tuple[float, float, float]] | None:
-        """Mass [kg] and centre [m] of the payload; None for that of the recordings.
-
-        Raises:
-            UsageError: A centre without a mass.
-        """
+        """Mass [kg] and centre [m] of the payload; None for that of the recordings."""
         if self.payload is None and any(self.payload_at):
             raise UsageError("--payload-at belongs to --payload KG, which is not given")
         return None if self.payload is None else (self.payload, self.payload_at)

@@ -24,11 +24,7 @@ class _Kept(Terminal):
 
 
 def one_arm(file: Path) -> Path:
-    """Return the ``calibration.json`` of a single robot.
-
-    Raises:
-        UsageError: There are several.
-    """
+    """Return the ``calibration.json`` of a single robot; several are a UsageError."""
     from ...solver.calibration import calibration_files
 
     files = calibration_files(file)

@@ -38,10 +38,7 @@ class Proposal:
 def propose_samples(
     robot: Robot, rests: Sequence[TimedRest], joints: Sequence[JointLimits], distance: float
 ) -> list[Proposal]:
-    """Return for each rest its placement and socket, as the nominal model suggests.
-
-    The joints are those that move, in chain order; the distance is that of a base's sockets [m].
-    """
+    """Return each rest's placement and socket by the nominal model and the distance [m]."""
     if not rests:
         return []
     positions = np.array([one.rest.position for one in rests])

@@ -241,10 +241,7 @@ def _middle(box: Box) -> Point:
 def place_holes(
     area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
 ) -> tuple[Point, ...]:
-    """Return three or four holes in an area, on one grid, that hold a plate as widely as possible.
-
-    None where fewer than three fit; the grid is symmetric about the y axis if that leaves three.
-    """
+    """Return 3 or 4 holes, best symmetric about y, that hold a plate widest; none if fewer fit."""
     blocked = [(x0 - margin, y0 - margin, x1 + margin, y1 + margin) for x0, y0, x1, y1 in boxes]
     best: tuple[Point, ...] = ()
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):

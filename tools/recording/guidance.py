@@ -49,15 +49,11 @@ SEAT = Noise(1e-4, 0.0)
 
 
 class PoseSelector:
-    """Selection of poses at one placement.
+    """Selection of poses at one placement, after earlier ones of the same arm.
 
-    Args:
-        robot: The nominal robot.
-        distance: Between sockets 0 and 1 [m].
-        goal: Of the predicted error of distances [m]; None for what ``mukca solve`` asks.
-        sockets: Number of the base's sockets.
-        earlier: Placements that were recorded before with this arm.
-        turn: Farthest that a joint is led from where the session began [rad].
+    The distance is between sockets 0 and 1 [m]; the goal of the predicted error of distances [m],
+    None for what ``mukca solve`` asks; ``turn`` the farthest that a joint is led from the session's
+    begin [rad].
     """
 
     def __init__(

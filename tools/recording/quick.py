@@ -19,12 +19,7 @@ FAILED = 1
 
 
 def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
-    """Return a text on the arm's error by its model, or on what is wrong, and the exit status.
-
-    Args:
-        robot: The nominal robot.
-        folder: Of the recorded poses.
-    """
+    """Return a text on the arm's error in recorded poses, or what is wrong, and exit status."""
     placement = read_placement(folder).for_joints(robot.joint_names)
     if odd := wrong_model_check(robot)(placement.samples):
         return odd[0].upper() + odd[1:], FAILED
@@ -53,13 +48,5 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
 
 
 def verify_calibration(calibration: Calibration, folder: Path) -> Validity:
-    """Return whether a calibration still holds, by poses recorded since; the ball may have moved.
-
-    Args:
-        calibration: The calibration.
-        folder: Of the recorded poses.
-
-    Raises:
-        MeasurementError: They are not of its robot.
-    """
+    """Return whether a calibration holds, by poses recorded since; the ball may have moved."""
     return what_changed(calibration, read_placement(folder), ball_moved=True)

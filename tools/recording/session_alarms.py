@@ -24,11 +24,7 @@ CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str]] = {
 
 
 class SessionAlarms:
-    """Faults of the last of some placements, as alarms.
-
-    Args:
-        robot: The nominal robot.
-    """
+    """Faults of the last of some placements, as alarms."""
 
     def __init__(self, robot: Robot) -> None:
         self._wrong_model = wrong_model_check(robot)

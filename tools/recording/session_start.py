@@ -100,12 +100,7 @@ def said_distance(options: SettledOptions) -> str:
 
 
 def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
-    """Return the other placements of a folder that were recorded with a model, the oldest first.
-
-    Args:
-        out: The placement that is being recorded.
-        robot: The nominal robot.
-    """
+    """Return the other placements beside one that were recorded with a model, the oldest first."""
     found: list[Placement] = []
     for file in out.parent.glob(f"*/{SAMPLES}"):
         same = file.parent / METADATA

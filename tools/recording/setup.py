@@ -33,14 +33,7 @@ def record_session(
     terminal: Terminal,
     before: Before | None = None,
 ) -> Outcome:
-    """Record at one placement until the operator finishes.
-
-    Args:
-        options: Of ``mukca record``, with nothing left open.
-        robot: The nominal robot.
-        terminal: For lines to people.
-        before: Of this, where the base was moved a moment ago.
-    """
+    """Record at one placement until the operator finishes, after others of the same run."""
     earlier = before or Before()
     joints, keys = joints_of(robot), keys_with(options.key)
     with ExitStack() as stack:

@@ -44,13 +44,7 @@ class Sufficiency:
 def sufficiency_of(
     model: ExtendedModel, placements: Sequence[Placement], *, zeros: bool
 ) -> Sufficiency | None:
-    """Return what ``mukca solve`` would say of placements; None where it cannot solve them.
-
-    Args:
-        model: The rigid arm.
-        placements: The last one still going on.
-        zeros: The joints' zeros may be off by degrees.
-    """
+    """Return what ``mukca solve`` would say of placements, the last still going on, or None."""
     try:
         verdict = calibrate(model.robot, _whole(placements), zeros=zeros or None).verdict
     except MukcaError:

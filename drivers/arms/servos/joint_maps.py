@@ -152,11 +152,7 @@ KEYS = tuple(field.name for field in fields(MotorCalibration))
 
 
 def read_lerobot(path: Path) -> dict[str, MotorCalibration]:
-    """Read a calibration file of lerobot's: its motors by name, in the file's order.
-
-    Raises:
-        MukcaError: The file cannot be read, or is no such file.
-    """
+    """Read a calibration file of lerobot's, motors by name; a MukcaError if it is none."""
     try:
         content: object = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -72,11 +72,7 @@ def _names(files: Sequence[Path]) -> list[str]:
 
 
 def shared_data(contenders: Sequence[Contender]) -> list[Measurement]:
-    """Return all placements that the calibrations' files hold, each once.
-
-    Raises:
-        DocumentError, MeasurementError: A file's samples are damaged.
-    """
+    """Return all placements that the calibrations' files hold, each once."""
     robot = contenders[0].calibration.robot
     shared: list[Measurement] = []
     for contender in contenders:
