@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...solver import assessment, calibration
 from ...solver.calibration import UsageError
 from .console import Terminal
 from .robots import split_by_robot
@@ -25,9 +26,7 @@ class _Kept(Terminal):
 
 def one_arm(file: Path) -> Path:
     """Return the ``calibration.json`` of a single robot; several are a UsageError."""
-    from ...solver.calibration import calibration_files
-
-    files = calibration_files(file)
+    files = calibration.calibration_files(file)
     if "" not in files:
         each = ", ".join(str(path.parent) for path in files.values())
         raise UsageError(f"{file}: holds several robots; name one of {each}")
@@ -39,10 +38,7 @@ def for_each_arm(options: Any, terminal: Terminal, run: Callable[[Any, Terminal]
 
     Each has placements of its own, ``NAME:PATH``, and writes what is named after it.
     """
-    from ...solver.assessment import worst
-    from ...solver.calibration import calibration_files
-
-    files = calibration_files(options.calibration)
+    files = calibration.calibration_files(options.calibration)
     if "" in files:
         return run(replace(options, calibration=files[""]), terminal)
     kept, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
@@ -58,4 +54,4 @@ def for_each_arm(options: Any, terminal: Terminal, run: Callable[[Any, Terminal]
             terminal.say(f"Robot {kept.name}")
             statuses.append(run(replace(options, **own), kept))
     terminal.emit({"robots": kept.robots})
-    return worst(statuses)
+    return assessment.worst(statuses)

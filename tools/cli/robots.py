@@ -5,16 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ... import recorder
 from ...solver import assessment, data, diagnostics
+from ...solver import robot as robots
 from ...solver.calibration import SolveOptions, UsageError
+from .. import parallel
 from .arguments import option
-
-if TYPE_CHECKING:
-    from ...solver.robot import Robot
-    from ..parallel import Workers
 
 DISTANCES = (1e-3, 10.0)
 """Range of a distance between sockets [m]."""
@@ -38,11 +36,9 @@ class RobotOptions:
         "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
     )
 
-    def load_robot(self) -> "Robot":
+    def load_robot(self) -> "robots.Robot":
         """Read the model of the robot; a ModelError says what is not there."""
-        from ...solver.robot import load_robot
-
-        return load_robot(**self.model_arguments())
+        return robots.load_robot(**self.model_arguments())
 
     def model_arguments(self) -> dict[str, Any]:
         """Arguments of :func:`mukca.load_robot`, by their names."""
@@ -73,20 +69,21 @@ class RobotsOptions:
         "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
     )
 
-    def load_robots(self) -> "dict[str, Robot]":
+    def load_robots(self) -> "dict[str, robots.Robot]":
         """Read the models of the robots by their names; the name of a single robot is empty."""
-        from ...solver.robot import BALL_LINK, load_robot
-
         named = _named(self.robot)
         base, tip, flange = (
             _by_name(getattr(self, key), key, named) for key in ("base", "tip", "flange")
         )
-        shared = len(set(named.values())) < len(named) and any(flange.values())
+        ball, shared = (
+            robots.BALL_LINK,
+            len(set(named.values())) < len(named) and any(flange.values()),
+        )
         return {
-            name: load_robot(
+            name: robots.load_robot(
                 robot,
                 base=base[name],
-                tip=tip[name] or (f"{name}_{BALL_LINK}" if shared and flange[name] else BALL_LINK),
+                tip=tip[name] or (f"{name}_{ball}" if shared and flange[name] else ball),
                 flange=flange[name],
                 ball=self.ball if flange[name] or not name else None,
             )
@@ -187,7 +184,7 @@ def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], 
 
 def measure_all(
     paths: Sequence[Path],
-    robot: "Robot",
+    robot: "robots.Robot",
     distance: float | None,
     *,
     sockets: int = 2,
@@ -201,7 +198,7 @@ def measure_all(
 
 
 def survey_of(
-    paths: Sequence[Path], robot: "Robot", settings: SolveOptions, *, sockets: int = 2
+    paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for what is wrong in them."""
     said = settings.distance
@@ -230,8 +227,6 @@ class WorkerOptions:
     )
 
     @property
-    def workers(self) -> "Workers":
+    def workers(self) -> "parallel.Workers":
         """Workers that were asked for."""
-        from ..parallel import Workers
-
-        return Workers(self.processes, self.cluster)
+        return parallel.Workers(self.processes, self.cluster)

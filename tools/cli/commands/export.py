@@ -5,7 +5,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from ....solver import calibration
 from ....solver.calibration import UsageError
+from ... import export
 from ...export import FORMATS
 from .. import JsonOption, PayloadOptions, Terminal, argument, for_each_arm, option
 
@@ -53,19 +55,16 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def _run(options: Options, terminal: Terminal) -> int:
-    from ....solver.calibration import load_calibration
-    from ...export import export
-
     tools = _tools(options.tool)
-    calibration = load_calibration(options.calibration)
-    if calibration.document.distorted:
-        places = ", ".join(calibration.document.distorted)
+    held = calibration.load_calibration(options.calibration)
+    if held.document.distorted:
+        places = ", ".join(held.document.distorted)
         terminal.warn(
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
-    exported = export(
-        calibration,
+    exported = export.export(
+        held,
         options.to,
         options.out,
         serial_number=options.serial_number,

@@ -4,15 +4,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .... import recorder
+from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.partial import Camera
+from ... import extract
 from .. import OutputOptions, Terminal, argument, option
 from .tool import keep
-
-if TYPE_CHECKING:
-    from ....recorder import Placement
 
 POSES = "poses.csv"
 _BOARD = (9.0, 6.0, 30.0, 21.0)
@@ -50,33 +49,28 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
-    from ....solver.calibration import load_calibration
-    from ....solver.partial import handeye
-    from ...extract import joints_of
-
     options.check_out()
-    calibration = load_calibration(options.calibration)
-    near = numbers(options.near, "--near", (len(calibration.robot.joint_names),)) or None
+    held = calibration.load_calibration(options.calibration)
+    near = numbers(options.near, "--near", (len(held.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
-    views = [joints_of(calibration, one, near) for one in views]
-    keep(handeye(calibration, views, options.camera, options.name), options, terminal)
+    views = [extract.joints_of(held, one, near) for one in views]
+    keep(partial.handeye(held, views, options.camera, options.name), options, terminal)
     return 0
 
 
-def _views(path: Path, options: Options) -> "list[Placement]":
+def _views(path: Path, options: Options) -> "list[recorder.Placement]":
     """Return the views of a CSV file of any name, of a folder of images, or of placements."""
-    from ....recorder import read_placements, read_points
-    from ...extract import Board, has_images, read_images
-
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
     if path.suffix == ".csv" and path.is_file():
-        return [read_points(path, path.stem)]
-    if not has_images(path):
-        return read_placements(path)
+        return [recorder.read_points(path, path.stem)]
+    if not extract.has_images(path):
+        return recorder.read_placements(path)
     columns, rows, square, marker = options.board
-    board = Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)
-    return [read_images(path, board, numbers(options.intrinsics, "--intrinsics", (4, 8, 9)))]
+    board = extract.Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)
+    return [
+        extract.read_images(path, board, numbers(options.intrinsics, "--intrinsics", (4, 8, 9)))
+    ]
 
 
 def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....solver import calibration
 from .. import Terminal, argument, one_arm
 from .command import PathOptions, located, read_rows, write_rows
 
@@ -19,12 +20,10 @@ class Options(PathOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
-    from ....solver.calibration import load_calibration, quaternion_of
-
-    calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
-    q, wheres = read_rows(options.joints, [calibration.robot.joint_names])
+    held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
+    q, wheres = read_rows(options.joints, [held.robot.joint_names])
     with located(wheres, terminal):
-        T = calibration.flange(q, **setup)
-    rows = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
+        T = held.flange(q, **setup)
+    rows = np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])])
     write_rows(options, terminal, ("x", "y", "z", "qx", "qy", "qz", "qw"), rows)
     return 0

@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .... import recorder
+from ....solver import calibration, partial, robot
 from .. import OutputOptions, Terminal, argument, option
 from .tool import keep
-
-if TYPE_CHECKING:
-    from ....solver.calibration import Calibration
-    from ....solver.robot import Robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,13 +33,10 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print each joint's zero, and write the calibration with the new ones."""
-    from ....recorder import read_placements
-    from ....solver.partial import rezero
-
     options.check_out()
-    found = rezero(
+    found = partial.rezero(
         arm_of(options.calibration),
-        read_placements(*options.data),
+        recorder.read_placements(*options.data),
         options.joint,
         options.stood,
         ball_moved=options.ball_moved,
@@ -57,11 +51,8 @@ def run(options: Options, terminal: Terminal) -> int:
     return 0 if all(told[joint] for joint in options.joint) and any(told.values()) else 3
 
 
-def arm_of(file: Path) -> "Calibration | Robot":
+def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
     """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
-    from ....solver.calibration import load_calibration
-    from ....solver.robot import load_robot, shipped_robots
-
-    if str(file) in shipped_robots() or file.suffix == ".urdf":
-        return load_robot(file)
-    return load_calibration(file)
+    if str(file) in robot.shipped_robots() or file.suffix == ".urdf":
+        return robot.load_robot(file)
+    return calibration.load_calibration(file)

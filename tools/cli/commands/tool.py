@@ -3,17 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .... import recorder
+from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ....solver.results import write_files
+from ...report import page
 from .. import OutputOptions, Terminal, argument, option
 from .command import read_rows
-
-if TYPE_CHECKING:
-    from ....recorder import Placement
-    from ....solver.partial import CameraPose, Tool, Zeros
-    from ....solver.robot import Robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,21 +37,18 @@ class Options(OutputOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print the tool's place, and write the calibration with its link."""
-    from ....solver.calibration import load_calibration
-    from ....solver.partial import tool
-
     options.check_out()
-    calibration = load_calibration(options.calibration)
-    robot = calibration.robot
+    held = calibration.load_calibration(options.calibration)
+    arm = held.robot
     face = None
     if options.face is not None:
-        (first,), (second,) = (touches([file], robot) for file in options.face)
+        (first,), (second,) = (touches([file], arm) for file in options.face)
         face = first, second
-    found = tool(
-        calibration,
-        touches(options.data, robot),
+    found = partial.tool(
+        held,
+        touches(options.data, arm),
         options.name,
-        axis=touches(options.axis, robot) if options.axis else (),
+        axis=touches(options.axis, arm) if options.axis else (),
         face=face,
         stood=options.stood,
     )
@@ -62,17 +56,19 @@ def run(options: Options, terminal: Terminal) -> int:
     return 3 if found.untold else 0
 
 
-def keep(found: "CameraPose | Tool | Zeros", options: OutputOptions, terminal: Terminal) -> None:
+def keep(
+    found: "partial.CameraPose | partial.Tool | partial.Zeros",
+    options: OutputOptions,
+    terminal: Terminal,
+) -> None:
     """Print what was found, write it if it is to be kept, and emit it."""
-    from ...report.page import found_page
-
     terminal.say(*found.text)
     outputs: dict[str, str] = {}
     if options.out is not None:
         outputs = found.save(options.out, force=options.force)
         title = f"mukca {type(options).__module__.rpartition('.')[2]}"
-        page = found_page(title, found.text, found.as_dict())
-        written = write_files(options.out, {"report.html": page.encode()})
+        html = page.found_page(title, found.text, found.as_dict())
+        written = write_files(options.out, {"report.html": html.encode()})
         outputs["report"] = str(written["report.html"])
         terminal.say(*(f"Wrote {file}" for file in outputs.values()))
     else:
@@ -80,25 +76,24 @@ def keep(found: "CameraPose | Tool | Zeros", options: OutputOptions, terminal: T
     terminal.emit({**found.as_dict(), "outputs": outputs})
 
 
-def touches(files: Sequence[Path], robot: "Robot") -> "list[Placement]":
+def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placement]":
     """Return placements by their folders; a CSV file's points are its sockets."""
-    from ....recorder import Placement, Sample, read_placements
-
-    found: list[Placement] = []
+    found: list[recorder.Placement] = []
     for file in files:
         if not file.is_file():
-            found += read_placements(file)
+            found += recorder.read_placements(file)
             continue
         if file.suffix != ".csv":
             raise UsageError(
                 f"{file}: give a placement's folder, or a CSV file with a column for each joint"
             )
-        names = robot.joint_names
+        names = arm.joint_names
         rows, wheres = read_rows(file, [names, (*names, "point"), (*names, "x", "y", "z")])
-        m, samples = len(names), list[Sample]()
+        m, samples = len(names), list[recorder.Sample]()
         for row, where in zip(rows.tolist(), wheres, strict=True):
             q, rest = tuple(row[:m]), row[m:]
             at = (rest[0], rest[1], rest[2]) if len(rest) == 3 else None
-            samples.append(Sample(q, 0 if at else int(sum(rest)), where=where, point=at))
-        found.append(Placement(file.stem, tuple(samples), names, files=(file,)))
+            socket = 0 if at else int(sum(rest))
+            samples.append(recorder.Sample(q, socket, where=where, point=at))
+        found.append(recorder.Placement(file.stem, tuple(samples), names, files=(file,)))
     return found
