@@ -4,11 +4,13 @@
     python benchmarks/joint_curves.py sockets --robot ur10 --amplitude 3e-4 --placements 1 2 4
     python benchmarks/joint_curves.py none [--arms 20]
     python benchmarks/joint_curves.py growth --samples 200 1000 3000 12000
+    python benchmarks/joint_curves.py cost FOLDER --robot ur10 [--samples 200]
 
 `points` splits points or poses of an instrument: at random into a part to fit and the rest, or into
 folds. `sockets` simulates arms with curves, 30 + 30 samples at each placement, and judges them at
 three others; `none` simulates arms without curves, two placements each, and counts how often curves
-are kept. `growth` times points of a simulated UR10. Errors are means over held-out samples in mm.
+are kept. `growth` times points of a simulated UR10. `cost` takes the processor's time of both by
+turns on one thread, for so many points. Errors are means over held-out samples in mm.
 """
 
 import os
@@ -134,9 +136,31 @@ def growth(robot: Robot, arguments: argparse.Namespace) -> None:
             )
 
 
+def cost(robot: Robot, arguments: argparse.Namespace) -> None:
+    (measured,) = mukca.read_placements(arguments.folder)
+    for count in arguments.samples:
+        train, _ = parts_of(
+            measured, np.random.default_rng(0).permutation(len(measured.samples))[:count]
+        )
+        seconds: list[list[float]] = []
+        for _ in range(8):
+            seconds.append([])
+            for options in ({"without": WITHOUT}, {}):
+                begin = time.process_time()
+                mukca.calibrate(robot, train, **options)
+                seconds[-1].append(time.process_time() - begin)
+        each = np.array(seconds[1:])  # the first compiles
+        least, ratios = each.min(axis=0), each[:, 1] / each[:, 0]
+        print(
+            f"{count} points: without {least[0]:.2f} s, with curves {least[1]:.2f} s: "
+            f"{least[1] / least[0]:.2f} times; of pairs {np.median(ratios):.2f} times",
+            flush=True,
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("points", "sockets", "none", "growth"))
+    parser.add_argument("what", choices=("points", "sockets", "none", "growth", "cost"))
     parser.add_argument("folder", type=Path, nargs="?", help="with points.csv")
     parser.add_argument("--robot", default="ur10")
     parser.add_argument("--flange")
@@ -147,13 +171,14 @@ def main() -> None:
     parser.add_argument("--amplitude", nargs="+", type=float, default=[3e-4])
     parser.add_argument("--placements", nargs="+", type=int, default=[1, 2, 4])
     parser.add_argument("--arms", type=int, default=10)
-    parser.add_argument("--samples", nargs="+", type=int, default=[200, 1000, 3000])
+    parser.add_argument("--samples", nargs="+", type=int, default=[200])
     arguments = parser.parse_args()
     robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)
     if arguments.what == "none":
         none(arguments)
     else:
-        {"points": points, "sockets": sockets, "growth": growth}[arguments.what](robot, arguments)
+        what = {"points": points, "sockets": sockets, "growth": growth, "cost": cost}
+        what[arguments.what](robot, arguments)
 
 
 if __name__ == "__main__":

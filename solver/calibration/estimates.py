@@ -71,20 +71,20 @@ def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
     model, group = posterior.model, posterior.groups[-1]
     assert group.length is not None
     (knots, m), own = curves.shape, model.slices[-1]
-    at_knots = sum(
-        w * np.roll(np.eye(knots), k, axis=1) for w, k in ((1 / 6, -1), (2 / 3, 0), (1 / 6, 1))
-    )
+    weights = np.array([1, 4, 1]) / 6
+    near = np.arange(-1, 2, dtype=np.int64)[:, None] + np.arange(knots, dtype=np.int64)
+    near %= knots
     joints: list[results.JointCurve] = []
     for k, joint in enumerate(model.robot.actuated):
         if joint.type == "prismatic":
             continue
         sigma = posterior.covariance[own, own][k::m, k::m]
-        variances = np.sum((at_knots @ sigma) * at_knots, axis=1).clip(min=0)
+        variances = np.einsum("i,j,ijk->k", weights, weights, sigma[near[:, None], near])
         joints.append(
             results.JointCurve(
                 joint=joint.name,
-                values=_rounded(at_knots @ curves[:, k]),
-                deviations=_rounded(np.sqrt(variances)),
+                values=_rounded(weights @ curves[near, k]),
+                deviations=_rounded(np.sqrt(variances.clip(min=0))),
                 sampled=results.sampled_ranges(posterior.data.positions[:, k], group.length),
             )
         )

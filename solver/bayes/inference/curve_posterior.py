@@ -6,7 +6,7 @@ import numpy as np
 
 from ..model import Noise
 from ..model.effects import KNOTS, circulant, spectrum, splines
-from .curve_hyperparameters import CurvePrior, curve_covariance, marginal
+from .curve_marginal import CurvePrior, curve_covariance, marginal
 from .linear_samples import LinearSamples, Rest
 
 JITTER, LEAST = 1e-6, 1e-20
@@ -107,35 +107,47 @@ def covariance(
     told = weights * (nu + 3) / (nu + 5)
     if by_splines:
         return _by_splines(samples, prior, rest, told[:, None, None] * np.linalg.inv(C))
-    K, _ = curve_covariance(samples, prior)
-    found = marginal(samples, K, C / told[:, None, None], rest)
-    d = len(rest.free)
-    B, own = _with_samples(samples, prior)
-    whole, gain = np.zeros((d + len(B), d + len(B))), np.zeros((len(B), d))
-    gain[:, found.free] = -B @ found.by_rest
-    across = gain @ found.covariance
-    half = np.linalg.solve(np.linalg.cholesky(found.errors), B.T)
+    curves = curve_covariance(samples, prior)
+    found = marginal(samples, curves, C / told[:, None, None], rest)
+    d, free = len(rest.free), found.free
+    half, own = _with_samples(samples, prior, found.root)
+    end = d + half.shape[1]
+    shown = found.root @ samples.by_rest.reshape(len(half), d)[:, free]
+    whole, across = np.empty((end, end)), np.zeros((end - d, d))
+    across[:, free] = -half.T @ (shown @ found.covariance[np.ix_(free, free)])
     whole[:d, :d], whole[d:, :d], whole[:d, d:] = found.covariance, across, across.T
-    whole[d:, d:] = across @ gain.T - half.T @ half
-    for begin in range(d, d + len(B), len(own)):
-        whole[begin : begin + len(own), begin : begin + len(own)] += own
+    # What the rest explains is taken out of L^-1 B^T, for one product in place of two.
+    u, s, _ = np.linalg.svd(
+        shown @ np.linalg.cholesky(found.covariance[np.ix_(free, free)]), full_matrices=False
+    )
+    half -= (u * (1 - np.sqrt((1 - s**2).clip(min=0)))) @ (u.T @ half)
+    curves = np.matmul(half.T, half, out=whole[d:, d:])
+    np.negative(curves, out=curves)
+    for begin in range(0, end - d, len(own)):
+        curves[begin : begin + len(own), begin : begin + len(own)] += own
     return whole
 
 
-def _with_samples(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curves' covariance with the samples' errors, shape (robots m KNOTS, 3 N)."""
+def _with_samples(
+    samples: LinearSamples, prior: CurvePrior, root: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return L^-1 B^T, shape (3 N, robots m KNOTS), and the prior of a joint or of all at once.
+
+    B is the covariance of the curves with the samples' errors.
+    """
     n, m = samples.readings.shape
     if samples.given is not None:
-        return samples.given @ samples.basis.reshape(3 * n, -1).T, samples.given
+        return root @ (samples.basis.reshape(3 * n, -1) @ samples.given), samples.given
     own = prior.amplitude**2 * circulant(spectrum(prior.length))
     index, basis = splines(samples.readings)
-    found = np.zeros((samples.count, m, KNOTS, n, 3))
+    found = np.zeros((3 * n, samples.count, m, KNOTS))
     for j in range(m):
-        with_reading = np.sum(own[:, index[:, j]] * basis[:, j], axis=2)
+        with_readings = (own[index[:, j]] * basis[:, j, :, None]).sum(axis=1)
+        along = np.einsum("kna,na->kn", root.reshape(3 * n, n, 3), samples.slopes[:, :, j])
         for arm in range(samples.count):
-            slopes = samples.slopes[:, :, j] * (samples.arms == arm)[:, None]
-            found[arm, j] = with_reading[..., None] * slopes
-    return found.reshape(-1, 3 * n), own
+            rows = samples.arms == arm
+            found[:, arm, j] = along[:, rows] @ with_readings[rows]
+    return found.reshape(3 * n, -1), own
 
 
 def _by_splines(

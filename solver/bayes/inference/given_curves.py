@@ -8,7 +8,7 @@ import numpy as np
 from ...data import MultiRobotObservations, Pose
 from ..model import ExtendedModel, extend
 from ..model.effects import CURVE, KNOTS
-from .curve_hyperparameters import CurvePrior
+from .curve_marginal import CurvePrior
 from .curve_posterior import curvature_of
 from .linear_samples import LinearSamples, Rest, linear_samples, with_curves
 from .objective import State, build_objective, linearise

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..model import SMALLEST, ExtendedModel, MultiRobotModel, PriorGroup
 from ..model.effects import CURVE, KNOTS, circulant, spectrum
-from .curve_hyperparameters import CurvePrior, Marginalised, marginalised
+from .curve_hyperparameters import LONGEST, Marginalised, marginalised
+from .curve_marginal import CurvePrior
 from .curve_posterior import covariance, solve, spline_coefficients
 from .given_curves import GivenCurves, given_curves
 from .laplace import joint_posterior
@@ -20,7 +21,7 @@ sockets or points, it rose by 2.4 at most in 60 recordings."""
 GIVEN = "kept, as an earlier calibration has them and these data change them"
 MOST_SAMPLES = 300
 """Of which the evidence is worked out, and with which the curves are fitted without any basis."""
-FIRST_SAMPLES, HINT = 150, 1.0
+FIRST_SAMPLES, HINT = 100, 1.0
 """Samples that are looked at first, and the rise by them below which curves are not sought on."""
 EXACT = 10.0
 """Noise of less than so many times the least that there may be is that of exact data."""
@@ -70,23 +71,24 @@ def _with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
         rows = _drawn(len(none), MOST_SAMPLES)
         few, prior = given.relative(samples.of(rows), state.x), CurvePrior(*given.scales)
         fitted = marginalised(readings, state, few, prior, np.ones(len(rows)))
-        return _settled(found, readings, rows, replace(fitted, log_evidence=0.0), given), GIVEN
-    rows = _drawn(len(none), FIRST_SAMPLES)
-    few, all_alike = samples.of(rows), np.ones(len(rows))
-    plain = marginalised(readings, state, few, CurvePrior(0.0, 1.0), all_alike)
-    fitted = marginalised(readings, *_first(plain.state, few), plain.weights)
-    gain = fitted.log_evidence - plain.log_evidence
-    if gain > HINT and len(rows) < len(none):
-        rows = _drawn(len(none), MOST_SAMPLES)
+        fitted = replace(fitted, log_evidence=0.0)
+        return _settled(found, readings, (rows, few), fitted, given), GIVEN
+    plain = fitted = None
+    for most in (FIRST_SAMPLES, MOST_SAMPLES):
+        rows = _drawn(len(none), most)
         few, all_alike = samples.of(rows), np.ones(len(rows))
-        plain = marginalised(readings, plain.state, few, plain.prior, all_alike)
-        fitted = marginalised(readings, fitted.state, few, fitted.prior, plain.weights)
+        near, flat = plain.state if plain else state, CurvePrior(0.0, LONGEST)
+        plain = marginalised(readings, near, few, flat, all_alike)
+        near, prior = (fitted.state, fitted.prior) if fitted else _first(plain.state, few)
+        fitted = marginalised(readings, near, few, prior, plain.weights)
         gain = fitted.log_evidence - plain.log_evidence
+        if gain <= HINT or len(rows) == len(none):
+            break
     evidence = f"(log evidence {gain:+.1f})"
     if not gain > LOG_EVIDENCE:
         return found, f"not supported by the data {evidence}"
     fitted = replace(fitted, log_evidence=gain)
-    return _settled(found, readings, rows, fitted, None), f"kept {evidence}"
+    return _settled(found, readings, (rows, few), fitted, None), f"kept {evidence}"
 
 
 def _drawn(count: int, most: int) -> np.ndarray:
@@ -95,7 +97,7 @@ def _drawn(count: int, most: int) -> np.ndarray:
     return np.flatnonzero(ranks < most)
 
 
-def _first(state: State, samples: LinearSamples) -> tuple[State, LinearSamples, CurvePrior]:
+def _first(state: State, samples: LinearSamples) -> tuple[State, CurvePrior]:
     """Return scales by which curves explain half of the errors, and noise the rest."""
     square = float(np.median(np.sum(samples.errors**2, axis=1))) / 2.37  # of chi^2_3: per axis
     reaches: np.ndarray = np.sum(samples.slopes**2, axis=(1, 2)) / 3
@@ -104,23 +106,26 @@ def _first(state: State, samples: LinearSamples) -> tuple[State, LinearSamples, 
         replace(one, space=half * one.space, joint=half * one.joint) for one in state.noises
     )
     amplitude = half * (square / float(reaches.mean())) ** 0.5
-    return replace(state, noises=noises), samples, CurvePrior(amplitude, FIRST_LENGTH)
+    return replace(state, noises=noises), CurvePrior(amplitude, FIRST_LENGTH)
 
 
 def _settled(
     found: JointPosterior,
     readings: Objective,
-    rows: np.ndarray,
+    few: tuple[np.ndarray, LinearSamples],
     fitted: Marginalised,
     given: GivenCurves | None,
 ) -> JointPosterior:
-    """Return the result at the curves' scales, made linear again until nothing changes."""
-    state, prior = fitted.state, fitted.prior
-    n, _, m = state.linear.by_joints.shape
-    coefficients, weights = np.zeros((len(found.arms), m, KNOTS)), np.ones(n)
+    """Return the result at the curves' scales, made linear again until nothing changes.
+
+    It begins at the fit to a few samples, which are given with their places among all.
+    """
+    prior, n = fitted.prior, len(fitted.state.linear.errors)
+    coefficients, weights = spline_coefficients(few[1], prior, fitted.pulls), np.ones(n)
+    weights[few[0]] = fitted.weights
+    state = _moved(readings, fitted.state, fitted.change)
     if given is not None:
-        coefficients[0] = given.at(state.x)
-    weights[rows] = fitted.weights
+        coefficients = coefficients + given.at(state.x)
     for _ in range(ROUNDS):
         objective, shifts = with_curves(readings, coefficients)
         state = replace(state, linear=linearise(objective, state.x, state.centres, state.frames))
@@ -197,8 +202,7 @@ def _posterior(
         mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
         groups += [replace(g, members=g.members - own.start + begin) for g in mine]
         members = begin + np.arange(model.slices[-1].start, model.size, dtype=np.int64)
-        sigma = whole[np.ix_(order[-1], order[-1])]
-        groups.append(_curve_group(model, members, fitted.prior, sigma))
+        groups.append(_curve_group(model, members, fitted.prior, whole, knots))
     moving = [g for g in state.groups if g.members[0] >= end]
     groups += [replace(g, members=g.members - end + world.own[-1].stop) for g in moving]
     x.append(state.x[end:])
@@ -218,14 +222,18 @@ def _posterior(
 
 
 def _curve_group(
-    model: ExtendedModel, members: np.ndarray, prior: CurvePrior, sigma: np.ndarray
+    model: ExtendedModel,
+    members: np.ndarray,
+    prior: CurvePrior,
+    whole: np.ndarray,
+    knots: np.ndarray,
 ) -> PriorGroup:
-    """Return the prior of a robot's curves, by the covariance of their coefficients."""
-    effective, blocks = 0.0, sigma.reshape(KNOTS, -1, KNOTS, len(model.robot.actuated))
-    for i, joint in enumerate(model.robot.actuated):
+    """Return the prior of a robot's curves; of each joint, the covariance begins at its knots."""
+    effective, inverse = 0.0, circulant(1 / spectrum(prior.length))
+    for begin, joint in zip(knots.tolist(), model.robot.actuated, strict=True):
         if joint.type != "prismatic":
-            decided = circulant(1 / spectrum(prior.length)) * blocks[:, i, :, i]
-            effective += KNOTS - float(np.sum(decided)) / prior.amplitude**2
+            own = slice(begin, begin + KNOTS)
+            effective += KNOTS - float(np.sum(inverse * whole[own, own])) / prior.amplitude**2
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

@@ -107,7 +107,10 @@ def _of_arm(
 ) -> Posterior:
     """Return what is known of one of the robots."""
     own, rows = objective.model.own[robot], objective.rows.own[robot]
-    picked = np.r_[own, objective.dense : objective.size]
+    known = covariance[own, own]
+    if objective.size > objective.dense:
+        picked = np.r_[own, objective.dense : objective.size]
+        known = covariance[np.ix_(picked, picked)]
     mine = [g for g in state.groups if ((g.members >= own.start) & (g.members < own.stop)).all()]
     kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
     noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
@@ -121,7 +124,7 @@ def _of_arm(
         objective.rows.scene.arms[robot],
         state.x[own],
         centres,
-        covariance[np.ix_(picked, picked)],
+        known,
         tuple(replace(g, members=g.members - own.start) for g in mine),
         noises,
         state.linear.points[rows],

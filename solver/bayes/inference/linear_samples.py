@@ -77,14 +77,9 @@ class LinearSamples:
         return flat @ self.given @ flat.T
 
     @cached_property
-    def outer_slopes(self) -> list[np.ndarray]:
-        """S_j S_j^T of each joint, shape (N, 3, N, 3)."""
-        return [np.multiply.outer(s, s) for s in np.moveaxis(self.slopes, 2, 0)]
-
-    @cached_property
-    def distances(self) -> list[np.ndarray]:
-        """For each joint, 2 sin(d / 2) of all pairs of samples, shape (N, N)."""
-        return [2 * np.sin((q[:, None] - q) / 2) for q in self.readings.T]
+    def distances(self) -> np.ndarray:
+        """Of all pairs of samples, 2 sin(d / 2) of each joint, shape (N, m, N)."""
+        return 2 * np.sin((self.readings[..., None] - self.readings.T) / 2)
 
 
 def linear_samples(objective: Objective, state: State, curves: np.ndarray) -> LinearSamples:

@@ -1,7 +1,7 @@
 """Predicts the ball from joint origins, elasticity and transmission error together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -105,8 +105,10 @@ class ExtendedModel:
         true = deflected(q, turned, turns, x[self.geometry :])
         function = self.ball.rotations if of_turns else self.ball.linearise
         linear = function(self.values(x), true)
-        by_coefficients = linear.by_joints[:, :, turned] * turns[:, None]
-        by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
+        by_unknowns = np.empty((len(q), 3, self.size), linear.by_joints.dtype)
+        by_unknowns[:, :, : self.geometry] = linear.by_parameters
+        by_coefficients = by_unknowns[:, :, self.geometry :]
+        np.multiply(linear.by_joints[:, :, turned], turns[:, None], out=by_coefficients)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         for effect in self.effects:
             if effect.joint_noise is not None:
@@ -136,7 +138,8 @@ class ExtendedModel:
         sets of lengths, but its balls are the same. A zero or curve makes no link longer.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
-        points, slopes, _ = self.linearise(np.zeros(self.size), q, np.tile(0 * q, 3))
+        rest = replace(self, extensions=tuple(e for e in self.extensions if e != CURVE.name))
+        points, slopes, _ = rest.linearise(np.zeros(rest.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
         of_ball = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
         place = slopes[:, :, of_ball]
@@ -144,10 +147,10 @@ class ExtendedModel:
         others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        for effect, own in zip(self.effects, self.slices, strict=True):
-            if effect in (JOINT_OFFSET, CURVE):
+        for effect, own in zip(rest.effects, rest.slices, strict=True):
+            if effect is JOINT_OFFSET:
                 by_scale[own] = 0.0
-        return by_scale
+        return np.pad(by_scale, (0, self.size - rest.size))
 
 
 def extend(
