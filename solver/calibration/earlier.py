@@ -85,7 +85,9 @@ def stored_posterior(
     centres = arm.centres
     if found.arms[1:]:
         turned, centres = _in_own_base(found, robot, recordings, turned[:scalars])
-    sigma = turned @ found.covariance @ turned.T
+    told = np.flatnonzero(turned.any(axis=0))  # none of the curves
+    turned = turned[:, told]
+    sigma = turned @ found.covariance[np.ix_(told, told)] @ turned.T
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}

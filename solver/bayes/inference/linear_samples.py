@@ -79,7 +79,8 @@ class LinearSamples:
     @cached_property
     def distances(self) -> np.ndarray:
         """Of all pairs of samples, 2 sin(d / 2) of each joint, shape (N, m, N)."""
-        return 2 * np.sin((self.readings[..., None] - self.readings.T) / 2)
+        s, c = np.sin(self.readings / 2), np.cos(self.readings / 2)
+        return 2 * (s[..., None] * c.T - c[..., None] * s.T)
 
 
 def linear_samples(objective: Objective, state: State, curves: np.ndarray) -> LinearSamples:
