@@ -1,12 +1,17 @@
 """Rows on a steady drift of the ball within its sockets, in the order of recording.
 
-A base that creeps, a table that gives way, or a zero that warms up moves the ball steadily. One
+A base that creeps, a table that gives way, or a zero that warms up moves the ball steadily. Where
+the samples hold their order, the fit weighs that itself. Elsewhere, and of what was held out, one
 straight line in time is fitted to the ball within the sockets of a placement,
 
-    e_i = v (t_i - mean of t in the socket)
+    e_i = v (t_i - mean of t in the socket)          t from 0 at the first sample to 1 at the last
 
-with the errors e by the full model and the number t of the sample, and v, three numbers, is held
-against its scatter.
+with the errors e by the full model. With V the covariance of v by its scatter, and v within s a
+priori, the evidence of a drift over none is, as in the fit,
+
+    ln B = v^T (V + V V / s^2)^-1 v / 2 - ln det(1 + s^2 V^-1) / 2
+
+and a drift is said where that is for it.
 """
 
 import numpy as np
@@ -16,8 +21,8 @@ from .formatting import joined, mm
 from .limits import LimitResult, limit_row
 from .predictions import PlacementPrediction, Predictions
 
-STEADY = 14.0
-"""Chi-squared of three numbers that sound recordings hardly reach: 3 in 1000 by chance."""
+USUAL = 1e-3
+"""Usual size of a drift from the first sample to the last [m]."""
 LEAST = 10
 """Samples below which nothing is said."""
 
@@ -25,10 +30,13 @@ LEAST = 10
 def drift_rows(predictions: Predictions) -> list[LimitResult]:
     """Return whether the ball drifts in the sockets of any placement, trained on or held out."""
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
+    weighed = predictions.document.posterior is not None
     for placement in predictions.placements:
-        if placement.measured.kind == "sockets":
-            chi2, length = steady_drift(placement)
-            if chi2 > STEADY:
+        measured = placement.measured
+        known = weighed and placement.role == "train" and np.isfinite(measured.clock("time")).all()
+        if measured.kind == "sockets" and not known:
+            evidence, length = steady_drift(placement)
+            if evidence > 0:
                 drifts[placement.role].append(f"{placement.name} by {mm(length)}")
     title = "steady drift where it was trained"
     start = "the ball drifts in its sockets from the first sample to the last, at"
@@ -52,13 +60,13 @@ def drift_rows(predictions: Predictions) -> list[LimitResult]:
 
 
 def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
-    """Return chi-squared of a placement's drift, and its length over the recording [m]."""
+    """Return ln B of a placement's drift, and its length over the recording [m]."""
     measured = placement.measured
     sockets = measured.placement.sockets
-    t = np.concatenate([np.flatnonzero(sockets == k) for k in measured.sockets]).astype(float)
+    t = np.concatenate([np.flatnonzero(sockets == k) for k in measured.sockets]) / len(sockets)
     e: np.ndarray = placement.deviations.calibrated.copy()
     weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
-    span, freedom = float(np.ptp(t)), len(t) - len(measured.sockets) - 3
+    freedom = len(t) - len(measured.sockets) - 3
     for rows in measured.slices:
         w = weights[rows] / weights[rows].sum()
         t[rows] -= w @ t[rows]
@@ -71,6 +79,7 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     scatter: np.ndarray = (
         (weights[:, None] * left).T @ left / (weights.sum() - len(measured.sockets) - 1)
     )
-    across: np.ndarray = np.linalg.lstsq(scatter, v, rcond=None)[0]
-    chi2 = along * float(v @ across)
-    return chi2 * (freedom - 1) / (freedom + 3), span * float(np.linalg.norm(v))
+    V = scatter / along + (1e-3 * USUAL) ** 2 * np.eye(3)  # of exact data, too
+    chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL**2, v)) * (freedom - 1) / (freedom + 3)
+    spread = np.linalg.slogdet(np.eye(3) + USUAL**2 * np.linalg.inv(V))[1]
+    return 0.5 * (chi2 - float(spread)), float(np.linalg.norm(v))

@@ -474,18 +474,32 @@ def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
     assert found.kind == "not_enough" and "moved between its sockets" in found.text
 
 
+def test_a_drift_that_the_fit_has_weighed_is_not_weighed_again(panda, session, monkeypatch):
+    (unordered,) = mukca.read_placements(session / "front")
+    unordered = replace(unordered, samples=tuple(replace(s, number=0) for s in unordered.samples))
+    numbered = tuple(replace(s, number=i) for i, s in enumerate(unordered.samples, 1))
+    drift = "mukca.solver.assessment.steady_drift.steady_drift"
+    monkeypatch.setattr(drift, lambda placement: (1.0, 1e-3))
+    for placement, said in (
+        (unordered, "not enough"),
+        (replace(unordered, samples=numbered), "pass"),
+    ):
+        assert judged(mukca.calibrate(panda, placement).verdict)["drift"] == said
+
+
 def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_path):
     """It turns about the first joint, by 1 mm from the first sample to the last."""
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     sound = mukca.calibrate(panda, train, test=left, method="paper").verdict
     assert judged(sound)["drift"] == "pass" and "drift_held_out" not in judged(sound)
-    creeping = [
-        replace(s, position=(s.position[0] + 2e-3 * i / 24, *s.position[1:]))
-        for i, s in enumerate(train.samples)
-    ]
-    crept = replace(train, samples=tuple(creeping))
-    trained = mukca.calibrate(panda, crept, test=left, method="paper").verdict
-    assert judged(trained)["drift"] == "not enough" and trained.status != "pass"
+    for turn, said in ((5e-4, "pass"), (1e-3, "not enough"), (2e-3, "not enough")):
+        creeping = [
+            replace(s, position=(s.position[0] + turn * i / 24, *s.position[1:]))
+            for i, s in enumerate(train.samples)
+        ]
+        crept = replace(train, samples=tuple(creeping))
+        trained = mukca.calibrate(panda, crept, test=left, method="paper").verdict
+        assert judged(trained)["drift"] == said and (said == "pass" or trained.status != "pass")
     found = mukca.calibrate(panda, left, test=crept, method="paper")
     held = judged(found.verdict)
     assert (held["drift"], held["drift_held_out"]) == ("pass", "warning")
