@@ -8,7 +8,7 @@ import pytest
 from emulator_programs import Emulation, emulator_words
 from virtual_time import VirtualTime
 
-from mukca.drivers import clock
+from mukca.drivers import clock, open_driver
 from mukca.tools.cli import build_parser, read_options
 from mukca.tools.cli.commands import open_emulator
 
@@ -27,6 +27,14 @@ def emulated(name, folder, *options):
             yield Emulation(name, address, running, journal)
         finally:
             running.stop()
+
+
+@contextmanager
+def reading(name, folder, *options, settings=""):
+    """Run an emulator in this process, and read it by its driver, with settings of the address."""
+    emulator = emulated(name, folder, *options)
+    with emulator as emulation, open_driver(name, emulation.address + settings) as driver:
+        yield emulation, driver
 
 
 class _Peer:

@@ -67,45 +67,42 @@ def states_of(emulation):
     ]
 
 
-class TestFranka5(Emulated):
-    name = "franka"
-    joints = 7
-    nobody = own_host()
-    wrong = "host:port"
-
-
-class TestFranka3(TestFranka5):
-    options = ("--version", "3")
-
-
-class TestFranka10(TestFranka5):
-    options = ("--version", "10")
-
-
-class TestKuka115(Emulated):
-    name = "kuka"
-    joints = 7
-    nobody = f"{own_host()}?bind={own_host()}"
-    wrong = "127.0.0.1?effort=2"
-
-
-class TestKuka25(TestKuka115):
-    options = ("--version", "2.5")
-
-
-class TestKuka27(TestKuka115):
-    options = ("--version", "2.7")
-
-
-class TestUrESeries(Emulated):
-    name = "ur"
-    joints = 6
-    nobody = own_host()
-    wrong = "127.0.0.1?rate=fast"
-
-
-class TestUrCb3(TestUrESeries):
-    options = ("--version", "3.15")
+FRANKA = {"name": "franka", "joints": 7, "nobody": own_host(), "wrong": "host:port"}
+BIND = f"{own_host()}?bind={own_host()}"
+KUKA = {"name": "kuka", "joints": 7, "nobody": BIND, "wrong": "127.0.0.1?effort=2"}
+UR = {"name": "ur", "joints": 6, "nobody": own_host(), "wrong": "127.0.0.1?rate=fast"}
+TCP = {"losses": ()}  # TCP loses nothing, and reports carry no numbers
+XARM = {"name": "xarm", "joints": 6, "nobody": own_host(), "wrong": "127.0.0.1?port=30001", **TCP}
+# Answers carry no numbers; with more noise no two states are the same in coarse units.
+POLLED = {"losses": (), "options": ("--noise", "1e-2")}
+SERVO = {**POLLED, "tolerance": math.pi / 4096 + 1e-9}
+DYNAMIXEL = {**SERVO, "name": "dynamixel", "nobody": "/dev/no_such_port?arm=koch"}
+ROBOTS = {
+    "Franka5": FRANKA,
+    "Franka3": {**FRANKA, "options": ("--version", "3")},
+    "Franka10": {**FRANKA, "options": ("--version", "10")},
+    "Kuka115": KUKA,
+    "Kuka25": {**KUKA, "options": ("--version", "2.5")},
+    "Kuka27": {**KUKA, "options": ("--version", "2.7")},
+    "UrESeries": UR,
+    "UrCb3": {**UR, "options": ("--version", "3.15")},
+    "Feetech": {**SERVO, "name": "feetech", "joints": 5, "nobody": "/dev/no_such_port",
+                "wrong": "/dev/ttyACM0?arm=so102"},
+    "DynamixelViperX": {**DYNAMIXEL, "joints": 6, "wrong": "/dev/ttyUSB0"},  # which arm?
+    "DynamixelKoch": {**DYNAMIXEL, "joints": 5, "wrong": "/dev/ttyUSB0?arm=koch&rate=fast",
+                      "options": ("--noise", "1e-2", "--version", "koch")},
+    "XArm6": XARM,
+    "XArm6Old": {**XARM, "options": ("--version", "xarm6-old")},
+    "XArm7": {**XARM, "joints": 7, "options": ("--version", "xarm7")},
+    "Damiao": {**POLLED, "name": "damiao", "joints": 7, "tolerance": 2e-4, "nobody": own_bus(),
+               "wrong": "can0?signs=2"},
+    # Frames carry no numbers: of two turns that are torn one counts.
+    "Piper": {"name": "piper", "joints": 6, "losses": (), "options": ("--noise", "1e-3"),
+              "tolerance": 1e-5, "nobody": own_bus(), "wrong": "can0?bitrate=fast"},
+}  # fmt: skip
+globals().update(
+    {f"Test{name}": type(f"Test{name}", (Emulated,), of) for name, of in ROBOTS.items()}
+)
 
 
 @pytest.mark.slow
@@ -177,66 +174,6 @@ class TestKinovaCan(TestKinovaSerial):
     options = ("--version", "can")
     nobody = f"can://{own_bus()}"
     wrong = "can://no_such_interface/can0"
-
-
-class TestFeetech(Emulated):
-    name = "feetech"
-    options = ("--noise", "1e-2")  # so that no two states are the same in ticks
-    losses = ()  # answers carry no numbers
-    tolerance = math.pi / 4096 + 1e-9
-    joints = 5
-    nobody = "/dev/no_such_port"
-    wrong = "/dev/ttyACM0?arm=so102"
-
-
-class TestDynamixelViperX(TestFeetech):
-    name = "dynamixel"
-    joints = 6
-    nobody = "/dev/no_such_port?arm=koch"
-    wrong = "/dev/ttyUSB0"  # which arm?
-
-
-class TestDynamixelKoch(TestDynamixelViperX):
-    options = ("--noise", "1e-2", "--version", "koch")
-    joints = 5
-    wrong = "/dev/ttyUSB0?arm=koch&rate=fast"
-
-
-class TestXArm6(Emulated):
-    name = "xarm"
-    losses = ()  # TCP loses nothing, and reports carry no numbers
-    joints = 6
-    nobody = own_host()
-    wrong = "127.0.0.1?port=30001"
-
-
-class TestXArm6Old(TestXArm6):
-    options = ("--version", "xarm6-old")
-
-
-class TestXArm7(TestXArm6):
-    options = ("--version", "xarm7")
-    joints = 7
-
-
-class TestDamiao(Emulated):
-    name = "damiao"
-    options = ("--noise", "1e-2")  # so that no two states are the same in its coarse units
-    losses = ()  # answers carry no numbers
-    tolerance = 2e-4
-    joints = 7
-    nobody = own_bus()
-    wrong = "can0?signs=2"
-
-
-class TestPiper(Emulated):
-    name = "piper"
-    options = ("--noise", "1e-3")  # so that no two states are the same in its coarse units
-    losses = ()  # frames carry no numbers: of two turns that are torn one counts
-    tolerance = 1e-5
-    joints = 6
-    nobody = own_bus()
-    wrong = "can0?bitrate=fast"
 
 
 class TestKinovaKortex(Named):

@@ -4,7 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 from driver_errors import refused
-from emulation import emulated
+from emulation import emulated, reading
 
 from mukca import open_driver
 from mukca.drivers import clock
@@ -26,13 +26,6 @@ def test_what_troubles_a_motor_is_told(tmp_path):
         with open_driver("damiao", f"{emulation.address}&ids=2,3") as arm:
             arm.read(1)
             assert arm.status == "motor 2: under-voltage, motor 3: under-voltage"
-
-
-def test_another_scale_is_refused(tmp_path):
-    told = refused("WRONG_ROBOT", match=r"motor 1 on .* counts to 3\.14159 rad, not 12\.5")
-    with emulated("damiao", tmp_path) as emulation, told:
-        emulation.emulator.pmax = 3.14159
-        open_driver("damiao", emulation.address)
 
 
 @contextmanager
@@ -71,10 +64,7 @@ def test_feedback_that_another_program_asked_for_is_not_taken_for_later_one(tmp_
 
 def test_a_query_that_is_answered_late_gives_no_angle(tmp_path):
     """The answers to two queries come together, once the line no longer stalls."""
-    with (
-        emulated("damiao", tmp_path, "--fault", "stall@0+0.15") as emulation,
-        open_driver("damiao", f"{emulation.address}&ids=1") as driver,
-    ):
+    with reading("damiao", tmp_path, "--fault", "stall@0+0.15", settings="&ids=1") as (_, driver):
         for _ in range(20):
             assert max(map(abs, driver.read(1).position)) < 3
         assert driver.rejected == 0
@@ -86,9 +76,3 @@ def test_motors_and_signs_are_settings(tmp_path):
             position = driver.read(1).position
         truth = emulation.sent()[1]["position"]
     assert position == pytest.approx((truth[0], -truth[2]), abs=2e-4)
-
-
-@pytest.mark.parametrize("words", ["ids=0", "ids=1,16", "ids=a", "signs=1,1", "signs=2", "rate=0"])
-def test_settings_that_mean_nothing(words):
-    with refused("BAD_ADDRESS"):
-        open_driver("damiao", f"virtual/x?{words}")

@@ -3,7 +3,8 @@
 from itertools import pairwise
 
 import pytest
-from emulation import emulated
+from driver_errors import refused
+from emulation import emulated, reading
 
 from mukca.drivers import DriverError, Reason, Reconnecting, clock, open_driver
 
@@ -98,10 +99,7 @@ def test_a_stream_that_lost_its_order_ends(fault, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur", "piper", "kinova"])
 def test_a_silence_is_told_and_survived(name, tmp_path):
-    with (
-        emulated(name, tmp_path, *options("silent@1.5+1.5")) as emulation,
-        open_driver(name, emulation.address) as driver,
-    ):
+    with reading(name, tmp_path, *options("silent@1.5+1.5")) as (_, driver):
         start, silent = clock.now(), 0.0
         while clock.now() < start + 60 and not silent:
             asked = clock.now()
@@ -177,10 +175,7 @@ def test_a_controller_that_takes_nobody_is_told(name, tmp_path):
 
 
 def test_franka_serves_one_client_at_a_time(tmp_path):
-    with (
-        emulated("franka", tmp_path) as emulation,
-        open_driver("franka", emulation.address) as driver,
-    ):
+    with reading("franka", tmp_path) as (emulation, driver):
         driver.read(5)
         with pytest.raises(DriverError) as caught:
             open_driver("franka", emulation.address)
@@ -193,10 +188,9 @@ def test_franka_serves_one_client_at_a_time(tmp_path):
 def test_a_version_that_cannot_be_read_is_told(name, tmp_path):
     with (
         emulated(name, tmp_path, *options("version")) as emulation,
-        pytest.raises(DriverError) as caught,
+        refused("PROTOCOL") as caught,
     ):
         open_driver(name, emulation.address)
-    assert caught.value.reason is Reason.PROTOCOL
     if name == "franka":
         assert "99" in str(caught.value)
 
@@ -214,3 +208,24 @@ def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
         assert len(emulation.received()) == replies, "a reply to a commanding session"
     assert caught.value.reason is Reason.WRONG_MODE
     assert (replies == 0) == (start == "0")
+
+
+SCALE = r"motor 1 on .* counts to 3\.14159 rad, not 12\.5"
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "odd", "reason", "told"),
+    [
+        ("damiao", "", {"pmax": 3.14159}, "WRONG_ROBOT", SCALE),
+        ("dynamixel", "", {"stiff": True}, "WRONG_MODE", "torque is on at "),
+        ("feetech", "", {"stiff": True}, "WRONG_MODE", "torque is on at "),
+        ("feetech", "", {"model": 1284}, "WRONG_ROBOT", r"servo 1 on .* model 1284"),  # ten bits
+        ("feetech", "?ids=1,7,9", {}, "UNREACHABLE", "no whole answer of servo 7, 9 on"),
+        ("kinova", "&joints=7", {}, "UNREACHABLE", "actuator 0x16"),
+        ("ur", "?effort=actual_torque", {}, "PROTOCOL", "no output called actual_torque"),
+    ],
+)
+def test_another_arm_than_is_asked_for_is_refused(name, settings, odd, reason, told, tmp_path):
+    with emulated(name, tmp_path) as emulation, refused(reason, match=told):
+        vars(emulation.emulator).update(odd)
+        open_driver(name, emulation.address + settings)

@@ -5,7 +5,7 @@ import time
 
 import pytest
 from driver_errors import refused
-from emulation import emulated
+from emulation import emulated, reading
 from listeners import answering, fci_robot, robot_state
 
 from mukca import open_driver
@@ -39,12 +39,6 @@ def test_a_later_version_is_refused_with_what_can_be_read():
         open_driver("franka", address)
 
 
-@pytest.mark.parametrize("version", ["2", "11", "99999", "-1", "x"])
-def test_a_version_that_nobody_speaks_is_a_bad_address(version):
-    with refused("BAD_ADDRESS"):
-        open_driver("franka", f"127.0.0.1:9?version={version}")
-
-
 @pytest.mark.parametrize(
     ("answer", "reason"),
     [
@@ -62,10 +56,7 @@ def test_what_is_no_robot_is_told(answer, reason):
 
 def test_the_status_and_a_silence_tell_the_mode(tmp_path):
     silent = ("--fault", "silent@0.3")
-    with (
-        emulated("franka", tmp_path, *silent) as emulation,
-        open_driver("franka", emulation.address) as driver,
-    ):
+    with reading("franka", tmp_path, *silent) as (_, driver):
         assert driver.status == ""
         driver.read(5)
         assert driver.status == "guiding"

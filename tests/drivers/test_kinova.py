@@ -9,7 +9,7 @@ import tty
 
 import pytest
 from driver_errors import reason_of, refused
-from emulation import VirtualBus, emulated
+from emulation import VirtualBus, emulated, reading
 from kortex_stand_in import TORQUES, kortex_arm
 
 from mukca import MukcaError, open_driver
@@ -36,26 +36,6 @@ def rate_of(port):
         os.close(line)
 
 
-@pytest.mark.parametrize(
-    "address",
-    [
-        "",
-        "/dev/ttyUSB0",
-        "usb://1",
-        "serial://",
-        "serial:///dev/null?parity=maybe",
-        "serial:///dev/null?baud=quick",
-        "serial:///dev/null?spedd=1",
-        "can://can0?tx=one",
-        "kortex://",
-        "kortex://host?rate=0",
-    ],
-)
-def test_addresses_that_mean_nothing(address):
-    with refused("BAD_ADDRESS"):
-        open_driver("kinova", address)
-
-
 def test_joints_and_sign_are_settings(tmp_path):
     with emulated("kinova", tmp_path, "--noise", "0", "--hold", "60") as emulation:
         with open_driver("kinova", f"{emulation.address}&joints=4&effort=-1&rate=50") as driver:
@@ -64,12 +44,6 @@ def test_joints_and_sign_are_settings(tmp_path):
         truth = emulation.sent()[1]
     assert state.position == pytest.approx(truth["position"][:4], abs=1e-6)
     assert state.effort == pytest.approx([-tau for tau in truth["effort"][:4]], abs=0.5)
-
-
-def test_an_actuator_that_is_not_there_is_named(tmp_path):
-    told = refused("UNREACHABLE", match="actuator 0x16")
-    with emulated("kinova", tmp_path) as emulation, told:
-        open_driver("kinova", f"{emulation.address}&joints=7")
 
 
 def test_a_line_that_nobody_reads_holds_nobody_up(virtual_time):
@@ -85,10 +59,7 @@ def test_a_line_that_nobody_reads_holds_nobody_up(virtual_time):
 
 
 def test_a_line_that_is_pulled_out_is_told(tmp_path):
-    with (
-        emulated("kinova", tmp_path) as emulation,
-        open_driver("kinova", emulation.address) as driver,
-    ):
+    with reading("kinova", tmp_path) as (emulation, driver):
         driver.read(5)
         emulation.stop()
         with pytest.raises(MukcaError) as caught:
@@ -171,9 +142,6 @@ def test_a_lost_bus_is_told(tmp_path):
 
 
 def test_what_isotp_logs_stays_off_the_screen(tmp_path):
-    with (
-        emulated("kinova", tmp_path, "--version", "can") as emulation,
-        open_driver("kinova", emulation.address) as driver,
-    ):
+    with reading("kinova", tmp_path, "--version", "can") as (_, driver):
         driver.read(1)
     assert logging.getLogger("isotp").handlers

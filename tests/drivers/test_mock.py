@@ -4,6 +4,7 @@ import time
 from itertools import pairwise
 
 import pytest
+from driver_errors import refused
 
 from mukca import MukcaError, open_driver
 
@@ -99,17 +100,15 @@ def test_a_silent_arm_sends_nothing_for_a_while(arm):
     with arm("&fault=silent@0.5+5") as driver:
         for _ in range(50):
             driver.read(5.0)
-        with pytest.raises(MukcaError) as caught:
+        with refused("SILENT"):
             driver.read(0.05)
-        assert caught.value.reason.name == "SILENT"
         assert driver.read(5.0).stamp == 5.5
 
 
 def test_a_dropped_connection_comes_back_to_an_arm_that_went_on(arm):
     fault = "&fault=drop@0.5+10"
-    with pytest.raises(MukcaError, match="dropped") as caught:
+    with refused("UNREACHABLE", match="dropped"):
         states(arm(fault), 10000)
-    assert caught.value.reason.name == "UNREACHABLE"
     with pytest.raises(MukcaError, match="does not answer"):
         arm(fault)
     time.sleep(0.6)
@@ -159,6 +158,5 @@ def test_a_bad_address_is_told(tmp_path, address, told):
     files = {name: tmp_path / f"{name}.csv" for name in contents}
     for name, content in contents.items():
         files[name].write_text(content)
-    with pytest.raises(MukcaError, match=told) as caught:
+    with refused("BAD_ADDRESS", match=told):
         open_driver("mock", address.format(**files))
-    assert caught.value.reason.name == "BAD_ADDRESS"

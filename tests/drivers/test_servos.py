@@ -57,21 +57,6 @@ def test_a_servo_that_was_homed_anew_is_refused(tmp_path):
         open_driver("feetech", f"{emulation.address}?calibration={path}")
 
 
-@pytest.mark.parametrize("name", ["feetech", "dynamixel"])
-def test_an_arm_that_holds_itself_is_refused(name, tmp_path):
-    with emulated(name, tmp_path) as emulation, refused("WRONG_MODE") as caught:
-        emulation.emulator.stiff = True
-        open_driver(name, emulation.address)
-    assert "torque is on at " in str(caught.value)
-
-
-def test_another_model_is_refused(tmp_path):
-    told = refused("WRONG_ROBOT", match=r"servo 1 on .* model 1284")
-    with emulated("feetech", tmp_path) as emulation, told:
-        emulation.emulator.model = 1284  # ten bits, 300 degrees
-        open_driver("feetech", emulation.address)
-
-
 def test_a_model_that_is_told_once_is_not_believed(tmp_path):
     """A late position looks like a model number."""
 
@@ -86,12 +71,6 @@ def test_a_model_that_is_told_once_is_not_believed(tmp_path):
         emulation.emulator.model = Model()
         with open_driver("feetech", emulation.address) as driver:
             assert driver.read(1)
-
-
-def test_a_servo_that_does_not_answer_is_named(tmp_path):
-    told = refused("UNREACHABLE", match="no whole answer of servo 7, 9 on")
-    with emulated("feetech", tmp_path) as emulation, told:
-        open_driver("feetech", f"{emulation.address}?ids=1,7,9")
 
 
 def test_a_position_beyond_the_turn_is_no_state(tmp_path):
@@ -109,29 +88,6 @@ def test_what_troubles_a_servo_is_told(tmp_path):
         with open_driver("feetech", emulation.address) as driver:
             assert driver.read(1).position
             assert driver.status == "shoulder_lift: too hot, shoulder_lift: overload"
-
-
-@pytest.mark.parametrize(
-    "address",
-    [
-        "",
-        "?arm=so101",
-        "/dev/null?arm=koch",
-        "/dev/null?ids=1,1",
-        "/dev/null?ids=1,254",
-        "/dev/null?signs=1,1,1",
-        "/dev/null?signs=1,1,1,1,2",
-        "/dev/null?zeros=a,b,c,d,e",
-        "/dev/null?baud=quick",
-        "/dev/null?rate=0",
-        "/dev/null?calibration=/no/such/file",
-        "/dev/null?spedd=1",
-    ],
-)
-def test_addresses_that_mean_nothing(address):
-    with refused("BAD_ADDRESS") as caught:
-        open_driver("feetech", address)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -35,12 +35,6 @@ def test_efforts_are_none_unless_an_output_is_asked_for(tmp_path):
         assert list(state.effort) in [entry["effort"] for entry in emulation.sent().values()]
 
 
-def test_an_output_that_the_controller_has_not(tmp_path):
-    told = refused("PROTOCOL", match="no output called actual_torque")
-    with emulated("ur", tmp_path) as emulation, told:
-        open_driver("ur", f"{emulation.address}?effort=actual_torque")
-
-
 @pytest.mark.parametrize(
     ("texts", "reason"),
     [

@@ -13,6 +13,7 @@ from math import inf
 from subprocess import PIPE
 
 import pytest
+from driver_errors import refused
 from emulator_programs import emulated_program, own_host
 
 from mukca import MukcaError, open_driver
@@ -52,12 +53,11 @@ def test_the_end_of_the_connection_is_told(tmp_path):
     with (
         emulated_program("ur", tmp_path) as emulation,
         open_driver("ur-rtde", emulation.host) as driver,
-        pytest.raises(MukcaError) as caught,
+        refused("UNREACHABLE"),
     ):
         emulation.stop()
         while True:
             driver.read(5)
-    assert caught.value.reason.name == "UNREACHABLE"
 
 
 @needs_ur_rtde
@@ -185,23 +185,18 @@ def test_what_the_package_cannot_connect_to_is_told(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(tmp_path)
     with (
         emulated_program("ur", tmp_path) as emulation,
-        pytest.raises(
-            MukcaError, match=r"not ur-rtde's: .* RuntimeError: no such output"
-        ) as caught,
+        refused("BUSY", match=r"not ur-rtde's: .* RuntimeError: no such output"),
     ):
         open_driver("ur-rtde", emulation.host)
-    assert caught.value.reason.name == "BUSY"
 
 
 def test_a_package_that_is_not_there_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "rtde_receive", None)
-    with pytest.raises(MukcaError, match=r"pip install ur-rtde.*--driver ur") as caught:
+    with refused("MISSING_PACKAGE", match=r"pip install ur-rtde.*--driver ur"):
         open_driver("ur-rtde", "127.0.0.1")
-    assert caught.value.reason.name == "MISSING_PACKAGE"
 
 
 @needs_ur_rtde
 def test_another_port_is_refused():
-    with pytest.raises(MukcaError, match="port 30004 alone") as caught:
+    with refused("BAD_ADDRESS", match="port 30004 alone"):
         open_driver("ur-rtde", "127.0.0.1:40004")
-    assert caught.value.reason.name == "BAD_ADDRESS"
