@@ -1,14 +1,13 @@
 """The host's time, and waiting for it to pass: whatever waits does it here.
 
-Call these by the module's name, as in ``clock.now()``: :func:`use` puts another clock in its place.
+Call these by the module's name, as in ``clock.now()``: tests put others in their place.
 """
 
 import select
 import selectors
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
 STOP_SECONDS = 1.5
@@ -25,57 +24,14 @@ class _Readable(Protocol):
 _Source = TypeVar("_Source", bound="int | _Readable")
 
 
-class Clock:
-    """The host's monotonic clock, with a method for each of the functions below."""
-
-    def now(self) -> float:
-        """Do the work of :func:`now`."""
-        return time.monotonic()
-
-    def sleep(self, seconds: float) -> None:
-        """Do the work of :func:`sleep`."""
-        time.sleep(seconds)
-
-    def wait(self, sources: Sequence[_Source], seconds: float) -> list[_Source]:
-        """Do the work of :func:`wait`."""
-        try:
-            return select.select(sources, [], [], seconds)[0]
-        except ValueError:  # a closed source, or a descriptor beyond 1023, which select cannot take
-            with selectors.DefaultSelector() as selector:
-                keys = [selector.register(source, selectors.EVENT_READ) for source in sources]
-                ready = {key.fd for key, _ in selector.select(seconds)}
-            return [s for s, key in zip(sources, keys, strict=True) if key.fd in ready]
-
-    def repeat(self, step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
-        """Do the work of :func:`repeat`."""
-        stopped = threading.Event()
-
-        def run() -> None:
-            while not stopped.is_set() and step():
-                pass
-            end()
-
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
-
-        def stop() -> None:
-            stopped.set()
-            thread.join(timeout=STOP_SECONDS)
-
-        return stop
-
-
-_clock = Clock()
-
-
 def now() -> float:
     """Return the host's monotonic time [s]."""
-    return _clock.now()
+    return time.monotonic()
 
 
 def sleep(seconds: float) -> None:
     """Wait."""
-    _clock.sleep(seconds)
+    time.sleep(seconds)
 
 
 def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
@@ -83,7 +39,13 @@ def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
 
     Sources are file descriptors, or objects with one. A closed one raises OSError or ValueError.
     """
-    return _clock.wait(sources, seconds)
+    try:
+        return select.select(sources, [], [], seconds)[0]
+    except ValueError:  # a closed source, or a descriptor beyond 1023, which select cannot take
+        with selectors.DefaultSelector() as selector:
+            keys = [selector.register(source, selectors.EVENT_READ) for source in sources]
+            ready = {key.fd for key, _ in selector.select(seconds)}
+        return [s for s, key in zip(sources, keys, strict=True) if key.fd in ready]
 
 
 def repeat(step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], None]:
@@ -92,18 +54,21 @@ def repeat(step: Callable[[], bool], end: Callable[[], None]) -> Callable[[], No
     Then ``end`` is called there. What is returned ends the thread, and waits for it for a moment;
     it is safe to call twice. A step should take no longer than a fraction of a second.
     """
-    return _clock.repeat(step, end)
+    stopped = threading.Event()
 
+    def run() -> None:
+        while not stopped.is_set() and step():
+            pass
+        end()
 
-@contextmanager
-def use(clock: Clock) -> Generator[None, None, None]:
-    """Let another clock stand in for the host's within a ``with`` block."""
-    global _clock
-    before, _clock = _clock, clock
-    try:
-        yield
-    finally:
-        _clock = before
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+
+    def stop() -> None:
+        stopped.set()
+        thread.join(timeout=STOP_SECONDS)
+
+    return stop
 
 
 class ArrivalTimeFilter:

@@ -115,82 +115,27 @@ def read_samples(file: Path) -> SampleFile:
         raise RecordingError(f"{file}: not a text file of comma-separated values") from None
     if not lines:
         raise RecordingError(f"{file}: no header line; nothing was recorded")
-    parser = _Parser(file, lines[0])
-    for number, cells in enumerate(lines[1:], start=2):
-        if cells:
-            parser.read(number, cells)
-    return SampleFile(parser.joint_names, tuple(parser.samples), tuple(parser.withdrawn), torn)
-
-
-class _Parser:
-    """Reads one line after the other, and checks that each fits those before it."""
-
-    def __init__(self, file: Path, header: Sequence[str]) -> None:
-        self.file = file
-        self.samples: list[Sample] = []
-        self.withdrawn: list[int] = []
-        self._header = list(header)
-        self.joint_names = tuple(
-            name.removeprefix("position.") for name in header if name.startswith("position.")
+    header = lines[0]
+    joint_names = tuple(
+        name.removeprefix("position.") for name in header if name.startswith("position.")
+    )
+    if not joint_names or _line(header) != header_line(joint_names):
+        raise RecordingError(
+            f"{file}:1: not the header of a recording; expected the columns "
+            f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint"
         )
-        wanted = header_line(self.joint_names).decode().strip("\n")
-        if not self.joint_names or _line(header).decode().strip("\n") != wanted:
+    samples: list[Sample] = []
+    withdrawn: list[int] = []
+    for line, cells in enumerate(lines[1:], start=2):
+        where = f"{file}:{line}"
+        if not cells:
+            continue
+        if len(cells) != len(header):
             raise RecordingError(
-                f"{file}:1: not the header of a recording; expected the columns "
-                f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint"
+                f"{where}: {len(cells)} columns where the header has {len(header)}"
             )
-
-    def read(self, line: int, cells: Sequence[str]) -> None:
-        where = f"{self.file}:{line}"
-        if len(cells) != len(self._header):
-            raise RecordingError(
-                f"{where}: {len(cells)} columns where the header has {len(self._header)}"
-            )
-        row = _Row(where, dict(zip(self._header, cells, strict=True)), self.joint_names)
-        if cells[0] == CAPTURE:
-            self._capture(row)
-        elif cells[0] in (UNDO, REDO, RELABEL):
-            self._mark(cells[0], row)
-        else:
-            known = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
-            raise RecordingError(f"{where}: event {cells[0]!r} is none of {known}")
-
-    def _capture(self, row: "_Row") -> None:
-        number = row.integer("sample")
-        if number != len(self.samples) + 1:
-            raise RecordingError(
-                f"{row.where}: sample {number} where {len(self.samples) + 1} is next; "
-                "a line is missing or twice there"
-            )
-        position = row.joints("position")
-        if position is None:
-            raise RecordingError(f"{row.where}: a capture without positions")
-        self.samples.append(
-            Sample(
-                position,
-                row.integer("socket"),
-                row.joints("effort"),
-                row.where,
-                number,
-                row.optional("time"),
-                row.optional("stamp"),
-                row.integer("states"),
-                row.joints("spread"),
-            )
-        )
-
-    def _mark(self, event: str, row: "_Row") -> None:
-        number = row.integer("sample")
-        there = 1 <= number <= len(self.samples)
-        if not there or (event != RELABEL and (number in self.withdrawn) != (event == REDO)):
-            raise RecordingError(f"{row.where}: {event} of sample {number}, which is not there")
-        if event == UNDO:
-            self.withdrawn.append(number)
-        elif event == REDO:
-            self.withdrawn.remove(number)
-        else:
-            relabelled = replace(self.samples[number - 1], socket=row.integer("socket"))
-            self.samples[number - 1] = relabelled
+        _Row(where, dict(zip(header, cells, strict=True)), joint_names).add_to(samples, withdrawn)
+    return SampleFile(joint_names, tuple(samples), tuple(withdrawn), torn)
 
 
 @dataclass(frozen=True)
@@ -200,6 +145,47 @@ class _Row:
     where: str
     cells: dict[str, str]
     joint_names: tuple[str, ...]
+
+    def add_to(self, samples: list[Sample], withdrawn: list[int]) -> None:
+        """Do to the samples of the lines before what this line says."""
+        event = self.cells["event"]
+        if event not in (CAPTURE, UNDO, REDO, RELABEL):
+            known = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
+            raise RecordingError(f"{self.where}: event {event!r} is none of {known}")
+        number = self.integer("sample")
+        if event == CAPTURE:
+            if number != len(samples) + 1:
+                raise RecordingError(
+                    f"{self.where}: sample {number} where {len(samples) + 1} is next; "
+                    "a line is missing or twice there"
+                )
+            samples.append(self.capture(number))
+            return
+        there = 1 <= number <= len(samples)
+        if not there or (event != RELABEL and (number in withdrawn) != (event == REDO)):
+            raise RecordingError(f"{self.where}: {event} of sample {number}, which is not there")
+        if event == UNDO:
+            withdrawn.append(number)
+        elif event == REDO:
+            withdrawn.remove(number)
+        else:
+            samples[number - 1] = replace(samples[number - 1], socket=self.integer("socket"))
+
+    def capture(self, number: int) -> Sample:
+        position = self.joints("position")
+        if position is None:
+            raise RecordingError(f"{self.where}: a capture without positions")
+        return Sample(
+            position,
+            self.integer("socket"),
+            self.joints("effort"),
+            self.where,
+            number,
+            self.optional("time"),
+            self.optional("stamp"),
+            self.integer("states"),
+            self.joints("spread"),
+        )
 
     def number(self, column: str) -> float:
         text = self.cells[column]

@@ -2,6 +2,7 @@
 
 import fcntl
 import gc
+import json
 import os
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
@@ -101,6 +102,7 @@ def command(capsys):
     """Run `mukca` with words in this process: status, output, error."""
 
     def run(*words):
+        capsys.readouterr()  # what was said before
         try:
             status = main([*map(str, words)])
         except SystemExit as stop:  # argparse's own refusals
@@ -109,6 +111,30 @@ def command(capsys):
         return status, out, err
 
     return run
+
+
+@pytest.fixture
+def refused(command):
+    """Run `mukca` with words that it refuses by one line, which tells why; return the line."""
+
+    def refused(told, *words):
+        status, out, err = command(*words)
+        assert (status, out, err.count("\n")) == (2, "", 1) and told in err, err
+        return err
+
+    return refused
+
+
+@pytest.fixture
+def answer(command):
+    """Run `mukca` with words and `--json`; return its answer after the status was compared."""
+
+    def answer(*words, status=0):
+        found, out, err = command(*words, "--json")
+        assert found == status, err
+        return json.loads(out)
+
+    return answer
 
 
 @pytest.fixture(scope="session")

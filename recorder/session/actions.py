@@ -4,6 +4,7 @@ import math
 import re
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from ...drivers import clock
 from .. import REDO, RELABEL, UNDO, RecordingError, Sample
@@ -127,10 +128,10 @@ class SessionActions:
         if not self.session.withdrawn:
             self.alarm("nothing to bring again")
             return
-        number = self.session.withdrawn[-1]
+        *others, number = self.session.withdrawn
         sample = self.session.samples[number - 1]
         if self._mark(REDO, sample):
-            self.session = self.session.restored(number)
+            self.session = replace(self.session, withdrawn=tuple(others))
             self.notify(f"sample {number} of socket {sample.socket} counts again")
 
     def relabel(self, number: int, socket: int) -> None:
@@ -138,9 +139,10 @@ class SessionActions:
         sample = self._known(number)
         if sample is None or not self._has(socket):
             return
-        moved = self.session.relabelled(number, socket)
-        if self._mark(RELABEL, moved.samples[number - 1]):
-            self.session = moved
+        samples = list(self.session.samples)
+        samples[number - 1] = replace(sample, socket=socket)
+        if self._mark(RELABEL, samples[number - 1]):
+            self.session = replace(self.session, samples=tuple(samples))
             self.notify(f"sample {number} is now of socket {socket}, before of {sample.socket}")
 
     def move_on(self, first: int) -> bool:
@@ -166,10 +168,10 @@ class SessionActions:
         self.notify(f"socket {socket} is active: put the ball there")
 
     def _known(self, number: int) -> Sample | None:
-        sample = self.session.sample(number)
-        if sample is None:
-            self.alarm(f"there is no sample {number}: they are 1 to {len(self.session.samples)}")
-        return sample
+        if 1 <= number <= len(self.session.samples):
+            return self.session.samples[number - 1]
+        self.alarm(f"there is no sample {number}: they are 1 to {len(self.session.samples)}")
+        return None
 
     def _has(self, socket: int) -> bool:
         if socket < self.session.sockets:

@@ -104,24 +104,9 @@ class Session:
         """Return the session with one more sample."""
         return replace(self, samples=(*self.samples, sample))
 
-    def sample(self, number: int) -> Sample | None:
-        """Return a sample by its number, also one that was taken back; None if there is none."""
-        return self.samples[number - 1] if 1 <= number <= len(self.samples) else None
-
     def without(self, number: int) -> "Session":
         """Return the session with a sample taken back."""
         return replace(self, withdrawn=(*self.withdrawn, number))
-
-    def restored(self, number: int) -> "Session":
-        """Return the session with a sample that was taken back there again."""
-        return replace(self, withdrawn=tuple(n for n in self.withdrawn if n != number))
-
-    def relabelled(self, number: int, socket: int) -> "Session":
-        """Return the session with a sample in another socket."""
-        samples = tuple(
-            replace(s, socket=socket) if s.number == number else s for s in self.samples
-        )
-        return replace(self, samples=samples)
 
     def switched(self, socket: int) -> "Session":
         """Return the session with another socket active."""
@@ -134,13 +119,6 @@ class Session:
     def refusal(self, position: Sequence[float]) -> str | None:
         """Return the reason to refuse a configuration at the active socket; None without one."""
         return self._outside(position) or self.repeated(position) or self.left_behind(position)
-
-    def nearest(self, position: Sequence[float], within: float = SAME) -> Sample | None:
-        """Return a sample, of any socket, within an angle [rad] of a configuration, or None."""
-        for sample in self.live:
-            if self.same(sample.position, position, within):
-                return sample
-        return None
 
     def _outside(self, position: Sequence[float]) -> str | None:
         for joint, value in zip(self.joints, position, strict=True):

@@ -213,7 +213,7 @@ class Recorder:
             self._implausible = rest  # alarmed once
             self._actions.alarm(f"{odd} {context.capture_key} captures it all the same")
 
-    def _same(self, earlier: StationaryPose | None, rest: StationaryPose) -> bool:
+    def _same(self, earlier: StationaryPose | Sample | None, rest: StationaryPose) -> bool:
         return bool(earlier and self._actions.session.same(earlier.position, rest.position))
 
     def _follow_script(self, script: Script, now: float) -> None:
@@ -235,8 +235,8 @@ class Recorder:
             return trouble or "not yet still for long enough"
         if self._same(self._rejected, rest):
             return "it rests where a capture was just refused"
-        earlier = self._actions.session.nearest(rest.position)
-        return earlier and f"it rests where sample {earlier.number} was taken"
+        taken = [one.number for one in self._actions.session.live if self._same(one, rest)]
+        return f"it rests where sample {taken[0]} was taken" if taken else None
 
     def _context(self, now: float) -> OperatorContext:
         """Return the state from which the operator's next step follows."""

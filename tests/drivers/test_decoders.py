@@ -258,7 +258,7 @@ def test_ros_takes_no_odd_message(message):
     assert all(map(math.isfinite, (*state.position, *(state.effort or ()), state.stamp)))
 
 
-STS, X = feetech.FeetechPackets(), dynamixel.DynamixelPackets()
+STS, X = feetech, dynamixel
 ANSWERS = [
     (STS, 2, "ffff0104000008f2", Answer(1, 0, b"\x00\x08")),
     (STS, 2, "ffff030400ff0fea", Answer(3, 0, b"\xff\x0f")),

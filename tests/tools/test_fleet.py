@@ -10,7 +10,6 @@ import pytest
 
 import mukca
 from mukca.recorder import sample_files
-from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +32,10 @@ def fleet(session, tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, capsys):
+def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, answer):
     out = tmp_path / "out"
-    words = ("fleet", str(fleet), "--robot", "panda", "--method", "paper", "--out", str(out))
-    assert main([*words, "--processes", "1", "--json"]) == 1
-    result = json.loads(capsys.readouterr().out)
+    words = ("--robot", "panda", "--method", "paper", "--out", out, "--processes", "1")
+    result = answer("fleet", fleet, *words, status=1)
     assert json.loads((out / "fleet.json").read_text()) == result
     one, two, three = result["arms"]
     assert [row["name"] for row in one["sessions"]] == ["2026-05-02", "2026-06-01"]
@@ -78,28 +76,27 @@ def check_parameters(rows, sessions):
     ("place", "told"),
     [("nowhere", "no such folder"), ("arm-1/2026-05-02", "of one arm"), ("notes", "no arm's")],
 )
-def test_a_folder_that_is_no_fleet_is_told(fleet, tmp_path, capsys, place, told):
-    out = tmp_path / "out"
-    assert main(["fleet", str(fleet / place), "--robot", "panda", "--out", str(out)]) == 2
-    assert told in capsys.readouterr().err and not out.exists()
+def test_a_folder_that_is_no_fleet_is_told(fleet, tmp_path, refused, place, told):
+    refused(told, "fleet", fleet / place, "--robot", "panda", "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
-def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, capsys):
+def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, command):
     points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
     if not points.exists():
         pytest.skip("needs the shared tracker recordings")
     for arm in ("a", "b"):
         (tmp_path / "fleet" / arm / "points").mkdir(parents=True)
         shutil.copy(points, tmp_path / "fleet" / arm / "points")
-    words = ["fleet", str(tmp_path / "fleet"), "--out", str(tmp_path / "out"), "--robot", "ur10"]
-    main([*words, "--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1", "--json"])
-    (pair,) = json.loads(capsys.readouterr().out)["curves"]
+    words = ["fleet", tmp_path / "fleet", "--out", tmp_path / "out", "--robot", "ur10", "--json"]
+    words += ["--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1"]
+    (pair,) = json.loads(command(*words)[1])["curves"]
     assert (pair["a"], pair["b"]) == ("a", "b")
     assert all(row["difference"] == 0 for row in pair["joints"])
 
 
-def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, capsys):
+def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):
     for name, seed in (("a", 1), ("b", 2)):
         robot = mukca.load_robot("panda")
         _, (one,) = mukca.simulate_recordings(robot, 1, samples=12, seed=seed, rotation=0.012)
@@ -107,9 +104,8 @@ def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, capsys):
         folder.mkdir(parents=True)
         for file, content in sample_files(one).items():
             (folder / file).write_bytes(content)
-    words = ["fleet", str(tmp_path / "fleet"), "--robot", "panda", "--processes", "1"]
-    assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 1
-    (row,) = json.loads(capsys.readouterr().out)["arms"]
+    words = ("--robot", "panda", "--processes", "1", "--out", tmp_path / "out")
+    (row,) = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
     (last,) = row["sessions"]
     assert last["status"] == "fail"
     assert "See what is wrong" in row["again"] and "Most probable cause" in row["again"]

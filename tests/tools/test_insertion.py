@@ -160,24 +160,17 @@ def test_a_missing_package_is_named(tmp_path):
         ("drawing", "--out", __file__),
     ],
 )
-def test_bad_arguments_get_one_line(capsys, words):
-    assert main(["simulate", *words]) == 2
-    error = capsys.readouterr().err
-    assert len(error.strip().splitlines()) == 1
+def test_bad_arguments_get_one_line(refused, words):
+    refused("", "simulate", *words)
 
 
-def test_a_model_of_another_arm_is_named(capsys, tmp_path):
+def test_a_model_of_another_arm_is_named(refused, tmp_path):
     other = str(tmp_path / "ur5e.urdf")
     Path(other).write_bytes(mukca.load_robot("ur5e").text.data)
-    assert main(["simulate", "insertion", "--model", other]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    assert other in line
-    assert "shoulder_pan_joint" in line
-    assert "panda_joint1" in line
+    line = refused(other, "simulate", "insertion", "--model", other)
+    assert "shoulder_pan_joint" in line and "panda_joint1" in line
 
 
-def test_an_option_of_the_other_experiment_is_refused(capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["simulate", "drawing", "--hole-mm", "16"])
-    assert left.value.code == 2
-    assert "--hole-mm" in capsys.readouterr().err
+def test_an_option_of_the_other_experiment_is_refused(command):
+    status, _, err = command("simulate", "drawing", "--hole-mm", "16")
+    assert status == 2 and "--hole-mm" in err

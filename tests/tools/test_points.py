@@ -1,6 +1,8 @@
 """Points of an instrument on the command line: solve, validate, check, and bad files."""
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -35,26 +37,13 @@ def measured(true_panda, shared):
 
 
 @pytest.fixture(scope="module")
-def solved(measured, tmp_path_factory, capfd_json):
+def solved(measured, tmp_path_factory):
     out = tmp_path_factory.mktemp("points") / "out"
     words = [str(measured / "train"), "--test", str(measured / "test"), "--robot", "panda"]
-    return out, capfd_json(
-        ["solve", *words, "--without", "compliance", "transmission", "--out", str(out), "--json"]
-    )
-
-
-@pytest.fixture(scope="module")
-def capfd_json():
-    def run(words):
-        import contextlib
-        import io
-
-        text = io.StringIO()
-        with contextlib.redirect_stdout(text):
-            main(words)
-        return json.loads(text.getvalue())
-
-    return run
+    words += ["--without", "compliance", "transmission", "--out", str(out), "--json"]
+    with redirect_stdout(StringIO()) as text:
+        main(["solve", *words])
+    return out, json.loads(text.getvalue())
 
 
 @pytest.mark.slow
@@ -71,22 +60,21 @@ def test_solve_judges_held_out_points_in_the_frame_trained_on(solved):
 
 
 @pytest.mark.slow
-def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, capfd_json):
+def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, command):
     """The instrument stood elsewhere, and the error is that of the other held-out points."""
     out, result = solved
-    words = ["validate", str(out / "calibration.json"), str(measured / "later" / "points.csv")]
-    again = capfd_json([*words, "--json"])
-    (row,) = again["placements"]
+    words = ("validate", out / "calibration.json", measured / "later" / "points.csv", "--json")
+    (row,) = json.loads(command(*words)[1])["placements"]
     held = result["summary"]["test"]["calibrated"]["mean_absolute_error"]
     assert row["kind"] == "points" and row["role"] == "test"
     assert row["calibrated"]["mean_absolute_error"] == pytest.approx(held, rel=0.5)
 
 
-def test_check_and_info_name_the_points(measured, capsys):
-    assert main(["info", str(measured / "train")]) == 0
-    assert "45 points that an instrument measured" in capsys.readouterr().out
-    assert main(["check", str(measured / "train"), "--robot", "panda"]) == 0
-    assert "Measured points need no socket" in capsys.readouterr().out
+def test_check_and_info_name_the_points(measured, command):
+    status, out, _ = command("info", measured / "train")
+    assert status == 0 and "45 points that an instrument measured" in out
+    status, out, _ = command("check", measured / "train", "--robot", "panda")
+    assert status == 0 and "Measured points need no socket" in out
 
 
 @pytest.mark.parametrize(
@@ -113,10 +101,9 @@ def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path):
     assert mukca.read_placements(tmp_path)[0].joint_names == ("a", "b")
 
 
-def test_the_papers_method_refuses_points(measured, capsys):
-    words = ["solve", str(measured / "train"), "--robot", "panda", "--method", "paper"]
-    assert main(words) == 2
-    assert "--method paper knows sockets only" in capsys.readouterr().err
+def test_the_papers_method_refuses_points(measured, refused):
+    words = ("solve", measured / "train", "--robot", "panda", "--method", "paper")
+    refused("--method paper knows sockets only", *words)
 
 
 @pytest.mark.slow
@@ -129,8 +116,7 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved):
 
 
 @pytest.mark.slow
-def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, capfd_json, tmp_path):
-    small = str(tmp_path / "small")
+def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, command, tmp_path):
     write = (measured / "train/points.csv").read_text().splitlines()
     rows = [line.split(",") for line in write[1:]]
     scaled = [[*row[:-3], *(repr(1.02 * float(x)) for x in row[-3:])] for row in rows]
@@ -138,8 +124,8 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, cap
     text = "\n".join([write[0], *map(",".join, scaled)]) + "\n"
     (tmp_path / "small/points.csv").write_text(text)
     out = tmp_path / "out"
-    words = ["solve", small, "--robot", "panda", "--without", "compliance", "transmission", "tilt"]
-    capfd_json([*words, "--out", str(out), "--json"])
+    words = ("--robot", "panda", "--without", "compliance", "transmission", "tilt", "--out", out)
+    command("solve", tmp_path / "small", *words)
     report = json.loads((out / "report.json").read_text())
     assert report["verdict"]["status"] == "fail"
     assert [step for step in report["todo"] if "--distance " in step["command"]] == []
@@ -148,13 +134,12 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, cap
 
 @pytest.mark.slow
 def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
-    solved, measured, tmp_path, capsys
+    solved, measured, tmp_path, command, refused
 ):
     lines = (measured / "later" / "points.csv").read_text().splitlines()[:9]
     rows = [lines[0] + ",qx,qy,qz,qw", *(f"{line},0,0,0,1" for line in lines[1:])]
     (tmp_path / "poses.csv").write_text("\n".join(rows) + "\n")
-    for words in (["validate", str(solved[0])], ["check", "--robot", "panda"]):
-        assert main([*words, str(tmp_path)]) == 2
-        assert "--flange-poses" in capsys.readouterr().err
-        assert main([*words, str(tmp_path), "--flange-poses"]) != 2
-        assert words[0] == "check" or "mrad" in capsys.readouterr().out
+    for words in (["validate", solved[0], tmp_path], ["check", "--robot", "panda", tmp_path]):
+        refused("--flange-poses", *words)
+        status, out, _ = command(*words, "--flange-poses")
+        assert status != 2 and (words[0] == "check" or "mrad" in out)

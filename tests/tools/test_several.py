@@ -10,7 +10,6 @@ import mukca
 from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
 from mukca.solver.robot import load_robot
-from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, recorded_by_both
 
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
@@ -38,22 +37,21 @@ def cell(true_panda, shared):
 
 
 @pytest.mark.slow
-def test_two_arms_are_written_each_and_together(cell, tmp_path, capsys):
+def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused):
     for name in ("left", "right"):  # one by its own word, the other by the command's
         for folder in (cell / name).iterdir():
             text = json.dumps({"robot_name": "right"} if name == "right" else {})
             (folder / "placement.json").write_text(text)
     out = tmp_path / "out"
-    words = [f"left:{cell / 'left'}", str(cell / "right"), *ROBOTS, "--out", str(out), "--json"]
-    main(["solve", *words])
-    captured = capsys.readouterr()
-    result = json.loads(captured.out)
+    words = (f"left:{cell / 'left'}", cell / "right", *ROBOTS, "--out", out, "--json")
+    _, text, told = command("solve", *words)
+    result = json.loads(text)
     pose = result["left_to_right"]
     assert pose["xyz"] == pytest.approx([1.2, 0, 0], abs=0.05)
     assert pose["shared_sockets"] == 4 and 5e-5 < pose["tool_deviation"] < 1e-3
     assert [row["robot"] for row in result["placements"]] == ["left", "left", "right", "right"]
     assert set(result["robots"]) == {"left", "right"}
-    assert "Tool to tool" in pose["text"] and "joint 1 zero" in captured.err
+    assert "Tool to tool" in pose["text"] and "joint 1 zero" in told
     files = {str(file.relative_to(out)) for file in out.rglob("*") if file.is_file()}
     assert {"arms.urdf", "arms.json", "left/calibrated.urdf", "right/calibration.json"} <= files
     right = mukca.load_robot(out / "arms.urdf", tip="right_ball_link")
@@ -65,12 +63,12 @@ def test_two_arms_are_written_each_and_together(cell, tmp_path, capsys):
     records = [command for command in steps if command.startswith("mukca record")]
     assert all("--robot ur5e" in one and "--robot-name right" in one for one in records)
     again = shlex.split(json.loads(report)["command"])
-    main([*again[1:], "--json"])
-    assert json.loads(capsys.readouterr().out)["left_to_right"]["xyz"] == pose["xyz"]
-    used_again(out, cell, capsys)
+    assert json.loads(command(*again[1:], "--json")[1])["left_to_right"]["xyz"] == pose["xyz"]
+    used_again(out, cell, command)
+    refused(f"name one of {out / 'left'}, {out / 'right'}", "poses", out, "q.csv")
 
 
-def used_again(out, cell, capsys):
+def used_again(out, cell, command):
     """What was written of both is read back by all that reads calibrations."""
     (out / "arms.json").write_text((out / "arms.json").read_text().replace('"format"', '"older"'))
     arms = mukca.load_calibration(out)
@@ -89,28 +87,24 @@ def used_again(out, cell, capsys):
         ("report", "--out", out / "again"),
         ("export", "--to", "urdf", "--out", out / "arm.urdf"),
     ):
-        capsys.readouterr()
-        assert main([verb, str(out / "arms.json"), *map(str, words), "--json"]) in (0, 1, 3)
-        assert set(json.loads(capsys.readouterr().out)["robots"]) == {"left", "right"}
+        status, text, _ = command(verb, out / "arms.json", *words, "--json")
+        assert status in (0, 1, 3) and set(json.loads(text)["robots"]) == {"left", "right"}
     assert (out / "again" / "right" / "report.html").is_file() and (out / "arm_left.urdf").is_file()
-    assert main(["poses", str(out), "q.csv"]) == 2
-    assert f"name one of {out / 'left'}, {out / 'right'}" in capsys.readouterr().err
 
 
 @pytest.mark.slow
-def test_one_base_is_said_in_words(cell, capsys):
+def test_one_base_is_said_in_words(cell, command):
     words = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
-    main(["solve", *words, *ROBOTS, "--json"])
-    captured = capsys.readouterr()
-    assert json.loads(captured.out)["left_to_right"]["xyz"] is None
-    assert "two sockets shared leave it free to turn about their line" in captured.err
-    assert "two placements cure it, three are better" in captured.err
+    _, out, err = command("solve", *words, *ROBOTS, "--json")
+    assert json.loads(out)["left_to_right"]["xyz"] is None
+    assert "two sockets shared leave it free to turn about their line" in err
+    assert "two placements cure it, three are better" in err
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["CELL/left", *ROBOTS], "left/front: whose is it; write left:"),
+        (["CELL/left", *ROBOTS], "left/front: whose is it?; write left:"),
         (["left:CELL/left/front", *ROBOTS], "right: no placement to train on"),
         (["left:CELL/left", "--robot", "panda", "--robot", "ur5e"], "each needs a name, as in"),
         (["x", "--robot", "a=panda", "--robot", "a=ur5e"], "two robots are called 'a'"),
@@ -123,12 +117,10 @@ def test_one_base_is_said_in_words(cell, capsys):
         ),
     ],
 )
-def test_what_cannot_be_is_one_line(cell, tmp_path, capsys, words, said):
+def test_what_cannot_be_is_one_line(cell, refused, words, said):
     for folder in (cell / "left").iterdir():
         (folder / "placement.json").unlink(missing_ok=True)
-    assert main(["solve", *(word.replace("CELL", str(cell)) for word in words)]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    assert said in line.replace("?", "")
+    refused(said, "solve", *(word.replace("CELL", str(cell)) for word in words))
 
 
 @pytest.mark.slow

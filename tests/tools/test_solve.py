@@ -10,23 +10,13 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.tools.cli import main
 
 
 @pytest.fixture
-def run(capsys, monkeypatch, session):
+def run(command, monkeypatch, session):
     """Run a command in the folder of the recordings: status, output, error."""
     monkeypatch.chdir(session)
-
-    def run(*words):
-        try:
-            status = main(list(words))
-        except SystemExit as stop:  # argparse's own refusals
-            status = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return run
+    return command
 
 
 @pytest.mark.slow
@@ -203,11 +193,9 @@ GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
         (GOOD + "10,20,30,-90,10,95,20\n", "are these degrees?"),
     ],
 )
-def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told):
-    status, out, err = run("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")
-    assert (status, out) == (2, "")
-    assert len(err.strip().splitlines()) == 1
-    assert err.startswith("mukca solve: ") and told in err
+def test_bad_recordings_get_one_line(refused, session, tmp_path, hole_0, told):
+    words = ("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")
+    assert refused(told, *words).startswith("mukca solve: ")
 
 
 @pytest.mark.parametrize(
@@ -236,15 +224,13 @@ def test_bad_recordings_get_one_line(run, session, tmp_path, hole_0, told):
         (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
     ],
 )
-def test_bad_arguments_get_one_line(run, words, told):
-    status, out, err = run("solve", "--robot", "panda", *words)
-    assert (status, out) == (2, "")
-    assert len(err.strip().splitlines()) == 1 and told in err
+def test_bad_arguments_get_one_line(run, refused, words, told):
+    refused(told, "solve", "--robot", "panda", *words)
 
 
-def test_a_robot_of_other_joints_is_told(run):
-    status, _, err = run("solve", "front", "--robot", "ur5e")
-    assert status == 2 and "hole_0.csv:1: 7 joint positions" in err and "6 actuated" in err
+def test_a_robot_of_other_joints_is_told(run, refused):
+    told = "hole_0.csv:1: 7 joint positions"
+    assert "6 actuated" in refused(told, "solve", "front", "--robot", "ur5e")
 
 
 def test_unknown_words_are_usage_errors(run):

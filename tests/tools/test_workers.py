@@ -16,7 +16,6 @@ import psutil
 import pytest
 
 from mukca import MukcaError
-from mukca.tools.cli import main
 from mukca.tools.parallel import Workers
 
 TESTS = Path(__file__).parents[1]
@@ -186,6 +185,5 @@ def test_without_dask_the_extra_is_named(monkeypatch):
         Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
 
 
-def test_less_than_one_process_is_refused(capsys):
-    assert main(["crossval", "x", "--robot", "panda", "--processes", "0"]) == 2
-    assert "--processes 0" in capsys.readouterr().err
+def test_less_than_one_process_is_refused(refused):
+    refused("--processes 0", "crossval", "x", "--robot", "panda", "--processes", "0")

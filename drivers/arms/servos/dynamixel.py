@@ -36,38 +36,36 @@ def _crc_of_byte(byte: int) -> int:
 CRCS = tuple(map(_crc_of_byte, range(256)))
 
 
-class DynamixelPackets:
-    """Packets of protocol 2.0."""
+def encode_request(register: int, count: int, servos: Sequence[int]) -> bytes:
+    """Return the request for the servos' registers."""
+    content = struct.pack("<BHH", SYNC_READ, register, count) + bytes(servos)
+    packet = HEADER + struct.pack("<BH", EVERYBODY, len(content) + 2) + content
+    return packet + struct.pack("<H", _crc(packet))
 
-    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
-        """Return the request for the servos' registers."""
-        content = struct.pack("<BHH", SYNC_READ, register, count) + bytes(servos)
-        packet = HEADER + struct.pack("<BH", EVERYBODY, len(content) + 2) + content
-        return packet + struct.pack("<H", _crc(packet))
 
-    def take_answer(self, received: bytearray, count: int) -> Answer | None:
-        """Take the next answer off."""
-        shortest, longest = count + AROUND, count + AROUND + count // len(MARK)
-        while (start := received.find(HEADER)) >= 0:
-            del received[:start]
-            if len(received) < FRONT:
+def take_answer(received: bytearray, count: int) -> Answer | None:
+    """Take the next answer off."""
+    shortest, longest = count + AROUND, count + AROUND + count // len(MARK)
+    while (start := received.find(HEADER)) >= 0:
+        del received[:start]
+        if len(received) < FRONT:
+            return None
+        length = int.from_bytes(received[5:FRONT], "little")
+        if shortest <= length <= longest:
+            if len(received) < FRONT + length:
                 return None
-            length = int.from_bytes(received[5:FRONT], "little")
-            if shortest <= length <= longest:
-                if len(received) < FRONT + length:
-                    return None
-                try:
-                    answer = decode_answer(bytes(received[: FRONT + length]))
-                except ValueError:
-                    pass
-                else:
-                    del received[: FRONT + length]
-                    if len(answer.data) == count:
-                        return answer
-                    continue
-            del received[:1]
-        del received[: -len(MARK)]
-        return None
+            try:
+                answer = decode_answer(bytes(received[: FRONT + length]))
+            except ValueError:
+                pass
+            else:
+                del received[: FRONT + length]
+                if len(answer.data) == count:
+                    return answer
+                continue
+        del received[:1]
+    del received[: -len(MARK)]
+    return None
 
 
 def decode_answer(packet: bytes) -> Answer:
@@ -102,7 +100,8 @@ class Dynamixel(ServoArm):
     """An arm of Dynamixel servos."""
 
     make = Make(
-        packets=DynamixelPackets(),
+        encode_request=encode_request,
+        take_answer=take_answer,
         arms=DYNAMIXEL_ARMS,
         default=None,
         models=range(1000, 1300),  # the X series

@@ -21,30 +21,28 @@ ERRORS = {1: "voltage", 2: "angle sensor", 4: "too hot", 8: "over-current", 32: 
 MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}
 
 
-class FeetechPackets:
-    """Packets of STS and SMS servos."""
+def encode_request(register: int, count: int, servos: Sequence[int]) -> bytes:
+    """Return the request for the servos' registers."""
+    body = bytes([EVERYBODY, len(servos) + 4, SYNC_READ, register, count, *servos])
+    return HEADER + body + bytes([_checksum(body)])
 
-    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
-        """Return the request for the servos' registers."""
-        body = bytes([EVERYBODY, len(servos) + 4, SYNC_READ, register, count, *servos])
-        return HEADER + body + bytes([_checksum(body)])
 
-    def take_answer(self, received: bytearray, count: int) -> Answer | None:
-        """Take the next answer off; a header may also stand within data, so all must be right."""
-        size = count + AROUND
-        while (start := received.find(HEADER)) >= 0:
-            del received[:start]
-            if len(received) < size:
-                return None
-            try:
-                answer = decode_answer(bytes(received[:size]))
-            except ValueError:
-                del received[:1]
-                continue
-            del received[:size]
-            return answer
-        del received[:-1]
-        return None
+def take_answer(received: bytearray, count: int) -> Answer | None:
+    """Take the next answer off; a header may also stand within data, so all must be right."""
+    size = count + AROUND
+    while (start := received.find(HEADER)) >= 0:
+        del received[:start]
+        if len(received) < size:
+            return None
+        try:
+            answer = decode_answer(bytes(received[:size]))
+        except ValueError:
+            del received[:1]
+            continue
+        del received[:size]
+        return answer
+    del received[:-1]
+    return None
 
 
 def decode_answer(packet: bytes) -> Answer:
@@ -71,7 +69,8 @@ class Feetech(ServoArm):
     """An arm of Feetech servos."""
 
     make = Make(
-        packets=FeetechPackets(),
+        encode_request=encode_request,
+        take_answer=take_answer,
         arms=FEETECH_ARMS,
         default="so101",
         models=MODELS,

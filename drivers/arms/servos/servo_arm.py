@@ -8,7 +8,7 @@ off, a servo's load and current are zero.
 import math
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
 from ...transport import FreshAnswers, SerialLine, parse_options
@@ -31,18 +31,6 @@ class Answer:
     """Error by the make's own code; 0 if none."""
     data: bytes
     """Its registers."""
-
-
-class Packets(Protocol):
-    """Requests and answers as a make writes them."""
-
-    def encode_request(self, register: int, count: int, servos: Sequence[int]) -> bytes:
-        """Return the request for the servos' registers, so many bytes from one on."""
-        ...
-
-    def take_answer(self, received: bytearray, count: int) -> Answer | None:
-        """Take the next answer of so many bytes off; other bytes are dropped; None if not whole."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -70,7 +58,10 @@ class Register:
 class Make:
     """A maker's servos: packets, models, registers and error codes."""
 
-    packets: Packets
+    encode_request: Callable[[int, int, Sequence[int]], bytes]
+    """Returns the request for a register on and so many bytes, of these servos."""
+    take_answer: Callable[[bytearray, int], Answer | None]
+    """Takes the next answer of so many bytes off, and what is none; None if it is not whole."""
     arms: dict[str, ServoMap]
     default: str | None
     """The arm where the address names none."""
@@ -133,11 +124,11 @@ class ServoArm(PolledDriver):
     def _read(self, register: int, count: int) -> list[Answer]:
         """Return so many bytes of the servos' registers, from one on."""
         servos = self._map.ids
-        self._line.write(self.make.packets.encode_request(register, count, servos))
+        self._line.write(self.make.encode_request(register, count, servos))
         answers: dict[int, Answer] = {}
         received, until = bytearray(), clock.now() + ANSWER_SECONDS
         while not answers.keys() >= set(servos):
-            answer = self.make.packets.take_answer(received, count)
+            answer = self.make.take_answer(received, count)
             if answer is not None:
                 answers[answer.servo] = answer
                 continue

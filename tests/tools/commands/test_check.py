@@ -1,18 +1,18 @@
 """``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
 
-import json
 from shutil import copytree
 
 import numpy as np
 import pytest
 
-from mukca.tools.cli import main
 
+@pytest.fixture
+def run(command):
+    def run(*words):
+        status, out, err = command(*words)
+        return status, out + err
 
-def run(capsys, *words):
-    status = main([*words])
-    told = capsys.readouterr()
-    return status, told.out + told.err
+    return run
 
 
 @pytest.fixture
@@ -28,45 +28,44 @@ def thinned(folder, *counts):
 
 
 @pytest.mark.slow
-def test_good_recordings_are_told_by_what_they_would_bring(session, capsys):
-    status, told = run(capsys, "check", str(session), "--robot", "panda")
+def test_good_recordings_are_told_by_what_they_would_bring(session, run):
+    status, told = run("check", str(session), "--robot", "panda")
     assert status == 0 and "Nothing wrong was seen" in told
     assert "In all 72 samples in 3 placements: calibrated on them, distances" in told
     assert "sockets 50 mm apart (by the recording)" in told
 
 
 @pytest.mark.slow
-def test_a_wrong_distance_is_told_before_the_fit(session, capsys):
+def test_a_wrong_distance_is_told_before_the_fit(session, run, answer):
     words = ["check", str(session), "--robot", "panda", "--distance", "0.12"]
-    status, told = run(capsys, *words)
+    status, told = run(*words)
     assert status == 1 and "more likely the sockets are 50.0 mm apart than 120.0" in told
-    assert main([*words, "--json"]) == 1
-    found = json.loads(capsys.readouterr().out)
+    found = answer(*words, status=1)
     assert found["findings"][0]["code"] == "scale"
     assert found["scale"]["value"] == pytest.approx(1.4, abs=0.02)
     assert found["placements"][0]["distance_source"] == "given"
 
 
 @pytest.mark.slow
-def test_what_was_measured_and_how_well_is_heeded(session, copy, capsys):
+def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     """Front's and left's sockets 0 are 427.2 mm apart in truth."""
     robot = ("--robot", "panda")
     rough = ["check", str(session), *robot, "--distance", "0.0504"]
-    assert "longer than its model" in run(capsys, *rough)[1]
-    status, told = run(capsys, *rough, "--distance-deviation", "0.0005")
+    assert "longer than its model" in run(*rough)[1]
+    status, told = run(*rough, "--distance-deviation", "0.0005")
     assert status == 0 and "Nothing wrong was seen" in told
-    status, told = run(capsys, *rough, "--known", "front:0-left:0=0.4272")
+    status, told = run(*rough, "--known", "front:0-left:0=0.4272")
     assert "sockets are 50.0 mm apart than 50.4" in told
-    status, told = run(capsys, *rough[:-2], "--known", "front:0-left:0=0.4572")
+    status, told = run(*rough[:-2], "--known", "front:0-left:0=0.4572")
     assert status == 1 and "these sockets are 427." in told and "--known session/front:0" in told
     thinned(copy / "front", 12, 0)
     words = ["check", str(copy), *robot, "--known", "front:0-left:0=0.4272"]
-    assert run(capsys, *words)[0] == 0 and run(capsys, *words[:-2])[0] == 1
+    assert run(*words)[0] == 0 and run(*words[:-2])[0] == 1
     for verb in ("check", "crossval"):
-        status, told = run(capsys, verb, str(session), *robot, "--known", "front:0-back:0=0.4")
+        status, told = run(verb, str(session), *robot, "--known", "front:0-back:0=0.4")
         assert status == 2 and "socket back:0 is not there; sockets:" in told
     words = ["crossval", str(session), *robot, "--method", "paper", "--known", "front:0-left:0=0.4"]
-    assert run(capsys, *words)[0] == 2
+    assert run(*words)[0] == 2
 
 
 @pytest.mark.slow
@@ -78,9 +77,9 @@ def test_what_was_measured_and_how_well_is_heeded(session, copy, capsys):
         ((12, 0), 1, "only socket 0 has samples, so solve refuses it"),
     ],
 )
-def test_too_little_is_told(copy, capsys, counts, status, words):
+def test_too_little_is_told(copy, run, counts, status, words):
     thinned(copy / "front", *counts)
-    got, told = run(capsys, "check", str(copy / "front"), "--robot", "panda")
+    got, told = run("check", str(copy / "front"), "--robot", "panda")
     assert got == status, told
     assert words in told and ("NOT ENOUGH DATA: Only 3 samples" in told) == (status == 3)
     assert "Nothing wrong" not in told and "mukca check" not in told
@@ -88,26 +87,25 @@ def test_too_little_is_told(copy, capsys, counts, status, words):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "paper"])
-def test_crossval_names_a_bad_placement_and_goes_on(copy, capsys, method):
+def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     generator = np.random.default_rng(0)
     for file in (copy / "left").glob("hole_*.csv"):
         q = np.loadtxt(file, delimiter=",")
         np.savetxt(file, q + generator.normal(0, 0.1, q.shape), delimiter=",", fmt="%.17g")
     words = ["crossval", str(copy), "--robot", "panda", "--method", method, "--processes", "1"]
-    status, told = run(capsys, *words)
+    status, told = run(*words)
     assert status == 0, told
     assert "MAE in mm: trained on the row's placement alone" in told
     assert "Mend or leave out session/left and run this again" in told
 
 
 @pytest.mark.slow
-def test_crossval_ends_with_advice(session, capsys):
+def test_crossval_ends_with_advice(session, run, answer):
     words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
-    status, told = run(capsys, *words)
+    status, told = run(*words)
     assert status == 0
     last = told.strip().splitlines()[-1]
     assert last.startswith(("Train on all", "More placements would bring little")), told
-    assert main([*words, "--json"]) == 0
-    result = json.loads(capsys.readouterr().out)
+    result = answer(*words)
     for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
         assert row["loaded"].items() <= row.items()

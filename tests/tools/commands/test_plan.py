@@ -7,38 +7,35 @@ import pytest
 
 from mukca import load_robot
 from mukca.solver.design import curve_advice, in_words
-from mukca.tools.cli import main
 
 WORDS = ["plan", "--robot", "ur3e", "--placements", "2", "--samples", "4"]
 
 
 @pytest.mark.slow
-def test_a_plan_is_a_table_a_picture_and_json(tmp_path, capsys):
+def test_a_plan_is_a_table_a_picture_and_json(tmp_path, command):
     file = tmp_path / "plan.svg"
-    words = [*WORDS, "--distance", "0.05", "0.2", "--out", str(file), "--json", "--processes", "1"]
-    assert main(words) == 0
-    said = capsys.readouterr()
-    plans = json.loads(said.out)["plans"]
-    assert json.loads(said.out)["advice"] == "" and "every joint" in curve_advice(
-        load_robot("ur10")
-    )
+    words = [*WORDS, "--distance", "0.05", "0.2", "--out", file, "--json", "--processes", "1"]
+    status, out, err = command(*words)
+    plans = json.loads(out)["plans"]
+    assert (status, json.loads(out)["advice"]) == (0, "")
+    assert "every joint" in curve_advice(load_robot("ur10"))
     for plan in plans:
         assert len(plan["places"]) == 2
         assert plan["predicted"][1] < plan["predicted"][0] < 0.01
     assert plans[1]["predicted"][0] < plans[0]["predicted"][0]
-    assert f"{1e3 * plans[0]['predicted'][0]:.2f}" in said.err and "[mm]" in said.err
+    assert f"{1e3 * plans[0]['predicted'][0]:.2f}" in err and "[mm]" in err
     texts = [e.text for e in ElementTree.parse(file).iter() if e.tag.endswith("text")]
     assert f"{1e3 * plans[0]['predicted'][1]:.2f} mm" in texts
-    assert main(words) == 2
+    assert command(*words)[0] == 2
 
 
 @pytest.mark.slow
-def test_what_short_cables_cost_stands_beside(capsys):
+def test_what_short_cables_cost_stands_beside(command):
     words = ["--turn", "60", "--distance", "0.1", "--placements", "1", "--json", "--processes", "1"]
-    assert main([*WORDS, *words]) == 0
-    said = capsys.readouterr()
-    free, bound = json.loads(said.out)["plans"]
-    assert (free["turn"], bound["turn"]) == (None, 60) and "100 mm, within 60 deg" in said.err
+    status, out, err = command(*WORDS, *words)
+    free, bound = json.loads(out)["plans"]
+    assert status == 0 and (free["turn"], bound["turn"]) == (None, 60)
+    assert "100 mm, within 60 deg" in err
     assert bound["predicted"][0] > 1.05 * free["predicted"][0]
 
 
@@ -57,7 +54,5 @@ def test_the_way_to_another_place_is_told_as_seen_from_the_robot():
         (["--distance", "0.05", "nan"], "--distance nan: expected"),
     ],
 )
-def test_bad_numbers_are_one_line(words, told, capsys):
-    assert main([*WORDS, *words]) == 2
-    errors = capsys.readouterr().err
-    assert told in errors and errors.count("\n") == 1
+def test_bad_numbers_are_one_line(words, told, refused):
+    refused(told, *WORDS, *words)

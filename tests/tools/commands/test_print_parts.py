@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import json
 from pathlib import Path
 
 import mesh_checks
@@ -53,10 +52,9 @@ def test_without_a_mount_all_of_them_are_written(everything):
     ]  # fmt: skip
 
 
-def test_json_is_one_object_in_metres(tmp_path, capsys):
-    words = ("--distance", 0.12, "--mount", "iso-50-4-m6", "--format", "stl", "--json")
-    assert run("--out", tmp_path, *words) == 0
-    printed = json.loads(capsys.readouterr().out)
+def test_json_is_one_object_in_metres(tmp_path, answer):
+    words = ("--distance", 0.12, "--mount", "iso-50-4-m6", "--format", "stl")
+    printed = answer("print-parts", "--out", tmp_path, *words)
     base, ball = printed["parts"]
     assert base["name"] == "socket-base-2x120mm"
     assert base["sockets"] == [[-0.06, 0.0, 0.03], [0.06, 0.0, 0.03]]
@@ -71,24 +69,23 @@ def test_json_is_one_object_in_metres(tmp_path, capsys):
     assert all(Path(file).exists() for file in printed["outputs"])
 
 
-def test_a_mount_of_ones_own(tmp_path, capsys):
+def test_a_mount_of_ones_own(tmp_path, answer):
     circle = ("--bolt-circle-mm", 31.5, "--bolts", 3, "--screw", "M5")
     grip = ("--grip-mm", 12, 20, 25)
-    assert run("--out", tmp_path, *circle, *grip, "--format", "stl", "--json") == 0
-    _, plate, block = json.loads(capsys.readouterr().out)["parts"]
+    words = ("--out", tmp_path, *circle, *grip, "--format", "stl")
+    _, plate, block = answer("print-parts", *words)["parts"]
     assert (plate["name"], block["name"]) == ("ball-bolt-circle", "ball-gripper")
     assert plate["size"][0] == pytest.approx(0.0315 + 0.0085 + 0.003, abs=1e-5)
     assert block["ball"][2] == pytest.approx(0.025)
 
 
-def test_nothing_is_overwritten_without_force(tmp_path, capsys):
+def test_nothing_is_overwritten_without_force(tmp_path, refused):
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0
     file = tmp_path / "socket-base-2x100mm.stl"
     file.write_bytes(b"mine")
-    assert run(*words) == 2
-    says = "exists; choose another, or overwrite it by --force"
-    assert capsys.readouterr().err == f"mukca print-parts: {file}: {says}\n"
+    says = f"mukca print-parts: {file}: exists; choose another, or overwrite it by --force\n"
+    assert refused(says, "print-parts", *words) == says
     assert file.read_bytes() == b"mine"
     assert run(*words, "--force") == 0
     assert len(file.read_bytes()) > 100_000
@@ -121,12 +118,9 @@ def test_nothing_is_overwritten_without_force(tmp_path, capsys):
         ("--grip-mm 30 20 25", "needs a DEPTH, the second number, of 30 mm or more"),
     ],
 )
-def test_impossible_wishes_get_one_line_and_no_file(words, says, tmp_path, capsys):
-    assert run("--out", tmp_path / "parts", *words.split()) == 2
-    error = capsys.readouterr().err
+def test_impossible_wishes_get_one_line_and_no_file(words, says, tmp_path, refused):
+    error = refused(says, "print-parts", "--out", tmp_path / "parts", *words.split())
     assert error.startswith("mukca print-parts: ")
-    assert says in error
-    assert error.count("\n") == 1
     assert not (tmp_path / "parts").exists()
 
 
@@ -137,10 +131,9 @@ def test_other_parts_may_lie_in_the_folder(tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_an_out_that_is_a_file_gets_one_line(tmp_path, capsys):
+def test_an_out_that_is_a_file_gets_one_line(tmp_path, refused):
     (tmp_path / "parts").write_text("mine")
-    assert run("--out", tmp_path / "parts", "--mount", "none") == 2
-    assert "is no folder" in capsys.readouterr().err
+    refused("is no folder", "print-parts", "--out", tmp_path / "parts", "--mount", "none")
 
 
 def test_the_places_put_the_ball_onto_the_shipped_models(everything):

@@ -31,10 +31,10 @@ def test_every_shipped_robot_is_described(robots):
         assert row["sources"][0].endswith(row["source"]) and "licences" in row
 
 
-def test_a_model_made_of_a_file_is_listed_with_its_licence(robots, capsys):
+def test_a_model_made_of_a_file_is_listed_with_its_licence(robots, command):
     assert robots["ur5"]["licences"] == ["BSD-3-Clause"] and robots["piper"]["licences"] == ["MIT"]
-    assert main(["robots", "--licences"]) == 0
-    assert "C. Gaz, M. Cognetti" in capsys.readouterr().out
+    status, out, _ = command("robots", "--licences")
+    assert status == 0 and "C. Gaz, M. Cognetti" in out
 
 
 def test_each_is_read_by_a_driver_that_is_there(robots):
@@ -54,9 +54,8 @@ def test_the_reach_is_about_the_data_sheets(robots, name, low, high):
 
 
 @pytest.mark.slow
-def test_for_people(capsys):
-    assert main(["robots"]) == 0
-    shown = capsys.readouterr().out
+def test_for_people(command):
+    _, shown, _ = command("robots")
     assert "so101      TheRobotStudio SO-101\n" in shown
     assert "5 joints, reach 0.4" in shown
     assert "feetech:PORT?arm=so101" in shown

@@ -9,7 +9,6 @@ from manifold3d import CrossSection, Manifold, Mesh
 
 from mukca.solver.data import read_sockets_at
 from mukca.solver.robot import load_robot, rotation_rpy
-from mukca.tools.cli import main
 from mukca.tools.printables import ARMS, AnchoredBase, PrintableError, build_parts
 
 BASE = printed_parts.BASES["anchored"]
@@ -67,13 +66,13 @@ def test_what_cannot_be_is_refused(plate, told):
 
 
 @pytest.mark.slow
-def test_the_command_writes_what_solve_reads(tmp_path, capsys):
-    words = ["print-parts", "--out", str(tmp_path), "--mount", "none", "--format", "stl", "--json"]
-    assert main([*words, "--anchor", "so101"]) == 2
-    assert "--anchor goes with --plate-mm" in capsys.readouterr().err
-    assert main([*words, "--anchor", "so101", "--plate-mm", "80", "45"]) == 0
-    out = capsys.readouterr()
-    base, fit_test = json.loads(out.out)["parts"]
+def test_the_command_writes_what_solve_reads(tmp_path, command, refused):
+    words = ["print-parts", "--out", tmp_path, "--mount", "none", "--format", "stl", "--json"]
+    words += ["--anchor", "so101"]
+    refused("--anchor goes with --plate-mm", *words)
+    status, out, err = command(*words, "--plate-mm", "80", "45")
+    base, fit_test = json.loads(out)["parts"]
+    assert status == 0
     assert {file.name for file in tmp_path.iterdir()} == {
         f"{base['name']}.stl",
         f"{fit_test['name']}.stl",
@@ -84,4 +83,4 @@ def test_the_command_writes_what_solve_reads(tmp_path, capsys):
     assert {one.frame for one in read} == {"base"}
     places = [one.coordinates for one in read]
     assert np.array(places) == pytest.approx(np.array(base["sockets_in_base"]), abs=1e-6)
-    assert "116.6 mm above the table" in out.err
+    assert "116.6 mm above the table" in err

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.tools.cli import main
 
 HEADER = (
     "event,sample,socket,time,stamp,states,position.shoulder,position.rail,"
@@ -33,13 +32,18 @@ def recorded(tmp_path):
     return folder
 
 
-def output_of(capsys, *words):
-    assert main([*words]) == 0
-    return capsys.readouterr().out
+@pytest.fixture
+def output_of(command):
+    def output_of(*words):
+        status, out, _ = command(*words)
+        assert status == 0
+        return out
+
+    return output_of
 
 
-def test_info_shows_what_is_there(recorded, capsys):
-    shown = output_of(capsys, "info", str(recorded.parent))
+def test_info_shows_what_is_there(recorded, output_of):
+    shown = output_of("info", str(recorded.parent))
     for needed in (
         "data/front: 1 in socket 0, 1 in socket 1 (1 taken back)",
         "robot      arm",
@@ -53,31 +57,31 @@ def test_info_shows_what_is_there(recorded, capsys):
         assert needed in shown, shown
 
 
-def test_info_as_json(recorded, capsys):
-    (placement,) = json.loads(output_of(capsys, "info", str(recorded), "--json"))["placements"]
+def test_info_as_json(recorded, output_of):
+    (placement,) = json.loads(output_of("info", str(recorded), "--json"))["placements"]
     assert placement["samples"] == {"0": 1, "1": 1} and placement["taken_back"] == 1
     assert placement["joints"] == ["shoulder", "rail"] and placement["distance"] == 0.05
     assert placement["lowest"] == [0.0, 0.2] and placement["highest"] == [0.1, 0.2]
     assert placement["metadata"]["robot"] == "arm"
 
 
-def test_info_tells_a_torn_end(recorded, capsys):
+def test_info_tells_a_torn_end(recorded, command):
     with (recorded / "samples.csv").open("a") as stream:
         stream.write("capture,4,0")
-    assert main(["info", str(recorded)]) == 0
-    assert "torn off by a crash" in capsys.readouterr().err
+    status, _, err = command("info", recorded)
+    assert status == 0 and "torn off by a crash" in err
 
 
-def test_info_goes_on_after_an_empty_recording(recorded, capsys):
+def test_info_goes_on_after_an_empty_recording(recorded, output_of):
     """As one that was begun, and finished before the first capture."""
     begun = recorded.parent / "begun"
     begun.mkdir()
     (begun / "samples.csv").write_text(HEADER)
     (begun / "placement.json").write_text(json.dumps(ABOUT))
-    shown = output_of(capsys, "info", str(recorded.parent))
+    shown = output_of("info", str(recorded.parent))
     assert "data/begun: no sample\n  robot      arm\n  distance   50 mm" in shown
     assert "data/front: 1 in socket 0" in shown
-    empty, _ = json.loads(output_of(capsys, "info", str(recorded.parent), "--json"))["placements"]
+    empty, _ = json.loads(output_of("info", str(recorded.parent), "--json"))["placements"]
     assert empty["samples"] == {} and empty["lowest"] is None
     assert empty["joints"] == ["shoulder", "rail"]
 
@@ -90,17 +94,17 @@ def test_info_goes_on_after_an_empty_recording(recorded, capsys):
         "{}",
     ],
 )
-def test_info_bears_any_metadata(recorded, capsys, metadata):
+def test_info_bears_any_metadata(recorded, output_of, metadata):
     (recorded / "placement.json").write_text(metadata)
-    assert "not known" in output_of(capsys, "info", str(recorded))
+    assert "not known" in output_of("info", str(recorded))
 
 
-def test_columns_of_another_programs_table_are_named(tmp_path, capsys):
+def test_columns_of_another_programs_table_are_named(tmp_path, output_of, refused):
     table, out = tmp_path / "table.csv", tmp_path / "front"
     table.write_text("joint_1;joint_2;x_t;x_dif;y-t;z\n90;-45;1000;1.5;20;0.3\n0;10;1;2;3;4\n")
     words = ["convert", str(table), "--to", "points", "--out", str(out), "--columns"]
     place = ["x=x_t+x_dif [mm]", "y=y-t-x_dif [mm]", "z=z"]
-    assert main([*words, "q=joint_1..2 [deg]", *place]) == 0
+    output_of(*words, "q=joint_1..2 [deg]", *place)
     (one, _) = (placement := mukca.read_placements(out)[0]).samples
     assert placement.joint_names == ("joint_1", "joint_2")
     assert one.position == pytest.approx((np.pi / 2, -np.pi / 4))
@@ -110,53 +114,50 @@ def test_columns_of_another_programs_table_are_named(tmp_path, capsys):
         (["q=joint_1..2 [mm]", *place], "write 'q=joint_1..6 [deg]'"),
         (["q=joint_1..2"], "q is needed, and socket, or x, y and z"),
     ):
-        capsys.readouterr()
-        assert main([*words, *wrong, "--force"]) == 2
-        assert said in capsys.readouterr().err
+        refused(said, *words, *wrong, "--force")
 
 
-def test_convert_there_and_back(recorded, tmp_path, capsys):
+def test_convert_there_and_back(recorded, tmp_path, output_of, command):
     holes, back = tmp_path / "holes", tmp_path / "back"
-    assert main(["convert", str(recorded.parent), "--to", "holes", "--out", str(holes)]) == 0
-    assert "no place for efforts" in capsys.readouterr().err
+    status, _, err = command("convert", recorded.parent, "--to", "holes", "--out", holes)
+    assert status == 0 and "no place for efforts" in err
     assert np.loadtxt(holes / "front/hole_1.csv", delimiter=",").tolist() == [0.1, 0.2]
-    output_of(capsys, "convert", str(holes / "front"), "--to", "samples", "--out", str(back))
+    output_of("convert", str(holes / "front"), "--to", "samples", "--out", str(back))
     first, second = mukca.read_placements(recorded, back)
     assert np.array_equal(first.positions, second.positions)
     assert np.array_equal(first.sockets, second.sockets)
     assert second.distance == 0.05
-    shown = output_of(capsys, "info", str(back))
+    shown = output_of("info", str(back))
     assert "robot      arm" in shown and "operator Ada" in shown
 
 
 @pytest.mark.parametrize("form", ["samples", "holes"])
-def test_convert_never_replaces_what_it_reads(recorded, capsys, form):
+def test_convert_never_replaces_what_it_reads(recorded, refused, form):
     before = (recorded / "samples.csv").read_bytes()
     for path, out in ((recorded, recorded), (recorded.parent, recorded.parent / ".")):
-        assert main(["convert", str(path), "--to", form, "--out", str(out), "--force"]) == 2
-        assert "is what is read; choose another --out" in capsys.readouterr().err
+        words = ("convert", path, "--to", form, "--out", out, "--force")
+        refused("is what is read; choose another --out", *words)
     assert (recorded / "samples.csv").read_bytes() == before
 
 
-def test_convert_never_mixes_or_overwrites(recorded, tmp_path, capsys):
+def test_convert_never_mixes_or_overwrites(recorded, tmp_path, output_of, refused):
     out = tmp_path / "out"
     words = ["convert", str(recorded), "--out", str(out), "--to"]
-    output_of(capsys, *words, "holes")
-    assert main([*words, "holes"]) == 2
-    output_of(capsys, *words, "holes", "--force")
-    assert main([*words, "samples", "--force"]) == 2
-    assert "another recording is there" in capsys.readouterr().err
-    assert main([*words, "samples", "--distance", "-1"]) == 2
+    output_of(*words, "holes")
+    refused("", *words, "holes")
+    output_of(*words, "holes", "--force")
+    refused("another recording is there", *words, "samples", "--force")
+    refused("", *words, "samples", "--distance", "-1")
 
 
-def test_drivers_are_listed(capsys):
-    assert any(line.startswith("mock") for line in output_of(capsys, "drivers").splitlines())
-    drivers = json.loads(output_of(capsys, "drivers", "--json"))["drivers"]
+def test_drivers_are_listed(output_of, answer):
+    assert any(line.startswith("mock") for line in output_of("drivers").splitlines())
+    drivers = answer("drivers")["drivers"]
     assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])
 
 
-def test_what_some_addresses_need_is_listed(capsys):
-    lines = output_of(capsys, "drivers").splitlines()
+def test_what_some_addresses_need_is_listed(output_of):
+    lines = output_of("drivers").splitlines()
     (kinova,) = [line for line in lines if line.startswith("kinova")]
     assert "ready, with serial; can:// with isotp; " in kinova
     assert kinova.endswith("kortex:// with kortex_api, NOT installed")
