@@ -23,6 +23,7 @@ from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .poses import CommandError as CommandError
 from .poses import JointPath as JointPath
+from .poses import find_jumps as find_jumps
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import as_list as as_list

@@ -145,7 +145,7 @@ class FullModel:
     ) -> np.ndarray:
         """Return the joint positions to command, so that the true tool stands at a pose.
 
-        It is the inverse of :meth:`flange`, to 1e-10 m and rad, within the joints' limits. Where
+        It is the inverse of :meth:`flange`, to 1e-9 m and rad, within the joints' limits. Where
         ``near`` leads nowhere, other starts are tried, and the nearest solution found is returned.
 
         Args:

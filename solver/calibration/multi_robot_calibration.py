@@ -164,9 +164,14 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
             name is empty.
 
     Raises:
-        DocumentError: An ``arms.json`` that is damaged.
+        DocumentError: An ``arms.json`` that is damaged, or what is no path.
     """
-    path = Path(file)
+    try:
+        path = Path(file)
+    except TypeError:
+        raise results.DocumentError(
+            f"{file!r:.60} is no path: give that of calibration.json, or of its folder"
+        ) from None
     if path.is_dir():
         one, arms = path / "calibration.json", path / "arms.json"
         path = arms if arms.is_file() and not one.is_file() else one

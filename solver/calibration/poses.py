@@ -48,6 +48,10 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
         )
     if not np.isfinite(given).all():
         raise PoseError(f"{what}: holds numbers that are not finite")
+    if given.shape == (3, 3) and np.abs(_nearest_rotation(given) - given).max() < SKEWED:
+        raise PoseError(
+            f"{what} of shape (3, 3): a rotation alone; give the pose [R p; 0 0 0 1], shape (4, 4)"
+        )
     T = np.broadcast_to(np.eye(4), (*given.shape[:-1], 4, 4)).copy() if points else given.copy()
     if points:
         T[..., :3, 3] = given

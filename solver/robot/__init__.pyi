@@ -13,6 +13,7 @@ from .kinematics import link_frames as link_frames
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
 from .newton import Goal as Goal
+from .newton import limited_step as limited_step
 from .newton import newton_step as newton_step
 from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
@@ -22,12 +23,17 @@ from .pose_model import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .pose_model import PoseModel as PoseModel
 from .pose_model import gravity_moments as gravity_moments
 from .pose_model import moments_function as moments_function
+from .pose_solver import AWAY as AWAY
+from .pose_solver import LAST as LAST
+from .pose_solver import MARGIN as MARGIN
 from .pose_solver import NEAR as NEAR
 from .pose_solver import NO_TOOL as NO_TOOL
 from .pose_solver import ROUNDS as ROUNDS
 from .pose_solver import SETTLED as SETTLED
+from .pose_solver import SHORTEST as SHORTEST
 from .pose_solver import STILL as STILL
 from .pose_solver import STUCK as STUCK
+from .pose_solver import TINY as TINY
 from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver
 from .pose_solver import Solutions as Solutions

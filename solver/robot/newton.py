@@ -25,8 +25,6 @@ MAX_PULL = 0.3
 """Largest part of it that the preferred posture asks for [rad, m]."""
 DAMPING, LEAST_DAMPING = 0.1, 1e-12
 """l as a share of |e|^2; the least one keeps the matrix invertible at singular configurations."""
-FREED = 3
-"""Times that joints are taken to their limits, and the others make up for it."""
 
 
 @dataclass(frozen=True)
@@ -34,26 +32,28 @@ class NewtonStep:
     """Expressions of one step, and their symbols; poses are rows of [R | p], 12 numbers."""
 
     symbols: dict[str, Any]
-    """``tool`` on the link and ``target``, shape (12,); limits ``lower`` and ``upper``, positions
-    ``q`` and the posture ``prefer`` to stay near, shape (m,) [rad]."""
+    """``tool`` on the link and ``target``, shape (12,); positions ``q`` and the posture ``prefer``
+    to stay near, shape (m,) [rad]."""
     left: Any
     """Distance [m] and angle [rad] that are left at q, shape (2,)."""
+    error: Any
+    """The same as a shift and a rotation vector, shape (6,), or (3,) of a point."""
+    jacobian: Any
+    """Its Jacobian J, shape (6, m) or (3, m)."""
     change: Any
-    """The step, shape (m,) [rad]."""
+    """The step, shape (m,) [rad], which may be too long or leave the limits."""
 
 
-def newton_step(model: PoseModel, joint: int, goal: Goal, *, limited: bool = True) -> NewtonStep:
-    """Return one step toward a pose of a tool on a joint's child link.
+def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
+    """Return one step toward a pose of a tool on a joint's child link, without limits.
 
     Args:
         model: The robot's.
         joint: Index of the chain's joint.
         goal: What of the pose counts.
-        limited: Without, the step may be too long or leave the limits: for a third of the work.
     """
     m = model.q.numel()
-    tool, target = ca.SX.sym("tool", 12), ca.SX.sym("target", 12)
-    lower, upper, prefer = (ca.SX.sym(name, m) for name in ("lower", "upper", "prefer"))
+    tool, target, prefer = (ca.SX.sym(*of) for of in (("tool", 12), ("target", 12), ("prefer", m)))
     R, p = model.frames[joint]
     (R_tool, p_tool), (R_target, p_target) = _parts(tool), _parts(target)
     point = p + R @ p_tool
@@ -63,25 +63,37 @@ def newton_step(model: PoseModel, joint: int, goal: Goal, *, limited: bool = Tru
     if goal == "pose":
         turn, angle = _turn(R @ R_tool, R_target)
         e = ca.vertcat(shift, turn)
-    rows = e.numel()
-    J = slopes[:rows, :]
-    pull = ca.fmax(ca.fmin(prefer - model.q, MAX_PULL), -MAX_PULL) if m > rows else ca.SX.zeros(m)
-    damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(rows)
-    least = ca.fmax(lower - model.q, -MAX_STEP)
-    most = ca.fmin(upper - model.q, MAX_STEP)
-    free, fixed = ca.SX.ones(m), ca.SX.zeros(m)
-    change = fixed
-    for _ in range(FREED if limited else 1):
-        moves = fixed + free * pull
-        freed = J * ca.repmat(free.T, rows, 1)
-        change = moves + freed.T @ _solved(freed @ freed.T + damping, e - J @ moves)
-        if limited:
-            inside = ca.fmax(ca.fmin(change, most), least)
-            passes = free * (inside != change)
-            fixed, free, change = fixed + passes * inside, free * (1 - passes), inside
-    left = ca.vertcat(ca.norm_2(shift), angle)
-    symbols = {"tool": tool, "lower": lower, "upper": upper}
-    return NewtonStep(symbols | {"q": model.q, "target": target, "prefer": prefer}, left, change)
+    J = slopes[: e.numel(), :]
+    change = _damped(J, J, e, _pull(model.q, prefer, e))
+    symbols = {"tool": tool, "q": model.q, "target": target, "prefer": prefer}
+    return NewtonStep(symbols, ca.vertcat(ca.norm_2(shift), angle), e, J, change)
+
+
+def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
+    """Return the step within limits, shape (m,) [rad].
+
+    A joint that passes its limit goes to it and stays there, and the others make up for it.
+    """
+    q, J, e, change = step.symbols["q"], step.jacobian, step.error, step.change
+    least, most = ca.fmax(lower - q, -MAX_STEP), ca.fmin(upper - q, MAX_STEP)
+    pull = _pull(q, step.symbols["prefer"], e)
+    inside = ca.fmax(ca.fmin(change, most), least)
+    free = inside == change
+    freed = J * ca.repmat(free.T, e.numel(), 1)
+    change = _damped(freed, J, e, free * pull + (1 - free) * inside)
+    return ca.fmax(ca.fmin(change, most), least)
+
+
+def _pull(q: Any, prefer: Any, e: Any) -> Any:
+    """Return the step that a preferred posture asks for, where there are joints to spare."""
+    m = q.numel()
+    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL) if m > e.numel() else ca.SX.zeros(m)
+
+
+def _damped(freed: Any, J: Any, e: Any, moves: Any) -> Any:
+    """Return a step: some moves, and the damped one of free joints for what these leave."""
+    damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(e.numel())
+    return moves + freed.T @ _solved(freed @ freed.T + damping, e - J @ moves)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:

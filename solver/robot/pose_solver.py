@@ -1,12 +1,13 @@
 """Inverse kinematics: joint positions at which a tool stands at poses, many poses at a time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .newton import MAX_STEP, Goal, newton_step
+from .newton import MAX_STEP, Goal, NewtonStep, limited_step, newton_step
 from .pose_model import PoseModel
 from .row_function import ColumnFunction
 
@@ -14,12 +15,22 @@ TOLERANCE = 1e-10
 """A pose is reached where no more is left [m, rad]."""
 SETTLED = 1e-3
 """A smaller step toward the preferred posture is the last one [rad]."""
+LAST = 1e-6
+"""So small a step is the last, too, where what it leaves is within the tolerance, if it shrinks the
+rest as the step before did [rad]."""
 ROUNDS = 60
-STUCK, NEAR = 20, 1e-5
+STUCK, NEAR = 14, 1e-5
 """Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
 search: the joints fold there, or a limit is in the way."""
+AWAY, MARGIN = 3, 2.0
+"""In the first of these rounds joints stay away from their limits, by this multiple of the root of
+what is left: where the arm folds at a limit, the way to a pose beside it leads over others."""
+SHORTEST = 0.3
+"""In the others, the least share of a step that is taken, see :func:`_relaxed`."""
+TINY = 1e-300
+"""Something else than zero to divide by."""
 STILL = 1e-3
-"""A step so small beside what is left ends it too: it leads nowhere [rad/m]."""
+"""A step so small beside what is left ends a search, too: it leads nowhere [rad/m]."""
 STARTS = 8
 """New starts of a pose at a time, among which the nearest solution is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
@@ -83,30 +94,43 @@ class PoseSolver:
         """
         N, m = len(near), len(self.lower)
         q = np.clip(near, self.lower, self.upper)
-        rows = np.concatenate([q, targets, q if prefer is None else prefer], axis=1)
-        rows = np.asfortranarray(rows)  # whose columns are computed with
-        best, least, rounds = q, np.full((N, 2), np.inf), np.zeros(N, dtype=int)
-        moving, total, stuck = np.arange(N), np.full(N, np.inf), np.zeros(N, dtype=int)
-        for _ in range(ROUNDS):
-            left, change, longest = self._step(rows, tool)
-            settled, most = longest < SETTLED, left.max(axis=1)
-            done = settled & (most < TOLERANCE)
+        found = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
+        # what a row has: q, target, prefer; the best q, and the step before; what is left, and its
+        # square; by columns, since these are computed with
+        parts = (q, targets, q if prefer is None else prefer, q, q, np.full((N, 3), np.inf))
+        table, cuts = np.asfortranarray(np.hstack(parts)), np.cumsum([2 * m + 12, m, m, 2])
+        moving, stuck = np.arange(N), np.zeros(N, dtype=int)
+        for round_ in range(ROUNDS):
+            rows, best, before, least, total = np.split(table, cuts, axis=1)
+            q, total = rows[:, :m], total[:, 0]
+            away = np.where((stuck > 0) & (stuck <= AWAY), MARGIN * np.sqrt(np.sqrt(total)), 0.0)
+            left, change, longest = self._step(rows, tool, away[:, None])
+            settled, most = longest < SETTLED, np.maximum(left[:, 0], left[:, 1])
             now = np.square(left) @ np.ones(2)
-            better = done | (now <= total)
+            shrinks = np.sqrt(now / np.maximum(total, TINY))
+            there = settled & (most < TOLERANCE)
+            last = (longest < LAST) & (most * shrinks < TOLERANCE) & ~there & (round_ > 0)
+            better = (there | last | (now <= total))[:, None]
             stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
             stuck[longest < STILL * most] = STUCK
-            best[moving[better]], least[moving[better]] = rows[better, :m], left[better]
-            total = np.fmin(now, total)
-            rows[:, :m] += change
-            np.copyto(rows[:, m + 12 :], rows[:, :m], where=settled[:, None])
-            stay = ~done & (stuck < STUCK)
+            np.copyto(best, q, where=better)
+            np.copyto(least, left, where=better)
+            np.add(best, change, out=best, where=last[:, None])
+            np.multiply(least, shrinks[:, None], out=least, where=last[:, None])
+            np.fmin(now, total, out=total)
+            q += _relaxed(change, before, stuck > AWAY)
+            before[:] = change
+            np.copyto(rows[:, m + 12 :], q, where=settled[:, None])
+            stay = ~(there | last) & (stuck < STUCK) & (round_ < ROUNDS - 1)
             if not stay.all():
-                moving, total, stuck = moving[stay], total[stay], stuck[stay]
-                rows = np.compress(stay, rows.T, axis=1).T
+                gone = ~stay
+                at = moving[gone]
+                found.positions[at], found.left[at] = best[gone], least[gone]
+                found.rounds[at] = round_ + last[gone]
+                moving, stuck, table = moving[stay], stuck[stay], table.T.compress(stay, axis=1).T
             if not moving.size:
                 break
-            rounds[moving] += 1
-        return Solutions(best, least, rounds)
+        return found
 
     def search(
         self,
@@ -154,31 +178,49 @@ class PoseSolver:
         return generator.uniform(lower, upper)
 
     def _step(
-        self, rows: np.ndarray, tool: np.ndarray
+        self, rows: np.ndarray, tool: np.ndarray, away: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what is left at q, the step, and its longest; limits cost rows that meet them."""
         m = len(self.lower)
-        left, change = self._free(rows, tool)
-        after = rows[:, :m] + change
+        left, change, model = self._free(rows, tool)
+        after, lower, upper = rows[:, :m] + change, self.lower + away, self.upper - away
         longest = np.abs(change).max(axis=1, initial=0)
-        outside = ((after < self.lower) | (after > self.upper)).any(axis=1)
-        outside |= ~(longest <= MAX_STEP)
+        outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():
-            change[outside] = self._limited(rows[outside], tool, self.lower, self.upper)[1]
+            known = [values[outside] for values in (rows, change, model, lower, upper)]
+            [change[outside]] = self._limited(np.hstack(known))
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
         return left, change, longest
 
     @cached_property
     def _free(self) -> ColumnFunction:
-        return self._function("tool")
+        step, inputs = self._expressions
+        model = ca.vertcat(step.error, ca.vec(step.jacobian))
+        outputs = [step.left, step.change, model]
+        return ColumnFunction("step", [step.symbols["tool"], inputs], outputs)
 
     @cached_property
     def _limited(self) -> ColumnFunction:
-        return self._function("tool", "lower", "upper")
+        step, inputs = self._expressions
+        names = ("error", "jacobian", "change")
+        known = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
+        lower, upper = (ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper"))
+        values = (*(known[name] for name in ("change", *names[:2])), lower, upper)
+        change = limited_step(replace(step, **known), lower, upper)
+        return ColumnFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])
 
-    def _function(self, *shared: str) -> ColumnFunction:
-        step = newton_step(self._model, self._joint, self._goal, limited="lower" in shared)
-        row = ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
-        return ColumnFunction(
-            "step", [*(step.symbols[name] for name in shared), row], [step.left, step.change]
-        )
+    @cached_property
+    def _expressions(self) -> tuple[NewtonStep, Any]:
+        """Expressions of a step, and its row of inputs."""
+        step = newton_step(self._model, self._joint, self._goal)
+        return step, ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
+
+
+def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.ndarray:
+    """Return the steps, shorter where they go to and fro (Aitken's relaxation)."""
+    if not slow.any():
+        return change
+    scale, d = np.ones((len(change), 1)), change[slow] - before[slow]
+    moves = (change[slow] * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), TINY)
+    scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
+    return change * scale

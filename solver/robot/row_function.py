@@ -81,13 +81,13 @@ class ColumnFunction(RowFunction):
             batch = rows[begin : begin + BLOCK]
             count = len(batch)
             program, inputs, outputs = self._sized(max(MANY, 1 << (count - 1).bit_length()))
-            for values, source, i in inputs:
-                values[:count] = batch[:, i] if source == len(fixed) else fixed[source][i]
+            for columns, values in zip(inputs, (*fixed, batch), strict=True):
+                columns[:, :count] = np.atleast_2d(values).T
             with np.errstate(all="ignore"):  # as CasADi does
                 for instruction, values in program:
                     instruction(*values)
-            for values, result, i in outputs:
-                results[result][begin : begin + count, i] = values[:count]
+            for columns, result in zip(outputs, results, strict=True):
+                result[begin : begin + count] = columns[:, :count].T
         return results
 
     @cached_property
@@ -96,11 +96,11 @@ class ColumnFunction(RowFunction):
 
         def first(size: int) -> Any:
             def cut(values: Any) -> Any:
-                return tuple(v[:size] if getattr(v, "ndim", 0) else v for v in values)
+                return tuple(v[..., :size] if getattr(v, "ndim", 0) else v for v in values)
 
             program, *ends = self._program
             steps = [(instruction, cut(values)) for instruction, values in program]
-            return steps, *([cut(values) for values in end] for end in ends)
+            return steps, *map(cut, ends)
 
         return lru_cache(maxsize=8)(first)
 
@@ -111,8 +111,9 @@ class ColumnFunction(RowFunction):
         work = np.ones((f.sz_w(), BLOCK))
         column: list[Any] = list(work)
         program: list[Any] = []
-        inputs: list[Any] = []
-        outputs: list[Any] = []
+        inputs, outputs = (
+            [np.ones((size, BLOCK)) for size in sizes] for sizes in (self._lengths, self._sizes)
+        )
         other: dict[tuple[str, int], np.ndarray] = {}
         for k in range(f.n_instructions()):
             name = _NAMES.get(f.instruction_id(k))
@@ -120,8 +121,7 @@ class ColumnFunction(RowFunction):
                 return None
             into, of = f.instruction_output(k), f.instruction_input(k)
             if name == "OUTPUT":
-                outputs.append((np.empty(BLOCK), *into))
-                program.append((np.copyto, (outputs[-1][0], column[of[0]])))
+                program.append((np.copyto, (outputs[into[0]][into[1]], column[of[0]])))
                 continue
             known = other.get((name, of[0])) if name in ("SIN", "COS") else None
             values = [column[i] for i in of] if name not in ("CONST", "INPUT") else []
@@ -130,8 +130,7 @@ class ColumnFunction(RowFunction):
             if name == "CONST":
                 column[into[0]] = np.array(f.instruction_constant(k))
             elif name == "INPUT":
-                column[into[0]] = np.ones(BLOCK)  # its own, since all are filled at the beginning
-                inputs.append((column[into[0]], *of))
+                column[into[0]] = inputs[of[0]][of[1]]
             elif known is not None:
                 column[into[0]] = known
             elif name in ("SIN", "COS"):

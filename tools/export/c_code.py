@@ -15,15 +15,21 @@ from jinja2 import Environment, FileSystemLoader
 
 from ...solver.results import CalibratedRobot
 from ...solver.robot import (
+    AWAY,
+    LAST,
+    MARGIN,
     NEAR,
     NO_TOOL,
     ROUNDS,
     SETTLED,
+    SHORTEST,
     STILL,
     STUCK,
+    TINY,
     TOLERANCE,
     PoseModel,
     Robot,
+    limited_step,
     moments_function,
     newton_step,
 )
@@ -148,11 +154,11 @@ def _limits(robot: Robot) -> tuple[list[float], list[float]]:
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
     """Return the arguments and the value of one step of the inverse kinematics."""
     step = newton_step(model, place, "pose")
-    known = {"tool": NO_TOOL.tolist(), **dict(zip(("lower", "upper"), _limits(robot), strict=True))}
-    symbols = ca.vertcat(*(step.symbols[name] for name in known))
-    numbers = ca.DM([number for numbers in known.values() for number in numbers])
-    value = ca.substitute(ca.vertcat(step.left, step.change), symbols, numbers)
-    return {name: step.symbols[name] for name in ("q", "target", "prefer")}, value
+    (lower, upper), away = map(ca.DM, _limits(robot)), ca.SX.sym("away")
+    change = limited_step(step, lower + away, upper - away)
+    value = ca.vertcat(step.left, change)
+    value = ca.substitute(value, step.symbols["tool"], ca.DM(NO_TOOL))
+    return {name: step.symbols[name] for name in ("q", "target", "prefer")} | {"away": away}, value
 
 
 def _body(arguments: dict[str, Any], value: Any) -> str:
@@ -180,7 +186,8 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     )
     name = request.file.stem
     lines = [plain(line) for line in [*request.identity.lines(), *about]]
-    numbers = {"rounds": ROUNDS, "stuck": STUCK, "near": NEAR}
-    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED, "still": STILL}
+    numbers = {"rounds": ROUNDS, "stuck": STUCK, "near": NEAR, "last": LAST, "tiny": TINY}
+    numbers |= {"off": AWAY, "margin": MARGIN}
+    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED, "still": STILL, "shortest": SHORTEST}
     names = {"arm": name, "ARM": name.upper()} | {k: f"{x:g}" for k, x in numbers.items()}
     return environment.get_template(template).render(about=lines, **names, **words).encode()

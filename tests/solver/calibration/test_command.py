@@ -138,7 +138,8 @@ def test_jumps_and_poses_not_reached_are_refused(bent_panda):
 @pytest.mark.parametrize(
     ("pose", "setup", "said"),
     [
-        (np.eye(3), {}, "not reached"),
+        (np.eye(3), {}, "a rotation alone; give the pose"),
+        (3 * np.eye(3), {}, "pose 0: not reached"),
         (np.eye(4)[:2], {}, "shape"),
         (2 * np.eye(4), {}, "no"),
         (np.diag([1, 1, -1, 1]), {}, "mirrored"),

@@ -40,6 +40,12 @@ def test_errors_are_found_by_the_placements_name(saved):
         errors["nowhere"]
 
 
+@pytest.mark.parametrize("nothing", [None, 7])
+def test_what_is_no_path_is_said(nothing):
+    with pytest.raises(mukca.MukcaError, match=r"^(None|7) is no path: give that of calib"):
+        mukca.load_calibration(nothing)
+
+
 def test_what_does_not_fit_is_said(saved):
     found, q = saved[0], np.zeros((3, 7))
     with pytest.raises(mukca.MukcaError, match="one effort for each position"):

@@ -1,4 +1,8 @@
-"""`mukca command` and `mukca poses`: files of poses and of joint positions."""
+"""`mukca command` and `mukca poses`: files of poses and of joint positions, and streams of them."""
+
+import subprocess
+import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -59,6 +63,14 @@ def test_what_cannot_be_is_refused_with_its_row(folder, command, tmp_path, lines
     assert not (tmp_path / "out.csv").exists()
 
 
+def test_a_recording_is_no_file_of_joint_positions(folder, command, tmp_path) -> None:
+    file = tmp_path / "samples.csv"
+    file.write_text("event,sample,socket,time,position.panda_joint1\ncapture,1,0,17.5,-0.5\n")
+    status, _, err = command("poses", folder / "it", file)
+    assert status == 2 and "its header is event,sample,socket" in err and len(err.splitlines()) == 1
+    assert "needed: panda_joint1,panda_joint2" in err and len(err) < 400
+
+
 @pytest.mark.parametrize(
     ("first", "status", "said"),
     [(3.5, 0, "3: 'panda_joint1' is 3.5, outside"), (90, 2, "3: 'panda_joint1' is 90; angles are")],
@@ -69,6 +81,75 @@ def test_joints_are_told_with_their_line(folder, command, tmp_path, first, statu
     (tmp_path / "q.csv").write_text("\n".join([header, lines[0], bad]))
     found, _, err = command("poses", folder / "it", tmp_path / "q.csv")
     assert found == status and f"q.csv:{said}" in err and len(err.splitlines()) == 1
+
+
+@pytest.fixture
+def pipe(folder):
+    """A verb on the calibration, with pipes to it and from it."""
+    running = []
+
+    def start(verb, *words):
+        command = [sys.executable, "-m", "mukca", verb, str(folder / "it"), "-", *words]
+        pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+        one = subprocess.Popen(command, text=True, **pipes)
+        running.append(one)
+        assert one.stdout.readline()  # its header, before any row
+
+        def ask(line):
+            """Write a line, and wait for what it gives."""
+            one.stdin.write(line + "\n")
+            one.stdin.flush()
+            return one.stdout.readline().strip()
+
+        return one, ask
+
+    yield start
+    for one in running:
+        one.kill()
+        with closing(one.stdin), closing(one.stdout), closing(one.stderr):
+            one.wait()
+
+
+def test_a_stream_gives_each_row_at_once_as_a_file_does(folder, command, pipe, tmp_path):
+    poses, joints = tmp_path / "poses.csv", tmp_path / "joints.csv"
+    assert command("poses", folder / "it", folder / "joints.csv", "--out", poses)[0] == 0
+    start = list(map(str, numbers(folder / "joints.csv")[0] + 0.05))
+    assert command("command", folder / "it", poses, "--out", joints, "--start", *start)[0] == 0
+    one, ask = pipe("command", "--out", "-", "--start", *start)
+    other, ask_back = pipe("poses")
+    header, *lines = poses.read_text().splitlines()
+    names, *expected = joints.read_text().splitlines()
+    for asked, head in ((one, header), (other, names)):
+        asked.stdin.write(head + "\n")
+    for line, wanted in zip(lines, expected, strict=True):
+        found = ask(line)
+        assert found == wanted
+        back = np.array(list(map(float, ask_back(found).split(","))))
+        assert np.abs(back - list(map(float, line.split(",")))).max() < 1e-9
+    for asked in (one, other):
+        asked.stdin.close()
+        assert asked.wait(60) == 0 and not asked.stderr.read()
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (["x,y,z", "4,0,0.4"], ":2: not reached"),
+        (["x,y,z", "0.4,0,0.4", "0.4,zero,0.4"], ":3: 3 numbers are needed: '0.4,zero,0.4'"),
+        (
+            ["x,y,z,roll,pitch,yaw", "0.45,0,0.4,3.14,0,0", "-0.45,0,0.4,3.14,0,0"],
+            ":3: from the pose before the joints jump",
+        ),
+    ],
+)
+def test_a_stream_ends_at_the_row_that_cannot_be(pipe, rows, said):
+    one, ask = pipe("command")
+    header, *good, bad = rows
+    one.stdin.write(header + "\n")
+    assert all(len(ask(row).split(",")) == 7 for row in good)
+    assert not ask(bad) and one.wait(60) == 2
+    err = one.stderr.read()
+    assert f"standard input{said}" in err and len(err.splitlines()) == 1
 
 
 def test_quaternions_are_those_of_the_rotations(panda, folder):

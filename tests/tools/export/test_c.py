@@ -14,7 +14,14 @@ from imagined import configurations
 import mukca
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "controller"
-STRICT = ("-Wall", "-Wextra", "-pedantic", "-Werror")
+STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
+COMPILERS = {
+    "gcc": ["-std=c99"],
+    "clang": ["-std=c99"],
+    "g++": ["-x", "c++", "-std=c++11"],
+    "arm-none-eabi-gcc": ["-std=c99", "-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard"],
+}
+"""With what each compiles, the last one for a bare microcontroller."""
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 
@@ -129,7 +136,6 @@ def test_it_commands_poses_as_python_does(imagined, export, tmp_path):
     file, calibration = imagined
     assert export(file, "--to", "c", "--out", tmp_path / "arm.c")[0] == 0
     model, robot = Model(tmp_path / "arm.c"), calibration.robot
-    compile_("c++", "-x", "c++", *STRICT, "-c", tmp_path / "arm.c", "-o", tmp_path / "arm.o")
     q = np.clip(configurations(robot, 60), robot.lower + 0.1, robot.upper - 0.1)
     near = np.clip(q + 0.1 * np.sin(np.arange(q.size)).reshape(q.shape), robot.lower, robot.upper)
     solver, poses = calibration.kinematics().arm.solver("pose"), calibration.flange(q)
@@ -155,6 +161,14 @@ def arm(calibrations, tmp_path_factory):
     out = tmp_path_factory.mktemp("c") / "arm.c"
     mukca.export(mukca.load_calibration(calibrations / "panda.json"), "c", out)
     return Model(out)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_it_compiles_without_a_warning(arm, tmp_path, compiler: str):
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
+    compile_(compiler, *COMPILERS[compiler], *STRICT, "-O2", "-c", arm.file, "-o", tmp_path / "o")
 
 
 @pytest.mark.slow

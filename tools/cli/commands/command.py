@@ -1,10 +1,11 @@
 """``mukca command``: joint positions at which the true tool stands at poses."""
 
 import re
+import sys
 import warnings
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ FORMS = (
     ("x", "y", "z", "qx", "qy", "qz", "qw"),
     ("x", "y", "z", "roll", "pitch", "yaw"),
 )
+INPUT = "standard input"
 ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
@@ -34,7 +36,7 @@ class PathOptions(PayloadOptions):
         "as in 0,0,0.12,0,0,1.57 (default: the flange)",
         "TOOL",
     )
-    out: Path | None = option("the CSV file to write (default: standard output)", "FILE")
+    out: Path | None = option("the CSV file to write (default: -, standard output)", "FILE")
     force: bool = option("overwrite it", default=False)
 
     def setup(self) -> "Setup":
@@ -55,7 +57,7 @@ class Options(PathOptions):
     """Options of ``mukca command``."""
 
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    poses: Path = argument("poses or points, one a line", "POSES.csv")
+    poses: Path = argument("poses or points, one a line; - for standard input", "POSES.csv")
     start: Sequence[float] | None = option(
         "joint positions before the first pose (default: any that reach it)", "RAD"
     )
@@ -66,15 +68,28 @@ class Options(PathOptions):
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
-    from ....solver.calibration import load_calibration, pose_of_numbers
+    import numpy as np
+
+    from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
 
     calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
-    rows, wheres = read_rows(options.poses, FORMS)
-    with located(wheres, terminal):
-        poses = rows if rows.shape[1] == 3 else pose_of_numbers(rows)
-        path = calibration.command_path(poses, options.start, options.prefer, **setup)
-        found = path.checked()
-    write_rows(options, terminal, path.joint_names, found)
+    near, prefer, before = options.start, options.prefer, None
+    names = calibration.robot.joint_names
+    with written(options, terminal, names, options.poses) as write:
+        for rows, wheres in streamed(options.poses, FORMS):
+            with located(wheres, terminal):
+                points = rows.shape[1] == 3
+                poses = rows if points else pose_of_numbers(rows)
+                path = calibration.command_path(poses, near, prefer, **setup)
+                if before is not None:
+                    step = np.stack([before, path.positions[0]])
+                    if find_jumps(step, calibration.kinematics(**setup).pose, not points):
+                        path = replace(path, jumps=(0, *path.jumps))
+                found = path.checked()
+            write(*found)
+            if prefer is None:
+                prefer = found[0].tolist() if near is None else near
+            near = before = found[-1].tolist()
     return 0
 
 
@@ -84,14 +99,48 @@ def read_rows(file: Path, forms: Sequence[Sequence[str]]) -> "tuple[np.ndarray, 
 
     from ....recorder import read_table
 
-    table = read_table(file)
-    header = table.header or ()
+    try:
+        table = read_table(file)
+    except MukcaError:
+        if file.is_file() and "," in (line := file.read_text(errors="replace").partition("\n")[0]):
+            _order(file, line.split(","), forms)  # its header says more than its first cell
+        raise
+    order = _order(file, table.header or (), forms)
+    return np.array(table.rows)[:, order], [f"{file}:{line}" for line in table.lines]
+
+
+def streamed(
+    file: Path, forms: Sequence[Sequence[str]]
+) -> "Iterator[tuple[np.ndarray, list[str]]]":
+    """Yield a file as by :func:`read_rows`; standard input, which is called -, row by row."""
+    import numpy as np
+
+    if str(file) != "-":
+        yield read_rows(file, forms)
+        return
+    order: list[int] = []
+    for number, line in enumerate(sys.stdin, 1):
+        where, cells = f"{INPUT}:{number}", [cell.strip() for cell in line.split(",")]
+        if not order:
+            order = _order(INPUT, cells, forms)
+            continue
+        try:
+            row = [float(cells[i]) for i in order]
+        except (ValueError, IndexError):
+            row = []
+        if len(row) != len(cells):
+            raise UsageError(f"{where}: {len(order)} numbers are needed: {line.strip()!r}")
+        yield np.array([row]), [where]
+
+
+def _order(name: Path | str, header: Sequence[str], forms: Sequence[Sequence[str]]) -> list[int]:
+    """Return where the columns of one of some headers stand in a file's."""
     form = next((form for form in forms if sorted(form) == sorted(header)), None)
     if form is None:
         known = "; or ".join(",".join(form) for form in forms)
-        raise UsageError(f"{file}: its header is {','.join(header) or 'missing'}; needed: {known}")
-    order = [header.index(name) for name in form]
-    return np.array(table.rows)[:, order], [f"{file}:{line}" for line in table.lines]
+        given = ",".join(header) or "missing"
+        raise UsageError(f"{name}: its header is {given:.60}; needed: {known}")
+    return [header.index(word) for word in form]
 
 
 @contextmanager
@@ -110,16 +159,32 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
     terminal.warn(*(line(one.message) for one in said))
 
 
-def write_rows(
-    options: PathOptions, terminal: Terminal, header: Sequence[str], rows: "np.ndarray"
-) -> None:
-    """Write a CSV file, each number so that it reads back exactly."""
+@contextmanager
+def written(
+    options: PathOptions, terminal: Terminal, header: Sequence[str], source: Path
+) -> "Generator[Callable[..., None]]":
+    """Yield what writes rows as CSV, each number so that it reads back exactly.
+
+    A file appears whole or not at all; on standard output rows appear at once, and before the
+    first the header, so that a program can write a pose to the one end and read at the other.
+    """
     from ....solver.results import refuse_existing, write_files
 
-    lines = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
-    if options.out is None:
-        terminal.say("\n".join(lines))
-        return
-    refuse_existing(options.out.parent, [options.out.name], force=options.force)
-    write_files(options.out.parent, {options.out.name: ("\n".join(lines) + "\n").encode()})
-    terminal.say(f"Wrote {len(rows)} rows to {options.out}")
+    out = None if str(options.out) == "-" else options.out
+    if out is not None:
+        refuse_existing(out.parent, [out.name], force=options.force)
+    lines = [",".join(header)]
+
+    def write(*rows: "np.ndarray") -> None:
+        lines.extend(",".join(map(repr, row.tolist())) for row in rows)
+        if out is None:
+            terminal.say(*lines)
+            sys.stdout.flush()
+            lines.clear()
+
+    if str(source) == "-":
+        write()
+    yield write
+    if out is not None:
+        write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
+        terminal.say(f"Wrote {len(lines) - 1} rows to {out}")

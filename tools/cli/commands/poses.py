@@ -7,7 +7,7 @@ import numpy as np
 
 from ....solver import calibration
 from .. import Terminal, argument, one_arm
-from .command import PathOptions, located, read_rows, write_rows
+from .command import PathOptions, located, streamed, written
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,15 +15,18 @@ class Options(PathOptions):
     """Options of ``mukca poses``."""
 
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    joints: Path = argument("joint positions, one configuration a line", "JOINTS.csv")
+    joints: Path = argument(
+        "joint positions, one configuration a line; - for standard input", "JOINTS.csv"
+    )
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
     held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
-    q, wheres = read_rows(options.joints, [held.robot.joint_names])
-    with located(wheres, terminal):
-        T = held.flange(q, **setup)
-    rows = np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])])
-    write_rows(options, terminal, ("x", "y", "z", "qx", "qy", "qz", "qw"), rows)
+    header = ("x", "y", "z", "qx", "qy", "qz", "qw")
+    with written(options, terminal, header, options.joints) as write:
+        for q, wheres in streamed(options.joints, [held.robot.joint_names]):
+            with located(wheres, terminal):
+                T = held.flange(q, **setup)
+            write(*np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]))
     return 0
