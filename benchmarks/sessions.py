@@ -1,21 +1,31 @@
 """How soon, and how rightly, a session notices a fault while the hand is still on the arm.
 
-    python benchmarks/sessions.py [--seeds 3] [--robots panda ...] [--faults base@9:5mm ...]
+    python benchmarks/sessions.py [--seeds 0 20] [--arms panda ...] [--faults base@7:5mm ...]
+                                  [--sound] [--keep FILE] [--processes 1]
 
 A session is a simulated arm with realistic flaws, its ball mounted where the model does not have
 it, servo arms with zeros off by 5 degrees and play; two sockets 100 mm apart, 12 + 12 samples in
-the order 0 1 0 1. After every sample from the sixth on it is checked as ``mukca record`` does.
-For each fault are counted: sessions with an alarm before it, which is false; those in which the fit
-was determined before the last two samples (that it predicts the next sample of the sound twin to a
-third of the fault), and of these the ones noticed within two samples of that; those noticed at all;
-and those whose cause was the right one at the end.
+the order 0 1 0 1. It is checked as ``mukca record`` does from the sixth sample on. ``--sound``
+counts the sessions without a fault that ring after any of their samples, on all shipped arms.
+
+Of a fault are counted the sessions in which the fit was determined before the last two samples
+(that it predicts the next sample of the sound twin to a third of the fault), and of these the ones
+noticed within two samples of that; of all, those noticed by the end of 12 + 12, and those whose
+cause was the right one there. A session is checked only where one of these may change: at the two
+samples in question and at the end, and before them if it was silent there. Each session is kept in
+``--keep``, and what is there is not done again.
 """
 
 import argparse
+import json
 import math
 import os
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache, partial
+from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -24,7 +34,7 @@ import numpy as np
 from mukca.recorder import Placement, Sample
 from mukca.solver.assessment import ARMS
 from mukca.solver.bayes.results import angles_near
-from mukca.solver.diagnostics import Fault, LiveCheck
+from mukca.solver.diagnostics import LiveCheck
 from mukca.solver.diagnostics.hypotheses import ONLY_SOUND, Comparison
 from mukca.solver.robot import (
     Origin,
@@ -49,11 +59,13 @@ from mukca.tools.simulation import (
 
 SERVOS = ("so100", "so101", "koch", "gen3_lite", "wx250s", "vx300s", "wxai")
 MOUNT, ZEROS, PLAY = 0.03, math.radians(5), math.radians(0.5)
+ORDER = np.repeat([0, 1, 0, 1], 6)
+JUDGED = ("panda", "fr3", "ur5e", "iiwa14", "xarm7", "gen3_lite", "so101")
 FAULTS = (
-    *("none", "base@7:5mm", "base@10:5mm", "base@17:3mm", "base@19:10mm"),
-    *("ball@9:5mm", "ball@15:3mm", "socket@7+4", "socket@7+6", "socket@19+3"),
-    *("bent@10:5mm", "zero@10:1deg", "drift:3mm", "turn@13:3deg", "distance:2mm"),
+    *(f"{at}:{mm}mm" for at in ("base@7", "base@17", "ball@9", "ball@15") for mm in (3, 5, 10)),
+    *("socket@7+4", "socket@13+6", "socket@19+3"),
 )
+"""Further ones: bent@10:5mm zero@10:1deg drift:3mm turn@13:3deg distance:2mm loose."""
 ANGLES = ("zero", "turn")
 """Kinds whose size is no length."""
 RIGHT = {
@@ -67,6 +79,7 @@ RIGHT = {
     "zero": ("zero_lost",),
     "loose": ("ball_loose",),
 }
+COLUMNS = ("of", "determined", "in two", "by the end", "right cause")
 
 
 def arm_of(robot: Robot, generator: np.random.Generator) -> Robot:
@@ -85,91 +98,145 @@ def arm_of(robot: Robot, generator: np.random.Generator) -> Robot:
     return replace(arm, joints=tuple(joints))
 
 
-def session_of(
-    name: str, seed: int, text: str, order: tuple[int, ...]
-) -> tuple[Robot, list[Sample], Base]:
-    """Return a robot, the samples of a session with a fault, and its base."""
-    robot = load_robot(name)
-    generator = np.random.default_rng([seed, 11])
-    arm = arm_of(robot, generator)
-    how = realistic_flaws(robot, generator)
-    if name in SERVOS:
-        how = Imperfection(3e-4, play=PLAY, resolution=math.tau / 4096)
-    base = reachable_bases(arm, generator, 1, 0.1)[0]
-    sockets = np.array(order)
-    read = lead(arm, np.array(base.sockets)[sockets], generator, how)
-    fault = SessionFault.parse(text)
-    if fault:
-        session = Session(arm, read, sockets, np.array(base.sockets), generator)
-        read = with_faults(session, [fault])
-    rows = zip(read.tolist(), sockets.tolist(), strict=True)
-    return robot, [Sample(tuple(q), k, number=i) for i, (q, k) in enumerate(rows, 1)], base
+class Setting:
+    """An arm beside its base: what all its sessions share."""
 
+    def __init__(self, name: str, seed: int) -> None:
+        self.robot = load_robot(name)
+        self.seed, generator = seed, np.random.default_rng([seed, 11])
+        self._arm = arm_of(self.robot, generator)
+        how = realistic_flaws(self.robot, generator)
+        if name in SERVOS:
+            how = Imperfection(3e-4, play=PLAY, resolution=math.tau / 4096)
+        self._base: Base = reachable_bases(self._arm, generator, 1, 0.1)[0]
+        self._read = lead(self._arm, np.array(self._base.sockets)[ORDER], generator, how)
+        self.check = LiveCheck(self.robot, ARMS[name].repeatability if name in ARMS else None)
 
-def one(
-    order: tuple[int, ...], job: tuple[str, int, str]
-) -> tuple[str, int, str, list[Fault | None]]:
-    """Return the first fault that is told after each sample of a session."""
-    name, seed, text = job
-    robot, samples, base = session_of(name, seed, text, order)
-    known = ARMS[name].repeatability if name in ARMS else None
-    check = LiveCheck(robot, known)
-    told: list[Fault | None] = []
-    for n in range(1, len(samples) + 1):
-        here = Placement("here", tuple(samples[:n]), robot.joint_names, base.distance)
-        told.append(next(iter(check.faults([here])), None))
-    return name, seed, text, told
+    def samples(self, text: str) -> tuple[Sample, ...]:
+        """Return the samples of a session with a fault."""
+        read, fault = self._read, SessionFault.parse(text)
+        if fault:
+            generator = np.random.default_rng([self.seed, 12])
+            sockets = np.array(self._base.sockets)
+            read = with_faults(Session(self._arm, read, ORDER, sockets, generator), [fault])
+        rows = zip(read.tolist(), ORDER.tolist(), strict=True)
+        return tuple(Sample(tuple(q), k, number=i) for i, (q, k) in enumerate(rows, 1))
+
+    def placement(self, samples: tuple[Sample, ...]) -> Placement:
+        """Return samples as what is checked."""
+        return Placement("here", samples, self.robot.joint_names, self._base.distance)
+
+    def told(self, samples: tuple[Sample, ...]) -> list[str]:
+        """Return the kinds that are told after some samples, the most probable first."""
+        found = self.check.faults([self.placement(samples)])
+        return [fault.hypothesis.name for fault in found]
+
+    def predicted(self) -> list[float]:
+        """Return how well each sample of the sound session is known before it is taken [m]."""
+        samples, found = self.samples("none"), [math.inf] * 6
+        for n in range(7, len(samples) + 1):
+            scene = self.check.scene([self.placement(samples[:n])])
+            s2 = Comparison(scene, ONLY_SOUND, 1.0).candidates[0].sigma ** 2
+            last = int(np.flatnonzero(scene.times[0] == n - 1)[0])
+            new = 3 * last + np.arange(3)
+            W, B = scene.whitening, scene.nuisances
+            white = B.copy()
+            if W is not None:
+                rows = scene.all_samples
+                white[rows] = (W @ B[rows].reshape(len(W), 3, -1)).reshape(3 * len(W), -1)
+            noise = np.eye(3) if W is None else np.linalg.inv(W[last] @ W[last])
+            before = np.delete(white, new, axis=0)
+            known_by = np.linalg.inv(before.T @ before / s2 + np.eye(B.shape[1]))
+            found.append(math.sqrt(np.trace(B[new] @ known_by @ B[new].T + s2 * noise) / 3))
+        return found
 
 
 @cache
-def predicted(name: str, seed: int, order: tuple[int, ...]) -> list[float]:
-    """Return how well each sample of a sound session is known before it is taken [m]."""
-    robot, samples, base = session_of(name, seed, "none", order)
-    check = LiveCheck(robot, ARMS[name].repeatability if name in ARMS else None)
-    found = [math.inf] * 6
-    for n in range(7, len(samples) + 1):
-        here = Placement("here", tuple(samples[:n]), robot.joint_names, base.distance)
-        scene = check.scene([here])
-        s2 = Comparison(scene, ONLY_SOUND, check.share).candidates[0].sigma ** 2
-        new = 3 * int(np.flatnonzero(scene.times[0] == n - 1)[0]) + np.arange(3)
-        B, before = scene.nuisances, np.delete(scene.nuisances, new, axis=0)
-        known_by = np.linalg.inv(before.T @ before / s2 + np.eye(B.shape[1]))
-        found.append(math.sqrt(np.trace(B[new] @ known_by @ B[new].T) / 3 + s2))
-    return found
+def setting(name: str, seed: int) -> tuple[Setting, list[float]]:
+    """Return an arm beside its base, and how well its samples are known before."""
+    found = Setting(name, seed)
+    return found, found.predicted()
+
+
+def shows(fault: SessionFault, number: int) -> bool:
+    """Return whether a sample's residual may hold a fault.
+
+    After a base moved, that of a socket which was visited before may; a new one's centre moved too.
+    """
+    before = ORDER[: fault.start - 1]
+    return number >= fault.start and (fault.kind != "base" or ORDER[number - 1] in before)
+
+
+def judge(name: str, seed: int, text: str) -> dict[str, object]:
+    """Return when one session was noticed, by the numbers of its samples."""
+    here, predicted = setting(name, seed)
+    samples, fault = here.samples(text), SessionFault.parse(text)
+    if not fault:
+        heard = [n for n in range(6, len(samples) + 1) if here.told(samples[:n])]
+        return {"rang": heard}
+    third = fault.size / 3 if fault.size and fault.kind not in ANGLES else MOUNT
+    known = [i for i, d in enumerate(predicted, 1) if d < third and shows(fault, i)]
+    at = next((i for i in known if i < len(samples)), None)
+    end = here.told(samples)
+    # an alarm stays on the screen until it is answered, so any before counts as well
+    first = range(at + 1, fault.start - 1, -1) if at else ()
+    return {
+        "determined": at,
+        "soon": any(here.told(samples[:n]) for n in first),
+        "end": end[:1],
+        "right": bool(end) and end[0] in RIGHT[fault.kind],
+    }
+
+
+def portion(keep: Path | None, job: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]:
+    """Return all sessions of one arm and seed, and keep them."""
+    name, seed, faults = job
+    done = [{"arm": name, "seed": seed, "fault": f, **judge(name, seed, f)} for f in faults]
+    if keep:
+        with keep.open("a") as file:
+            file.write("".join(json.dumps(one) + "\n" for one in done))
+    return done
+
+
+def rows_of(done: list[dict], key: str) -> Iterator[str]:
+    """Return the counts of faults by arm, or by fault, as lines."""
+    table: dict[str, list[int]] = defaultdict(lambda: [0] * 5)
+    for one in done:
+        counts = (1, bool(one["determined"]), one["soon"], bool(one["end"]), one["right"])
+        for name in (one[key], "all"):
+            table[name] = [n + int(c) for n, c in zip(table[name], counts, strict=True)]
+    for name, counts in table.items():
+        if name != "all" or one is done[-1]:
+            yield f"{name:<14}" + "".join(f"{n:>12}" for n in counts)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--robots", nargs="+")
-    parser.add_argument("--faults", nargs="+", default=list(FAULTS))
-    parser.add_argument("--order", default="000000111111000000111111")
+    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 20), help="first, and how many")
+    parser.add_argument("--arms", nargs="+")
+    parser.add_argument("--faults", nargs="+", default=FAULTS)
+    parser.add_argument("--sound", action="store_true")
+    parser.add_argument("--keep", type=Path)
     add_options(parser, WorkerOptions)
     a = parser.parse_args()
-    names = a.robots or list(shipped_robots())
-    jobs = [(n, s, f) for f in a.faults for n in names for s in range(a.seeds)]
-    table = {f: [0] * 6 for f in a.faults}
-    order = tuple(map(int, a.order))
-    play = partial(one, order)
-    for name, seed, text, told in read_options(a).workers.map(play, jobs):
-        fault, row = SessionFault.parse(text), table[text]
-        start = fault.start if fault else math.inf
-        heard = [i for i, t in enumerate(told, 1) if t]
-        late = [i for i in heard if i >= start]
-        row[0] += 1
-        row[1] += len(late) < len(heard)
-        third = fault.size / 3 if fault and fault.size and fault.kind not in ANGLES else MOUNT
-        known = [i for i, d in enumerate(predicted(name, seed, order), 1) if d < third]
-        at = next((i for i in known if start <= i < len(order)), None)
-        row[2] += at is not None
-        row[3] += at is not None and bool(late) and late[0] < at + 2
-        row[4] += bool(late)
-        row[5] += bool(told[-1]) and told[-1].hypothesis.name in RIGHT.get(
-            fault.kind if fault else "", ()
-        )
-    print(f"{'fault':<14}   of  false  determined  in two  noticed  right")
-    for text, (n, early, known, soon, noticed, right) in table.items():
-        print(f"{text:<14} {n:>4} {early:>6} {known:>11} {soon:>7} {noticed:>8} {right:>6}")
+    faults = ("none",) if a.sound else tuple(a.faults)
+    arms = a.arms or (list(shipped_robots()) if a.sound else JUDGED)
+    first, count = a.seeds
+    kept = a.keep.read_text().splitlines() if a.keep and a.keep.exists() else []
+    done = [json.loads(line) for line in kept]
+    there = {(one["arm"], one["seed"], one["fault"]) for one in done}
+    pairs = [(name, seed) for seed in range(first, first + count) for name in arms]
+    jobs = [(n, s, tuple(f for f in faults if (n, s, f) not in there)) for n, s in pairs]
+    for new in read_options(a).workers.map(partial(portion, a.keep), jobs):
+        done += new
+    asked = [one for one in done if one["arm"] in arms and one["fault"] in faults]
+    if a.sound:
+        rang = [f"{one['arm']} {one['seed']}" for one in asked if one["rang"]]
+        print(f"{len(rang)} of {len(asked)} sound sessions rang: {', '.join(rang)}")
+        return
+    for key in ("fault", "arm"):
+        print("".join([f"{key:<14}", *(f"{c:>12}" for c in COLUMNS)]))
+        print("\n".join(rows_of(asked, key)))
 
 
 if __name__ == "__main__":

@@ -92,6 +92,8 @@ class Advice:
     """Share by which the target would lower the predicted error."""
     alarms: tuple[Alarm, ...] = ()
     """Faults that the samples show, the most probable first."""
+    fails: str = ""
+    """Reason for which these samples would be no valid calibration, beside what alarms say."""
     closing: tuple[str, ...] = ()
     """Lines on the gain of another placement, once this one is enough."""
 
@@ -175,6 +177,8 @@ class GuidanceClient:
         if self.alarm and not (told and told.cause == self.alarm.cause):
             self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
             return
+        if advice.fails and advice.fails != (before.fails if before else ""):
+            self._actions.notify(f"solve would say FAIL: {advice.fails}")
         done = (advice.enough or advice.exhausted or advice.leave) and not self.alarm
         if done and not (before and (before.enough or before.exhausted or before.leave)):
             self._sound.play(DONE)

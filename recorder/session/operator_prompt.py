@@ -112,6 +112,8 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
     more = "" if now.hands_free else f", {key} captures one more"
+    if now.advice and now.advice.fails and (now.advice.exhausted or session.complete):
+        return OperatorPrompt("SOLVE FAILS", _BAD, now.advice.fails)
     if now.advice and now.advice.exhausted:
         why = "more poses here hardly help: n, base elsewhere"
         return OperatorPrompt("NEXT PLACE", _NEXT, why)

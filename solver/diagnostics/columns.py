@@ -108,7 +108,7 @@ def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: boo
     found: list[Option] = []
     for rows, placement in tried:
         some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
-        if not some.is_overdetermined(len(scene.x)):
+        if not some.is_overdetermined(len(scene.parameters)):
             continue
         for wrong in _last_sign(model, some) if sound else promising(model, some):
             q = scene.q.copy()

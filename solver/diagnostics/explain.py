@@ -24,8 +24,8 @@ MOST = 240
 USUAL, USUAL_WIDTH, KNOWN_WIDTH = 2e-4, 0.6, 0.25
 """Noise of an arm of which nothing is known [m], and how far it may be off, in its logarithm;
 and of one whose repeatability is known."""
-SERVOS = 1e-3
-"""Least noise of arms made of servos, whose gears have play [m]."""
+SERVOS = 4e-4
+"""Noise of arms made of servos beside the play of their gears [m]."""
 RESOLUTION = 1e-4
 """Repeatability that a printed socket shows at best [m]."""
 SURE = 0.1
@@ -65,7 +65,7 @@ def scene_of(
     odd = [typical is not None for typical in standing_out(floors)]
     good = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
     fit = model.fit(samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW))
-    balls = [model.ball.points(model.ball.nominal + fit.x, m.positions) for m, _ in thin]
+    balls = [model.points(fit.x, m.positions) for m, _ in thin]
     centres = [median(b[rows]) for b, (m, _) in zip(balls, thin, strict=True) for rows in m.slices]
     return Scene(
         robot=model.robot,
@@ -75,8 +75,8 @@ def scene_of(
         x=fit.x,
         centres=np.array(centres) if any(odd) else fit.centres,
         floors=tuple(floors),
-        noise=max(SERVOS if model.zeros else RESOLUTION, repeatability or USUAL),
-        noise_width=USUAL_WIDTH if repeatability is None else KNOWN_WIDTH,
+        noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),
+        noise_width=USUAL_WIDTH if model.zeros or repeatability is None else KNOWN_WIDTH,
         zeros=model.zeros,
         kept=np.concatenate([numbers for _, numbers in thin]),
     )

@@ -129,7 +129,7 @@ def inspect_all(
     found = explain(model, scene)
     told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in found.findings]
     shared = [d for f, d in told if "placement" not in f.hypothesis.parameters]
-    balls = model.ball.points(model.ball.nominal + scene.x, scene.q)
+    balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.hypothesis.parameters.get("placement") == m.name]

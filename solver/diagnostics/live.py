@@ -20,7 +20,6 @@ from .explain import scene_of
 from .hypotheses import (
     COARSE,
     CURABLE,
-    INDEPENDENT,
     ONLY_SOUND,
     Candidate,
     Comparison,
@@ -39,6 +38,8 @@ FORGOTTEN = 0.06
 """Prior probability of samples in another socket than they say."""
 DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
+SHARE = 1.0
+"""Of the errors that counts: with less a fit to few samples takes a fault for noise."""
 UNTOLD = ("distance", "ball_loose")
 """Explanations that are left out for arms made of servos."""
 FAULTS = 3
@@ -79,9 +80,6 @@ class LiveCheck:
 
     def __init__(self, robot: Robot, repeatability: float | None) -> None:
         zeros = is_coarse(repeatability)
-        # with less than all errors a fit to few samples takes a fault for noise; but gears with
-        # play rest on one side for many samples
-        self.share = INDEPENDENT if zeros else 1.0
         # a fit with zeros that are off by degrees may be off in size, and in noise
         self._kinds = [k for k in CURABLE if not zeros or k.name not in UNTOLD]
         self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
@@ -92,14 +90,14 @@ class LiveCheck:
 
         Args:
             placements: In the order of recording, the last one still going on, with their joints
-                in the robot's order, and with distances.
+                in the robot's order, and with distances where they are known.
         """
         found: list[Fault] = []
         if not placements[-1].samples or sum(len(p.samples) for p in placements) < LEAST:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison = Comparison(scene, self._kinds, self.share)
+            comparison = Comparison(scene, self._kinds, SHARE)
             sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
             others = [c for c in comparison.candidates if c.kind.name != "sound"]
             logs = [c.log_evidence - sound for c in others]
@@ -124,7 +122,7 @@ class LiveCheck:
     def scene(self, placements: Sequence[Placement]) -> Scene:
         """Return the samples as a linear model about a robust fit."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        known = rulers(measured, (), CALIPER_DEVIATION)
+        known = [k for k in rulers(measured, (), CALIPER_DEVIATION) if k.distance]
         return scene_of(self._model, measured, known, self._repeatability, [0.0] * len(measured))
 
     def _elsewhere(
@@ -139,7 +137,7 @@ class LiveCheck:
                 replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
             )
             right = [*before, replace(here, samples=samples)]
-            sound = Comparison(self.scene(right), ONLY_SOUND, self.share).candidates[0]
+            sound = Comparison(self.scene(right), ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from ..bayes.model import NU, extend
 from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import joint_offset_derivatives
 from ..data import Measurement
 from ..robot import BallModel, Parameter, Robot, all_parameters
 from .hypotheses import BALL, widths_of
@@ -109,7 +108,7 @@ class RigidFit:
     noise: float
     """Scale of the noise per axis [m], what the fit absorbed of it put back."""
     x: np.ndarray
-    """Change of the parameters from nominal, shape (n,) [m, rad]."""
+    """Change of the parameters from nominal, and joint offsets if any, shape (n,) [m, rad]."""
 
     @cached_property
     def errors(self) -> np.ndarray:
@@ -123,24 +122,29 @@ class RigidFit:
 
 
 class RigidModel:
-    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets."""
+    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets.
+
+    Offsets are unknowns of their own: not all origins can be turned about their joint's axis by
+    small changes of their numbers (pitch of 90 degrees).
+    """
 
     def __init__(
         self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
     ) -> None:
-        model = extend(robot, parameters)
+        self._model = model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
         self.robot, self.zeros = robot, zeros
         self._least = BACKLASH_NOISE if zeros else SMALLEST
         self.ball: BallModel = model.ball
-        self.widths = widths_of(parameters)
+        offsets = np.full(model.size - model.geometry, JOINT_OFFSET.typical_shift)
+        self.widths = np.append(widths_of(parameters), offsets)
         of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()
-        usual = np.diag(self.widths**2)
-        if zeros:
-            turned = joint_offset_derivatives(robot, parameters)
-            usual += JOINT_OFFSET.typical_shift**2 * turned @ turned.T
-        self._prior = np.linalg.inv(usual) + np.outer(by_scale, by_scale) / SCALE**2
+        self._prior = np.diag(self.widths**-2) + np.outer(by_scale, by_scale) / SCALE**2
+
+    def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
+        return self._model.predict(x, q, np.tile(0 * q, 3))
 
     def nominal_error(self, samples: Samples) -> float:
         """Return the weighted mean error by the nominal model, its ball put right [m]."""
@@ -178,17 +182,16 @@ class RigidModel:
         """Return the fit to some samples, at least one in each socket."""
         few = samples.thinned(ENOUGH, LEAST)
         P, widths = self._prior, self.widths
-        x = np.zeros(len(widths))
-        points = self.ball.points(self.ball.nominal, few.positions)
-        centres = _medians(points, few)
+        x, still = np.zeros(len(widths)), np.tile(0 * few.positions, 3)
+        centres = _medians(points := self.points(x, few.positions), few)
         noise = _typical(points - centres[few.sockets])
         for _ in range(ITERATIONS):
-            linear = self.ball.linearise(self.ball.nominal + x, few.positions)
-            weights = _weights(linear.points - centres[few.sockets], noise)
-            centres = _means(linear.points, few, weights)
-            e = linear.points - centres[few.sockets]
-            slopes = _means(linear.by_parameters, few, weights)
-            D = linear.by_parameters - slopes[few.sockets]
+            points, by_unknowns, _ = self._model.linearise(x, few.positions, still)
+            weights = _weights(points - centres[few.sockets], noise)
+            centres = _means(points, few, weights)
+            e = points - centres[few.sockets]
+            slopes = _means(by_unknowns, few, weights)
+            D = by_unknowns - slopes[few.sockets]
             A = (D * weights[:, None, None] / noise**2).reshape(-1, len(widths))
             H = A.T @ D.reshape(-1, len(widths)) + P
             covariance = np.linalg.inv(H)
@@ -203,7 +206,7 @@ class RigidModel:
             change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
             if change < SETTLED:
                 break
-        points = self.ball.points(self.ball.nominal + x, samples.positions)
+        points = self.points(x, samples.positions)
         centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
         weights = _weights(points - centres[samples.sockets], noise)
         return RigidFit(samples, points, centres, weights * NU / (NU + 3), noise, x)

@@ -111,7 +111,8 @@ def test_results_are_overwritten_only_by_force(run, tmp_path):
     status, _, err = run(*words)
     assert status == 2 and "--force" in err
     (tmp_path / "notes.txt").write_text("mine")
-    assert run(*words, "--force")[0] == 3
+    status, out, _ = run(*words, "--force")
+    assert status == 3 and ("NOT ENOUGH" in out) != ("load it instead of" in out)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
 
@@ -127,7 +128,11 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     assert json.loads(out)["distorted"] and not (tmp_path / "c").exists()
     status, out, _ = run(*words, "--out", str(tmp_path / "c"), "--accept-distorted")
     assert status == 1 and "FAIL" in out  # it is written, and no one is told that it is good
+    assert "load it instead of" not in out
     assert (tmp_path / "c/calibrated.urdf").exists()
+    words = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
+    status, _, err = run(*words)
+    assert status == 0 and "FAIL: do not use it yet" in err
 
 
 def test_not_converged_is_status_1_and_no_result(run, tmp_path):

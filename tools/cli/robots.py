@@ -14,8 +14,8 @@ from ...solver.calibration import SolveOptions, UsageError
 from .. import parallel
 from .arguments import option
 
-DISTANCES = (1e-3, 10.0)
-"""Range of a distance between sockets [m]."""
+DISTANCES = (0.01, 3.0)
+"""Range of a distance between sockets [m]: they hold balls side by side, in an arm's reach."""
 WINDOWS = (0.02, 10.0)
 """Range of the time that a sample averages [s]."""
 SPREADS = (1e-9, 0.1)

@@ -72,9 +72,12 @@ def write(request: Request) -> Exported:
         f"{request.file.name}.mukca.json": (json.dumps(made_from, indent=2) + "\n").encode(),
         f"{request.file.stem}.urdf": _urdf(request, zeros),
     }
+    changed = any(zero.ticks for zero in zeros)
     lines = (
         *map(str, zeros),
-        "lerobot asks once whether to write the new file to the motors; it has no effect before.",
+        "lerobot asks once whether to write the new file to the motors; it has no effect before."
+        if changed
+        else f"Nothing changes: every homing offset is that of {request.like} already.",
         f"Then load {request.file.stem}.urdf, not calibrated.urdf, which holds the old zeros.",
         "The recorded ends stay: each joint's own lie so many ticks off them. Policies that were "
         "trained before see other angles.",

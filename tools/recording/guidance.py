@@ -123,6 +123,7 @@ class PoseSelector:
             lift=lift,
             gain=gain,
             alarms=alarms,
+            fails=solved.fails if solved and not alarms else "",
         )
         return advice if posterior is None else with_fit(advice, posterior, samples)
 

@@ -40,6 +40,11 @@ class Sufficiency:
         sound = verdict.status != "fail" and verdict.kind != "not_enough"
         return sound and self.fewest >= LEAST_SAMPLES
 
+    @property
+    def fails(self) -> str:
+        """The first reason of a FAIL; empty where there is none."""
+        return self.verdict.text.partition(". ")[0] if self.verdict.status == "fail" else ""
+
 
 def sufficiency_of(
     model: ExtendedModel, placements: Sequence[Placement], *, zeros: bool

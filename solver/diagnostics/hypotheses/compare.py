@@ -46,7 +46,7 @@ class Comparison:
         self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT
     ) -> None:
         self.scene = scene
-        self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share)
+        self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share, scene.whitening)
         least = max(scene.noise / 4, 1e-6)
         trials = np.geomspace(least, LARGEST, int(math.log(LARGEST / least, HALVES)) + 2)
         base = self.evidence.log_likelihood(trials)
@@ -58,7 +58,9 @@ class Comparison:
     def _prior(self, kind: Kind) -> NoisePrior:
         if kind.noise is not None:
             return kind.noise(self.scene)
-        return NoisePrior(1.5 * self.scene.noise, self.scene.noise_width)
+        # servos never have much less
+        below = not self.scene.zeros
+        return NoisePrior(1.5 * self.scene.noise, self.scene.noise_width, below=below)
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""

@@ -45,16 +45,33 @@ class LinearEvidence:
         r: The residuals, shape (R,) [m].
         B: Their derivatives by the nuisances, each in units of its prior's width, shape (R, n).
         share: How much of the errors counts as independent.
+        whitening: Inverse root of each sample's covariance beside the noise's square, shape
+            (N, 3, 3); None where all are noisy alike.
     """
 
-    def __init__(self, r: np.ndarray, B: np.ndarray, share: float = INDEPENDENT) -> None:
-        self._root = share**0.5
+    def __init__(
+        self,
+        r: np.ndarray,
+        B: np.ndarray,
+        share: float = INDEPENDENT,
+        whitening: np.ndarray | None = None,
+    ) -> None:
+        self._root, self._whitening = share**0.5, whitening
+        r, B = self._white(slice(0, len(r)), r[:, None])[:, 0], self._white(slice(0, len(B)), B)
         self.r = self._root * r
         self.count = share * len(r)
         d2, V = np.linalg.eigh(share * B.T @ B)
         self._d2, self._B = d2.clip(min=0.0), self._root * B @ V
         self._b = self._B.T @ self.r
         self._rr = float(self.r @ self.r)
+
+    def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
+        """Return values in some rows, shape (R, n), in units in which samples are noisy alike."""
+        if self._whitening is None or not values.size or rows.start >= 3 * len(self._whitening):
+            return values
+        W = self._whitening[rows.start // 3 : rows.stop // 3]
+        of_samples = W @ values[: 3 * len(W)].reshape(len(W), 3, -1)
+        return np.vstack([of_samples.reshape(3 * len(W), -1), values[3 * len(W) :]])
 
     def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
@@ -72,7 +89,7 @@ class LinearEvidence:
         if block.shift is not None:
             columns = np.concatenate([columns, block.shift[:, :, None]], axis=2)
         C, R, k = columns.shape
-        flat = self._root * columns.transpose(1, 0, 2).reshape(R, C * k)
+        flat = self._root * self._white(rows, columns.transpose(1, 0, 2).reshape(R, C * k))
         T = self._B[rows].T @ flat
         A = flat.reshape(R, C, k).transpose(1, 2, 0)
         return Terms(T.reshape(len(T), C, k), A @ A.transpose(0, 2, 1), A @ self.r[rows])
@@ -80,7 +97,8 @@ class LinearEvidence:
     def _of_changes(self, block: Block, masks: np.ndarray) -> Terms:
         """Return the products of columns in some samples each, summed over samples by masks."""
         (F, N), (C, _, k) = masks.shape, block.columns.shape
-        A = self._root * block.columns.transpose(1, 0, 2).reshape(N, 3, C * k)
+        flat = self._white(block.rows, block.columns.transpose(1, 0, 2).reshape(3 * N, C * k))
+        A = self._root * flat.reshape(N, 3, C * k)
         B, r = self._B[block.rows].reshape(N, 3, -1), self.r[block.rows].reshape(N, 3)
         by_candidate = A.reshape(N, 3, C, k).transpose(0, 2, 3, 1)
 

@@ -50,7 +50,7 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     q, N = scene.q[some], len(some)
     model = BallModel(scene.robot, [p.index for p in scene.parameters])
     still = np.concatenate([q, np.zeros((N, 2 * m))], axis=1)
-    by_axes = model.linearise(model.nominal + scene.x, still).by_joints
+    by_axes = model.linearise(model.nominal + scene.x[: model.nominal.size], still).by_joints
     columns: list[np.ndarray] = []
     along = [gravity_moments(scene.robot, q, e, scene.load.payload) for e in np.eye(3).tolist()]
     has_efforts = [

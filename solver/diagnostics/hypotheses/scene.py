@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ...bayes.model import extend
-from ...bayes.model.effects import CURVE, EFFECTS, Effect
+from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
 from ...data import SEAT_DEVIATION, STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot
 
@@ -25,6 +25,8 @@ CENTRE = 0.3
 """Width of the prior of a socket's centre about the fit's [m]."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
+WIDE = 3.0
+"""Effects of heavy arms shift the ball by so many times as much as is usual."""
 SIDES = 0.4
 """Share of the play by which joints rest differently in sockets: loads are alike in neighbours."""
 DISTANCE_WEIGHT = 3.0
@@ -48,7 +50,7 @@ class Scene:
     rulers: tuple[Known[int], ...]
     """Known distances, by indices of sockets."""
     x: np.ndarray
-    """Change of the geometry at which all is linear, shape (n,)."""
+    """Change of the geometry, and joint offsets if any, at which all is linear, shape (n,)."""
     centres: np.ndarray
     """Of the sockets, shape (S, 3) [m]."""
     noise: float
@@ -145,13 +147,17 @@ class Scene:
     @cached_property
     def by_joints(self) -> np.ndarray:
         """Derivatives of the balls by the joints' readings, shape (N, 3, m)."""
-        return self.linear[2]
+        _, by_unknowns, by_joints = self.linear
+        n, m = len(self.parameters), by_joints.shape[2]
+        # with play, by_joints are as noisy as each joint is
+        return by_unknowns[:, :, n : n + m] if self.zeros else by_joints
 
     @cached_property
     def residuals(self) -> np.ndarray:
         """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
         of_samples = (self.linear[0] - self.centres[self.sockets]).ravel()
-        of_samples = of_samples + self.by_geometry @ self.x  # beside those at the nominal model
+        slopes = self.linear[1][:, :, : len(self.x)].reshape(-1, len(self.x))
+        of_samples = of_samples - slopes @ self.x  # beside those at the nominal model
         of_distances = [n - k.distance for n, k in zip(self.expected, self.rulers, strict=True)]
         r = np.concatenate([of_samples, DISTANCE_WEIGHT * np.array(of_distances)])
         for rows, _, shift in self.found:
@@ -205,7 +211,8 @@ class Scene:
         for effect in self.effects:
             turns: np.ndarray = effect.derivatives(self.q, self.torques)
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
-            widths += [np.full(turns.shape[1], effect.typical_shift / usual)]
+            wide = WIDE if effect.learned else 1.0
+            widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
         return self._with_distances(columns * np.concatenate(widths))
 
     def _of_play(self) -> np.ndarray:
@@ -216,6 +223,18 @@ class Scene:
         found = np.zeros((len(turned), 3, S, m))
         found[np.arange(len(turned)), :, self.sockets] = turned
         return self._with_distances(found.reshape(3 * len(turned), S * m))
+
+    @cached_property
+    def whitening(self) -> np.ndarray | None:
+        """Inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3).
+
+        A joint with play that gravity does not load rests on either side.
+        """
+        if not self.zeros:
+            return None
+        turned = self.linear[2] * (BACKLASH.typical_shift / self.noise)
+        variances, axes = np.linalg.eigh(np.eye(3) + turned @ turned.transpose(0, 2, 1))
+        return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
 
     def _of_calipers(self) -> np.ndarray:
         N, bases = len(self.q), sorted({k.distance for k in self.rulers if k.on_base})

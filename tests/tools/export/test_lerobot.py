@@ -68,6 +68,19 @@ def test_each_reading_moves_by_its_zero(export, calibration, like, tmp_path, mak
     assert "wrist_flex     +20.00 +- 0.10 deg, +228 ticks are too many" in shown
 
 
+def test_a_file_that_changes_nothing_says_so(export, calibration, like, tmp_path):
+    def undecided(document):
+        for one in document["coefficients"]:
+            one["standard_deviation"] = 1.0
+
+    edited(calibration, calibration, undecided)
+    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
+    status, shown, error = export(calibration, *words, "--out", tmp_path / "new.json")
+    assert status == 0, error
+    assert "Nothing changes: every homing offset is that of" in shown
+    assert json.loads((tmp_path / "new.json").read_text()) == present()
+
+
 def test_the_old_file_stays_and_its_digest_is_noted(export, calibration, like, tmp_path):
     before = like.read_bytes()
     out = tmp_path / "new.json"

@@ -55,7 +55,7 @@ def test_a_distance_that_nobody_stated_is_written_nowhere(tmp_path, scripted, ca
 
 
 @pytest.mark.parametrize(
-    ("typed", "distance"), [("far\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
+    ("typed", "distance"), [("far\r1\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
 )
 def test_the_distance_is_asked_for(hand, tmp_path, typed, distance):
     out = tmp_path / "front"

@@ -1,13 +1,19 @@
 """Nominal models warn of a hand on the arm, and of a ball that was elsewhere."""
 
+import os
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
+from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
+from mukca.recorder.terminal import render
 from mukca.solver.data import STANDARD_LOAD, Load
-from mukca.solver.robot import gravity_moments
+from mukca.solver.robot import gravity_moments, load_robot
+from mukca.tools.recording import SessionAlarms, joints_of
 
 
 def hand_of(folder, *samples):
@@ -47,7 +53,9 @@ def test_samples_of_the_other_socket_are_told_and_no_others(session, tmp_path, s
     done = scripted(tmp_path / "front", "a*12 1 a*10 0 a*2 q", hand=session / "front")
     assert "! WRONG SOCKET: samples 23 to 24 lie in socket 1" in done.output
     done = scripted(tmp_path / "sound", "a*12 1 a*12 q", hand=session / "front")
-    assert "!" not in done.output
+    assert "!" not in done.output and done.status == 0
+    unmeasured = replace(read(tmp_path / "sound"), distance=None)
+    assert not SessionAlarms(load_robot("panda"))([unmeasured])
 
 
 @pytest.mark.parametrize(
@@ -64,7 +72,27 @@ def test_samples_of_the_other_socket_are_told_and_no_others(session, tmp_path, s
     ],
 )
 def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
+    """Screens are kept: ``MUKCA_KEEP_PAGES=1`` writes them anew after a change that is meant."""
     out = tmp_path / "front"
     driver = f"mock:{session / 'front'}?rate=250&speed=8&hold=0.65&move=0.6&fault={fault}"
     done = scripted(out, "a*12 s a*12 q", "--driver", driver)
     assert re.search(f"! {told}", done.output), done.output
+    assert done.status == 1
+    shown = screen_after(out)
+    file = Path(__file__).parent / "screens" / f"{re.split('[@:]', fault)[0]}.txt"
+    if os.environ.get("MUKCA_KEEP_PAGES"):
+        file.write_text("".join(f"{line}\n" for line in shown))
+    assert shown == file.read_text().splitlines()
+
+
+def screen_after(out):
+    """Return the screen of 80 x 24 after the samples of a recording, as text."""
+    robot, here = load_robot("panda"), replace(read(out), distance=0.05)
+    alarms = SessionAlarms(robot)([here])
+    samples = tuple(replace(s, time=None, spread=()) for s in here.samples)
+    made = Session(joints_of(robot), socket=1, samples=samples)
+    now = OperatorContext(made, samples[-1].position, alarm=alarms[0])
+    made = made.with_message(f"{alarms[0].words}: {alarms[0].text}", alarm=True)
+    advice = Advice(len(samples), 1, 1e-3, 9e-4, alarms=alarms)
+    view = View(made, "panda", prompt_for(now), samples[-1].position, advice, rate=250, age=0.004)
+    return [line.plain.rstrip() for line in render(view, 80, 24, plain=True)]

@@ -1,10 +1,12 @@
 """``mukca export``: write a calibration as other programs read it."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from ....errors import MukcaError
 from ....solver import calibration
 from ....solver.calibration import UsageError
 from ... import export
@@ -63,6 +65,9 @@ def _run(options: Options, terminal: Terminal) -> int:
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
+    with suppress(MukcaError):  # not every file that can be exported can be judged
+        if held.verdict.status == "fail":
+            terminal.warn(f"{options.calibration}: {held.verdict.title}: do not use it yet")
     exported = export.export(
         held,
         options.to,

@@ -42,8 +42,9 @@ def run(options: Options, terminal: Terminal) -> int:
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
-    failed = any(verdict.status == "fail" for verdict in verdicts.values())
-    terminal.say(*_closing_lines(outputs, failed=failed) if not refused else ())
+    # one that is only not validated yet may be tried
+    usable = all(v.status == "pass" or v.kind == "not_validated" for v in verdicts.values())
+    terminal.say(*_closing_lines(outputs, usable=usable) if not refused else ())
     if options.json and isinstance(found, Mapping):
         said = {name: verdict.as_said() for name, verdict in verdicts.items()}
         terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
@@ -168,7 +169,7 @@ def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
     return lines
 
 
-def _closing_lines(outputs: dict[str, str], *, failed: bool) -> list[str]:
+def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     """Lines on the files and their use."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
@@ -178,15 +179,12 @@ def _closing_lines(outputs: dict[str, str], *, failed: bool) -> list[str]:
         f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
         "holds the same figures for scripts"
     )
-    if failed:
+    if not usable:
         return [written, f"Wrote {outputs['urdf']}: keep to the nominal URDF until this passes."]
-    lines = [
+    return [
         written,
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
         "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
-    ]
-    lines.append(
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
-        "errors."
-    )
-    return lines
+        "errors.",
+    ]
