@@ -62,12 +62,14 @@ MOUNT, ZEROS, PLAY = 0.03, math.radians(5), math.radians(0.5)
 ORDER = np.repeat([0, 1, 0, 1], 6)
 JUDGED = ("panda", "fr3", "ur5e", "iiwa14", "xarm7", "gen3_lite", "so101")
 FAULTS = (
-    *(f"{at}:{mm}mm" for at in ("base@7", "base@17", "ball@9", "ball@15") for mm in (3, 5, 10)),
+    *(
+        f"{at}:{mm}mm"
+        for at in ("base@7", "base@17", "base@19", "ball@9", "ball@15")
+        for mm in (3, 5, 10)
+    ),
     *("socket@7+4", "socket@13+6", "socket@19+3"),
 )
 """Further ones: bent@10:5mm zero@10:1deg drift:3mm turn@13:3deg distance:2mm loose."""
-ANGLES = ("zero", "turn")
-"""Kinds whose size is no length."""
 RIGHT = {
     "base": ("base_moved",),
     "turn": ("base_moved",),
@@ -112,13 +114,16 @@ class Setting:
         self._read = lead(self._arm, np.array(self._base.sockets)[ORDER], generator, how)
         self.check = LiveCheck(self.robot, ARMS[name].repeatability if name in ARMS else None)
 
+    def fault(self, text: str) -> tuple[SessionFault | None, Session]:
+        """Return a fault, and the session that it comes to."""
+        generator, sockets = np.random.default_rng([self.seed, 12]), np.array(self._base.sockets)
+        session = Session(self._arm, self._read, ORDER, sockets, generator)
+        return SessionFault.parse(text), session
+
     def samples(self, text: str) -> tuple[Sample, ...]:
         """Return the samples of a session with a fault."""
-        read, fault = self._read, SessionFault.parse(text)
-        if fault:
-            generator = np.random.default_rng([self.seed, 12])
-            sockets = np.array(self._base.sockets)
-            read = with_faults(Session(self._arm, read, ORDER, sockets, generator), [fault])
+        fault, session = self.fault(text)
+        read = with_faults(session, [fault]) if fault else self._read
         rows = zip(read.tolist(), ORDER.tolist(), strict=True)
         return tuple(Sample(tuple(q), k, number=i) for i, (q, k) in enumerate(rows, 1))
 
@@ -131,9 +136,9 @@ class Setting:
         found = self.check.faults([self.placement(samples)])
         return [fault.hypothesis.name for fault in found]
 
-    def predicted(self) -> list[float]:
-        """Return how well each sample of the sound session is known before it is taken [m]."""
-        samples, found = self.samples("none"), [math.inf] * 6
+    def predicted(self) -> list[np.ndarray]:
+        """Return the covariance of each sample of the sound session before it is taken [m^2]."""
+        samples, found = self.samples("none"), [np.eye(3)] * 6
         for n in range(7, len(samples) + 1):
             scene = self.check.scene([self.placement(samples[:n])])
             s2 = Comparison(scene, ONLY_SOUND, 1.0).candidates[0].sigma ** 2
@@ -147,12 +152,12 @@ class Setting:
             noise = np.eye(3) if W is None else np.linalg.inv(W[last] @ W[last])
             before = np.delete(white, new, axis=0)
             known_by = np.linalg.inv(before.T @ before / s2 + np.eye(B.shape[1]))
-            found.append(math.sqrt(np.trace(B[new] @ known_by @ B[new].T + s2 * noise) / 3))
+            found.append(B[new] @ known_by @ B[new].T + s2 * noise)
         return found
 
 
 @cache
-def setting(name: str, seed: int) -> tuple[Setting, list[float]]:
+def setting(name: str, seed: int) -> tuple[Setting, list[np.ndarray]]:
     """Return an arm beside its base, and how well its samples are known before."""
     found = Setting(name, seed)
     return found, found.predicted()
@@ -167,6 +172,12 @@ def shows(fault: SessionFault, number: int) -> bool:
     return number >= fault.start and (fault.kind != "base" or ORDER[number - 1] in before)
 
 
+def is_known(covariance: np.ndarray, shift: np.ndarray) -> bool:
+    """Return whether the deviation along a fault is under a third of it."""
+    size = float(np.linalg.norm(shift))
+    return 3 * math.sqrt(shift @ covariance @ shift) < size**2
+
+
 def judge(name: str, seed: int, text: str) -> dict[str, object]:
     """Return when one session was noticed, by the numbers of its samples."""
     here, predicted = setting(name, seed)
@@ -174,8 +185,9 @@ def judge(name: str, seed: int, text: str) -> dict[str, object]:
     if not fault:
         heard = [n for n in range(6, len(samples) + 1) if here.told(samples[:n])]
         return {"rang": heard}
-    third = fault.size / 3 if fault.size and fault.kind not in ANGLES else MOUNT
-    known = [i for i, d in enumerate(predicted, 1) if d < third and shows(fault, i)]
+    shifts = fault.shift(here.fault(text)[1])
+    along = [v if v.any() else shifts[fault.start - 1] for v in shifts]
+    known = [i for i, C in enumerate(predicted, 1) if shows(fault, i) and is_known(C, along[i - 1])]
     at = next((i for i in known if i < len(samples)), None)
     end = here.told(samples)
     # an alarm stays on the screen until it is answered, so any before counts as well

@@ -73,6 +73,7 @@ def scene_of(
         measurements=tuple(m for m, _ in thin),
         rulers=tuple(rulers),
         x=fit.x,
+        by_scale=model.by_scale,
         centres=np.array(centres) if any(odd) else fit.centres,
         floors=tuple(floors),
         noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),

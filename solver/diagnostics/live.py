@@ -42,6 +42,8 @@ SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
 UNTOLD = ("distance", "ball_loose")
 """Explanations that are left out for arms made of servos."""
+SMALL, CLEAN = 0.015, 2.0
+"""A fault that is smaller [m], and leaves less than so many times the usual noise, is no socket."""
 FAULTS = 3
 """Faults that are told at most."""
 
@@ -103,7 +105,11 @@ class LiveCheck:
             logs = [c.log_evidence - sound for c in others]
             if np.logaddexp.reduce(logs) < DOUBT:
                 break
-            elsewhere = list(self._elsewhere(given))
+            likeliest = max(others, key=lambda c: c.log_evidence)
+            whole = likeliest.log_evidence - sound > EVIDENCE and _explains_all(
+                comparison, likeliest
+            )
+            elsewhere = [] if whole else list(self._elsewhere(given))
             logs += [log - sound for log, _, _ in elsewhere]
             if np.logaddexp.reduce(logs) < (MORE if found else EVIDENCE):
                 break
@@ -140,6 +146,12 @@ class LiveCheck:
             sound = Comparison(self.scene(right), ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
+
+
+def _explains_all(comparison: Comparison, candidate: Candidate) -> bool:
+    """Return whether one small fault leaves nothing that samples in another socket would."""
+    size: float = comparison.found(candidate)[0].get("size", math.inf)
+    return size < SMALL and candidate.sigma < CLEAN * comparison.scene.noise
 
 
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:

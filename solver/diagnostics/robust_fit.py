@@ -140,6 +140,7 @@ class RigidModel:
         of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()
+        self.by_scale = by_scale[: model.geometry]
         self._prior = np.diag(self.widths**-2) + np.outer(by_scale, by_scale) / SCALE**2
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:

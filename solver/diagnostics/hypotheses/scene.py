@@ -51,6 +51,8 @@ class Scene:
     """Known distances, by indices of sockets."""
     x: np.ndarray
     """Change of the geometry, and joint offsets if any, at which all is linear, shape (n,)."""
+    by_scale: np.ndarray
+    """Derivative of the logarithm of the arm's size by the geometry, shape (n,)."""
     centres: np.ndarray
     """Of the sockets, shape (S, 3) [m]."""
     noise: float
@@ -200,8 +202,8 @@ class Scene:
     @cached_property
     def usual(self) -> np.ndarray:
         """Root of the covariance of the geometry, whose size is held to that of arms, (n, n)."""
-        by_scale = extend(self.robot, self.parameters).by_scale()
-        precision = np.diag(1 / self.widths**2) + np.outer(by_scale, by_scale) / ARMS**2
+        size = np.outer(self.by_scale, self.by_scale) / ARMS**2
+        precision = np.diag(1 / self.widths**2) + size
         return np.linalg.cholesky(np.linalg.inv(precision))
 
     def _of_effects(self) -> np.ndarray:

@@ -1,9 +1,9 @@
+from .backlash import BACKLASH as BACKLASH
 from .curve import CURVE as CURVE
 from .curve import KNOTS as KNOTS
 from .curve import SPACING as SPACING
 from .curve import TYPES_WITH_CURVES as TYPES_WITH_CURVES
 from .curve import circulant as circulant
-from .backlash import BACKLASH as BACKLASH
 from .curve import curve_values as curve_values
 from .curve import kernel as kernel
 from .curve import random_curves as random_curves
