@@ -178,7 +178,7 @@ def is_known(covariance: np.ndarray, shift: np.ndarray) -> bool:
     return 3 * math.sqrt(shift @ covariance @ shift) < size**2
 
 
-def judge(name: str, seed: int, text: str) -> dict[str, object]:
+def judge(name: str, seed: int, text: str) -> dict[str, Any]:
     """Return when one session was noticed, by the numbers of its samples."""
     here, predicted = setting(name, seed)
     samples, fault = here.samples(text), SessionFault.parse(text)
@@ -210,16 +210,15 @@ def portion(keep: Path | None, job: tuple[str, int, tuple[str, ...]]) -> list[di
     return done
 
 
-def rows_of(done: list[dict], key: str) -> Iterator[str]:
+def rows_of(done: list[dict[str, Any]], key: str) -> Iterator[str]:
     """Return the counts of faults by arm, or by fault, as lines."""
     table: dict[str, list[int]] = defaultdict(lambda: [0] * 5)
     for one in done:
         counts = (1, bool(one["determined"]), one["soon"], bool(one["end"]), one["right"])
         for name in (one[key], "all"):
             table[name] = [n + int(c) for n, c in zip(table[name], counts, strict=True)]
-    for name, counts in table.items():
-        if name != "all" or one is done[-1]:
-            yield f"{name:<14}" + "".join(f"{n:>12}" for n in counts)
+    for name, counts in sorted(table.items(), key=lambda row: row[0] == "all"):
+        yield f"{name:<14}" + "".join(f"{n:>12}" for n in counts)
 
 
 def main() -> None:
@@ -235,7 +234,7 @@ def main() -> None:
     arms = a.arms or (list(shipped_robots()) if a.sound else JUDGED)
     first, count = a.seeds
     kept = a.keep.read_text().splitlines() if a.keep and a.keep.exists() else []
-    done = [json.loads(line) for line in kept]
+    done: list[dict[str, Any]] = [json.loads(line) for line in kept]
     there = {(one["arm"], one["seed"], one["fault"]) for one in done}
     pairs = [(name, seed) for seed in range(first, first + count) for name in arms]
     jobs = [(n, s, tuple(f for f in faults if (n, s, f) not in there)) for n, s in pairs]

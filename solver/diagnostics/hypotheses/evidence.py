@@ -57,11 +57,11 @@ class LinearEvidence:
         whitening: np.ndarray | None = None,
     ) -> None:
         self._root, self._whitening = share**0.5, whitening
-        r, B = self._white(slice(0, len(r)), r[:, None])[:, 0], self._white(slice(0, len(B)), B)
-        self.r = self._root * r
+        white = self._root * self._white(slice(0, len(r)), np.column_stack([r, B]))
+        self.r, slopes = white[:, 0], white[:, 1:]
         self.count = share * len(r)
-        d2, V = np.linalg.eigh(share * B.T @ B)
-        self._d2, self._B = d2.clip(min=0.0), self._root * B @ V
+        d2, V = np.linalg.eigh(slopes.T @ slopes)
+        self._d2, self._B = d2.clip(min=0.0), slopes @ V
         self._b = self._B.T @ self.r
         self._rr = float(self.r @ self.r)
 
