@@ -40,6 +40,8 @@ DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
 SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
+WIDE = 3.0
+"""Factor on the effects of an arm, which heavy ones have: few samples do not average them."""
 UNTOLD = ("distance", "ball_loose")
 """Explanations that are left out for arms made of servos."""
 SMALL, CLEAN = 0.015, 2.0
@@ -129,7 +131,9 @@ class LiveCheck:
         """Return the samples as a linear model about a robust fit."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
         known = [k for k in rulers(measured, (), CALIPER_DEVIATION) if k.distance]
-        return scene_of(self._model, measured, known, self._repeatability, [0.0] * len(measured))
+        nothing = [0.0] * len(measured)
+        scene = scene_of(self._model, measured, known, self._repeatability, nothing)
+        return replace(scene, wide=WIDE)
 
     def _elsewhere(
         self, placements: Sequence[Placement]

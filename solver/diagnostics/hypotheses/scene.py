@@ -25,8 +25,6 @@ CENTRE = 0.3
 """Width of the prior of a socket's centre about the fit's [m]."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
-WIDE = 3.0
-"""Effects of heavy arms shift the ball by so many times as much as is usual."""
 SIDES = 0.4
 """Share of the play by which joints rest differently in sockets: loads are alike in neighbours."""
 DISTANCE_WEIGHT = 3.0
@@ -69,6 +67,8 @@ class Scene:
     """Joint positions, shape (N, m), where they are not as recorded."""
     kept: np.ndarray | None = None
     """Number of each sample in its socket, where some were left out, shape (N,)."""
+    wide: float = 1.0
+    """Factor by which elasticity and transmission may be off more than is usual."""
     found: tuple[tuple[slice, np.ndarray, np.ndarray | None], ...] = field(default=())
     """Rows, columns and shift of what was found already."""
 
@@ -213,7 +213,7 @@ class Scene:
         for effect in self.effects:
             turns: np.ndarray = effect.derivatives(self.q, self.torques)
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
-            wide = WIDE if effect.learned else 1.0
+            wide = self.wide if effect.learned else 1.0
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
         return self._with_distances(columns * np.concatenate(widths))
 
