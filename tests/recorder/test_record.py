@@ -397,6 +397,17 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, alarm, key,
     assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 
+def test_a_fail_is_told_with_its_reason_before_more_is_recorded(arm, by_hand):
+    why = {"fails": "The arm came out 3 % longer than its model"}
+    adviser = Guidance({}, why, {**why, "exhausted": True})
+    typed = (0.5, "a"), (2.2, "a"), (3.8, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    said = [message.text for message in outcome.session.messages]
+    assert said.count(f"solve would say FAIL: {why['fails']}") == 1
+    shown = [view.prompt for view in seen.views if view.prompt.words == "SOLVE FAILS"]
+    assert shown and {prompt.reason for prompt in shown} == {why["fails"]}
+
+
 def test_advice_that_fails_ends_no_session(arm, by_hand):
     adviser = Guidance({})
     adviser.trouble = "it ended with status 1"
