@@ -59,6 +59,8 @@ from mukca.tools.simulation import (
 
 SERVOS = ("so100", "so101", "koch", "gen3_lite", "wx250s", "vx300s", "wxai")
 MOUNT, ZEROS, PLAY = 0.03, math.radians(5), math.radians(0.5)
+PLAYS = {"gen3_lite": 3e-3}
+"""Of arms of which something is known, see ARMS [rad]."""
 ORDER = np.repeat([0, 1, 0, 1], 6)
 JUDGED = ("panda", "fr3", "ur5e", "iiwa14", "xarm7", "gen3_lite", "so101")
 FAULTS = (
@@ -109,7 +111,7 @@ class Setting:
         self._arm = arm_of(self.robot, generator)
         how = realistic_flaws(self.robot, generator)
         if name in SERVOS:
-            how = Imperfection(3e-4, play=PLAY, resolution=math.tau / 4096)
+            how = Imperfection(3e-4, play=PLAYS.get(name, PLAY), resolution=math.tau / 4096)
         self._base: Base = reachable_bases(self._arm, generator, 1, 0.1)[0]
         self._read = lead(self._arm, np.array(self._base.sockets)[ORDER], generator, how)
         self.check = LiveCheck(self.robot, ARMS[name].repeatability if name in ARMS else None)

@@ -14,6 +14,8 @@ from .verdict import Premise
 
 STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
+_MOVED = {"moved": "the base moved", "drift": "the base drifted"}
+"""Checks that leave the distance of the sockets, and with it the size, open."""
 _TYPED = {
     "given": "typed",
     "recording": "as placement.json says",
@@ -131,6 +133,10 @@ def scale_row(
     level = size_level(scale.value, scale.deviation)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
+    moved = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
+    if status == "pass" and moved:
+        reason = f"{_MOVED[moved[0]]} while it was recorded, so nothing is known of it"
+        return limit_row("scale", "size of the arm", "not evaluated", reason)
     distance = next((row.distance for row in placements if row.role == "train" and row.distance), 0)
     if status != "pass" and joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
