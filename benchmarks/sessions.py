@@ -26,6 +26,7 @@ from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -118,7 +119,8 @@ class Setting:
 
     def fault(self, text: str) -> tuple[SessionFault | None, Session]:
         """Return a fault, and the session that it comes to."""
-        generator, sockets = np.random.default_rng([self.seed, 12]), np.array(self._base.sockets)
+        sockets, own = np.array(self._base.sockets), crc32(f"{self.robot.name} {text}".encode())
+        generator = np.random.default_rng([self.seed, own])
         session = Session(self._arm, self._read, ORDER, sockets, generator)
         return SessionFault.parse(text), session
 

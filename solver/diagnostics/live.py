@@ -31,7 +31,7 @@ from .robust_fit import RigidModel
 
 LEAST = 6
 """Samples from which on faults are looked for."""
-EVIDENCE, MORE = 5.0, 8.0
+EVIDENCE, MORE = 4.0, 8.0
 """Logarithm of how much more probable than sound samples all faults together must be; and a further
 one, once one was found."""
 FORGOTTEN = 0.06
@@ -40,6 +40,8 @@ DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
 SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
+PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
+"""Halves of the play that arms of servos may have [rad]."""
 WIDE = 3.0
 """Factor on the effects of an arm, which heavy ones have: few samples do not average them."""
 UNTOLD = ("distance", "ball_loose")
@@ -101,7 +103,8 @@ class LiveCheck:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison = Comparison(scene, self._kinds, SHARE)
+            comparison = self._compared(scene)
+            scene = comparison.scene
             sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
             others = [c for c in comparison.candidates if c.kind.name != "sound"]
             logs = [c.log_evidence - sound for c in others]
@@ -111,7 +114,7 @@ class LiveCheck:
             whole = likeliest.log_evidence - sound > EVIDENCE and _explains_all(
                 comparison, likeliest
             )
-            elsewhere = [] if whole else list(self._elsewhere(given))
+            elsewhere = [] if whole else list(self._elsewhere(given, scene.play))
             logs += [log - sound for log, _, _ in elsewhere]
             if np.logaddexp.reduce(logs) < (MORE if found else EVIDENCE):
                 break
@@ -135,8 +138,15 @@ class LiveCheck:
         scene = scene_of(self._model, measured, known, self._repeatability, nothing)
         return replace(scene, wide=WIDE)
 
+    def _compared(self, scene: Scene) -> Comparison:
+        """Return all explanations beside the play that is most probable, whatever happened."""
+        plays = PLAYS if scene.zeros else (scene.play,)
+        every = [Comparison(replace(scene, play=p), self._kinds, SHARE) for p in plays]
+        totals = [np.logaddexp.reduce([c.log_evidence for c in one.candidates]) for one in every]
+        return every[int(np.argmax(totals))]
+
     def _elsewhere(
-        self, placements: Sequence[Placement]
+        self, placements: Sequence[Placement], play: float
     ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
         """Return evidence, placements put right, and fault, of samples in another socket."""
         *before, here = placements
@@ -147,7 +157,8 @@ class LiveCheck:
                 replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
             )
             right = [*before, replace(here, samples=samples)]
-            sound = Comparison(self.scene(right), ONLY_SOUND, SHARE).candidates[0]
+            scene = replace(self.scene(right), play=play)
+            sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
 

@@ -64,6 +64,8 @@ class LinearEvidence:
         self._d2, self._B = d2.clip(min=0.0), slopes @ V
         self._b = self._B.T @ self.r
         self._rr = float(self.r @ self.r)
+        volumes = np.ones(1) if whitening is None else np.linalg.det(whitening)
+        self._volume = share * float(np.log(volumes).sum())
 
     def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
         """Return values in some rows, shape (R, n), in units in which samples are noisy alike."""
@@ -79,7 +81,7 @@ class LinearEvidence:
         ahead = self._d2 + s2[:, None]
         left = self._rr - np.sum(self._b**2 / ahead, axis=1)
         spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
-        return -0.5 * (self.count * np.log(2 * np.pi * s2) + spread + left / s2)
+        return self._volume - 0.5 * (self.count * np.log(2 * np.pi * s2) + spread + left / s2)
 
     def terms(self, block: Block) -> Terms:
         """Return the products by which a block's evidence follows for any noise."""

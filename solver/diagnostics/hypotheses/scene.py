@@ -67,6 +67,8 @@ class Scene:
     """Joint positions, shape (N, m), where they are not as recorded."""
     kept: np.ndarray | None = None
     """Number of each sample in its socket, where some were left out, shape (N,)."""
+    play: float = BACKLASH.typical_shift
+    """Half of the play that joints of servo arms have [rad]."""
     wide: float = 1.0
     """Factor by which elasticity and transmission may be off more than is usual."""
     found: tuple[tuple[slice, np.ndarray, np.ndarray | None], ...] = field(default=())
@@ -234,7 +236,7 @@ class Scene:
         """
         if not self.zeros:
             return None
-        turned = self.linear[2] * (BACKLASH.typical_shift / self.noise)
+        turned = self.linear[2] * (self.play / self.noise)
         variances, axes = np.linalg.eigh(np.eye(3) + turned @ turned.transpose(0, 2, 1))
         return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
 
