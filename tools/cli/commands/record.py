@@ -40,14 +40,13 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
         settled = recording.with_distance(options.settled(), terminal)
         known = options.calibration and calibration.load_calibration(options.calibration)
         outcome = recording.record_session(settled, robot, terminal)
-        earlier, alarms = recording.Before(), 0
+        earlier = recording.Before()
         while True:
             live = outcome.session.live
             here = recorder.Placement(settled.out.name, live, robot.joint_names, settled.distance)
             if recording.is_scripted(options) and not settled.no_guide:
                 for alarm in recording.SessionAlarms(robot)([*earlier.placements, here]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
-                    alarms += 1
             if not outcome.new_placement or outcome.signal is not None:
                 break
             settled = replace(settled, out=next_folder(settled.out))
@@ -63,7 +62,7 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
             os.dup2(nowhere, stream.fileno())
     if outcome.signal is not None:
         return 128 + outcome.signal
-    if outcome.refused + alarms and recording.is_scripted(options):
+    if outcome.refused and recording.is_scripted(options):
         return 1
     if not options.quick:
         return 0
