@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from driver_errors import read_until_silent
+from driver_errors import read_until_silent, refused
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -116,17 +116,15 @@ def test_a_silence_lets_as_much_time_pass_as_it_lasted(clock):
 
 
 def test_a_robot_that_sends_nothing_of_use_is_another_robot():
-    with pytest.raises(DriverError, match="the robot sends noise") as caught:
+    with refused("PROTOCOL", match="the robot sends noise"):
         Scripted(*[ValueError("noise")] * 200).read(60.0)
-    assert caught.value.reason is Reason.PROTOCOL
     driver = Scripted(1.0, *[ValueError("noise")] * 200, 2.0)
     assert stamps(driver) == [1.0, 2.0]
 
 
 def test_a_silence_says_what_was_thrown_away(clock):
-    with pytest.raises(DriverError, match="the robot sends noise") as caught:
+    with refused("SILENT", match="the robot sends noise"):
         Scripted(ValueError("noise")).read(1.0)
-    assert caught.value.reason is Reason.SILENT
     with pytest.raises(DriverError, match="no state"):
         Scripted().read(1.0)
 
@@ -137,9 +135,8 @@ def test_a_connection_is_ended_once_and_gives_nothing_then():
     driver.close()
     driver.close()
     assert driver.closed == 1
-    with pytest.raises(DriverError, match="closed") as caught:
+    with refused("UNREACHABLE", match="closed"):
         driver.read(1.0)
-    assert caught.value.reason is Reason.UNREACHABLE
 
 
 def test_an_error_that_cannot_be_mended_ends_the_connection():

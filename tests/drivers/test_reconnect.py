@@ -114,9 +114,9 @@ def test_another_robot_at_the_address_is_refused():
     driver = Reconnecting(Robot(Scripted([Reason.UNREACHABLE]), other), first_wait=0.0)
     with pytest.raises(DriverError):
         driver.read(0.1)
-    with pytest.raises(DriverError, match="another robot answers: its joints are x, y") as caught:
+    with refused("WRONG_ROBOT", match="another robot answers: its joints are x, y"):
         driver.read(0.1)
-    assert caught.value.reason is Reason.WRONG_ROBOT and other.closed == 1
+    assert other.closed == 1
 
 
 def test_a_closed_connection_stays_closed():

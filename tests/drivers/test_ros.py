@@ -10,7 +10,7 @@ from driver_errors import refused
 from listeners import saying
 from rosbridge import ARM, NAMES, arm_state, joint_state, rosbridge
 
-from mukca import MukcaError, open_driver
+from mukca import open_driver
 
 
 def first_state(message, joints=ARM, options=""):
@@ -114,19 +114,17 @@ def test_a_joint_that_nobody_publishes_is_named():
 
 @pytest.mark.waits
 def test_a_topic_without_a_publisher_is_told():
-    with rosbridge(topic="/other") as bridge, refused("UNREACHABLE") as caught:
+    with rosbridge(topic="/other") as bridge, refused("UNREACHABLE", "nobody publishes"):
         open_driver("ros", bridge.address, ARM)
-    assert "nobody publishes" in str(caught.value)
 
 
 def test_a_connection_that_ends_is_told():
     with rosbridge() as bridge, open_driver("ros", bridge.address, ARM) as driver:
         driver.read(5)
         bridge.clients[0].close()
-        with pytest.raises(MukcaError) as caught:
+        with refused("UNREACHABLE"):
             for _ in range(100):
                 driver.read(1)
-    assert caught.value.reason.name == "UNREACHABLE"
 
 
 @pytest.mark.waits

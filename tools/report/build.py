@@ -7,7 +7,7 @@ import msgspec
 
 from ...solver.assessment import Options
 from ...solver.calibration import Calibration
-from ...solver.results import CalibrationDocument, OutputError, encode, write_files
+from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
 from .figures import ReportDocument, report_figures
 from .page import report_page
 from .plots import plots_of
@@ -78,8 +78,6 @@ def write_report(
     """
     folder = Path(folder)
     files = report_files(calibration)
-    there = [name for name in files if (folder / name).exists()]
-    if there and not force:
-        raise OutputError(f"{folder / there[0]}: is there already; force=True overwrites it")
+    refuse_existing(folder, files, force=force)
     write_files(folder, files)
     return {"report": str(folder / "report.html"), "figures": str(folder / "report.json")}

@@ -33,24 +33,13 @@ class Session:
     """Of the sockets, shape (S, 3) [m]."""
     generator: np.random.Generator
 
-    def direction(self) -> np.ndarray:
-        """A random unit vector in space."""
-        v = self.generator.normal(size=3)
-        return v / np.linalg.norm(v)
-
-    @property
-    def along(self) -> np.ndarray:
-        """Unit vector from socket 0 to socket 1."""
-        v = self.centres[1] - self.centres[0]
-        return v / np.linalg.norm(v)
+    def aside(self, size: float) -> np.ndarray:
+        """A random vector in space of some length."""
+        return size * _unit(self.generator.normal(size=3))
 
 
-def _once(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    return np.outer(on, size * s.direction())
-
-
-def _drift(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    return np.outer(on.cumsum() / max(on.sum(), 1), size * s.direction())
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v)
 
 
 def _turn(s: Session, on: np.ndarray, size: float) -> np.ndarray:
@@ -59,27 +48,15 @@ def _turn(s: Session, on: np.ndarray, size: float) -> np.ndarray:
     return on[:, None] * (math.sin(size) * around + (math.cos(size) - 1) * away)
 
 
-def _ball(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    return on[:, None] * np.array([size * s.direction() for _ in on])
-
-
-def _loose(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    return on[:, None] * s.generator.normal(0, size, (len(on), 3))
-
-
 def _socket(s: Session, on: np.ndarray, size: float) -> np.ndarray:
     return on[:, None] * (s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets])
-
-
-def _distance(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    return np.outer(s.sockets == 1, size * s.along)
 
 
 def _bent(s: Session, on: np.ndarray, size: float) -> np.ndarray:
     place = [p.index for p in all_parameters(s.robot) if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
     turned = model.linearise(model.nominal, s.positions).by_parameters
-    return on[:, None] * (turned @ (size * s.direction()))
+    return on[:, None] * (turned @ s.aside(size))
 
 
 def _zero(s: Session, on: np.ndarray, size: float) -> np.ndarray:
@@ -89,14 +66,26 @@ def _zero(s: Session, on: np.ndarray, size: float) -> np.ndarray:
 
 
 SESSION_FAULTS: dict[str, tuple[str, float, Callable[[Session, np.ndarray, float], np.ndarray]]] = {
-    "base": ("mm", 5e-3, _once),
+    "base": ("mm", 5e-3, lambda s, on, size: np.outer(on, s.aside(size))),
     "turn": ("deg", math.radians(3), _turn),
-    "drift": ("mm", 3e-3, _drift),
-    "ball": ("mm", 5e-3, _ball),
+    "drift": (
+        "mm",
+        3e-3,
+        lambda s, on, size: np.outer(on.cumsum() / max(on.sum(), 1), s.aside(size)),
+    ),
+    "ball": ("mm", 5e-3, lambda s, on, size: on[:, None] * [s.aside(size) for _ in on]),
     "bent": ("mm", 3e-3, _bent),
-    "loose": ("mm", 2e-3, _loose),
+    "loose": (
+        "mm",
+        2e-3,
+        lambda s, on, size: on[:, None] * s.generator.normal(0, size, (len(on), 3)),
+    ),
     "socket": ("mm", 0.0, _socket),
-    "distance": ("mm", 2e-3, _distance),
+    "distance": (
+        "mm",
+        2e-3,
+        lambda s, _, size: np.outer(s.sockets == 1, size * _unit(s.centres[1] - s.centres[0])),
+    ),
     "zero": ("deg", math.radians(1), _zero),
 }
 """Unit and usual size [m, rad] of each kind, and by how much it moves the balls."""

@@ -1,6 +1,6 @@
 """Simulated arms whose true kinematics are known, with imperfections as real arms have them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -39,19 +39,16 @@ class Imperfection:
     """In the base frame [m/s^2]."""
 
 
-def realistic_flaws(
-    robot: Robot, generator: np.random.Generator, extensions: Sequence[str] = tuple(SIZES)
-) -> Imperfection:
+def realistic_flaws(robot: Robot, generator: np.random.Generator) -> Imperfection:
     """Return noise, elasticity and transmission error as calibrations of real arms have them."""
     coefficients: list[np.ndarray] = []
-    for extension in extensions:
-        low, high = SIZES[extension]
+    for extension, (low, high) in SIZES.items():
         count = len(EFFECTS[extension].coefficient_names(robot.joint_names))
         if EFFECTS[extension].non_negative:
             coefficients.append(generator.uniform(low, high, count))
         else:
             coefficients.append(generator.normal(0, generator.uniform(low, high), count))
-    deflection = Deflection(tuple(extensions), tuple(coefficients))
+    deflection = Deflection(tuple(SIZES), tuple(coefficients))
     return Imperfection(noise=generator.uniform(*NOISE), deflection=deflection)
 
 

@@ -18,7 +18,6 @@ def measured_points(
     *,
     samples: int = 60,
     noise: float = 0.0,
-    name: str = "points",
 ) -> Placement:
     """Return points that an instrument at ``frame`` measured with noise [m] of an arm in poses."""
     q = workspace(arm, samples, int(generator.integers(2**31)))
@@ -26,7 +25,7 @@ def measured_points(
     points = frame.inverse().apply(balls) + generator.normal(0, 1, balls.shape) * noise
     rows = zip(q.tolist(), points.tolist(), strict=True)
     recorded = tuple(Sample(tuple(row), 0, point=(x, y, z)) for row, (x, y, z) in rows)
-    return Placement(name, recorded, arm.joint_names)
+    return Placement("points", recorded, arm.joint_names)
 
 
 def recorded_by_both(

@@ -227,16 +227,14 @@ def test_another_link_may_be_the_flange(export, calibrations, tmp_path):
         (("--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
     ],
 )
-def test_bad_input_gets_one_line(export, calibrations, tmp_path, words, said):
+def test_bad_input_gets_one_line(refused, calibrations, tmp_path, words, said):
     option, name, *rest = words
-    status, _, err = export(
-        calibrations / "panda.json", "--to", "c", option, tmp_path / name, *rest
-    )
-    assert status == 2 and said in err and len(err.splitlines()) == 1
+    file = calibrations / "panda.json"
+    refused(said, "export", file, "--to", "c", option, tmp_path / name, *rest)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_option_of_another_format_is_refused(export, calibrations, tmp_path):
+def test_an_option_of_another_format_is_refused(refused, calibrations, tmp_path):
     words = ("--to", "dh", "--flange", "panda_hand", "--out", tmp_path / "a.csv")
-    status, _, err = export(calibrations / "panda.json", *words)
-    assert status == 2 and "--flange is for --to urdf, c, not for dh" in err
+    told = "--flange is for --to urdf, c, not for dh"
+    refused(told, "export", calibrations / "panda.json", *words)

@@ -112,26 +112,23 @@ def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_pat
         ({"range_min": 4000}, ("--like", "LIKE", "--servos", "feetech"), "range_min is not below"),
     ],
 )
-def test_what_cannot_be_gets_one_line(export, calibration, like, tmp_path, change, words, says):
+def test_what_cannot_be_gets_one_line(refused, calibration, like, tmp_path, change, words, says):
     like.write_text(json.dumps(present(**change)))
     given = [like if word == "LIKE" else word for word in words]
     out = tmp_path / "new.json"
-    status, _, error = export(calibration, "--to", "lerobot", *given, "--out", out)
-    assert status == 2 and says in error and error.count("\n") == 1
+    refused(says, "export", calibration, "--to", "lerobot", *given, "--out", out)
     assert not out.exists()
 
 
-def test_joints_that_were_read_the_other_way_are_refused(export, calibration, like, tmp_path):
+def test_joints_that_were_read_the_other_way_are_refused(refused, calibration, like, tmp_path):
     (tmp_path / "placement.json").write_text('{"sessions": [{"driver": "feetech:p?signs=-1,1"}]}')
     files = [str(tmp_path / "hole_0.csv")]
     edited(calibration, calibration, lambda document: document["data"][0].update(files=files))
     words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
-    status, _, error = export(calibration, *words, "--out", tmp_path / "new.json")
-    assert status == 2 and "recorded with signs=" in error
+    refused("recorded with signs=", "export", calibration, *words, "--out", tmp_path / "new.json")
 
 
-def test_without_zeros_there_is_nothing_to_write(export, calibrations, like, tmp_path):
+def test_without_zeros_there_is_nothing_to_write(refused, calibrations, like, tmp_path):
     words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
     out = tmp_path / "new.json"
-    status, _, error = export(calibrations / "fitted.json", *words, "--out", out)
-    assert status == 2 and "solve with --zeros" in error
+    refused("solve with --zeros", "export", calibrations / "fitted.json", *words, "--out", out)

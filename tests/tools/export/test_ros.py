@@ -227,10 +227,9 @@ def test_every_number_is_a_number_to_yaml_1_1(export, calibrations, tmp_path):
         ("ur5e", ("--to", "urdf", "--flange", "hand", "--out", "a.urdf"), "--flange hand"),
     ],
 )
-def test_bad_input_gets_one_line(export, calibrations, tmp_path, monkeypatch, robot, words, said):
+def test_bad_input_gets_one_line(refused, calibrations, tmp_path, monkeypatch, robot, words, said):
     monkeypatch.chdir(tmp_path)
-    status, _, err = export(calibrations / f"{robot}.json", *words)
-    assert status == 2 and said in err and len(err.splitlines()) == 1
+    refused(said, "export", calibrations / f"{robot}.json", *words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -241,11 +240,11 @@ def test_bad_input_gets_one_line(export, calibrations, tmp_path, monkeypatch, ro
         ({"hash_": ""}, "no `hash`"),
     ],
 )
-def test_a_file_of_another_robot_is_refused(export, calibrations, tmp_path, given, said):
+def test_a_file_of_another_robot_is_refused(refused, calibrations, tmp_path, given, said):
     # a UR10e's shoulder stands 18 mm higher than a UR5e's; its elbow 188 mm farther
     file = like(tmp_path, **given)
     if "z" in given:
         file.write_text(file.read_text().replace("-0.425", "-0.6127"))
     words = ("--to", "ur", "--like", file, "--out", tmp_path / "a.yaml")
-    status, _, err = export(calibrations / "ur5e.json", *words)
-    assert status == 2 and said in err and not (tmp_path / "a.yaml").exists()
+    refused(said, "export", calibrations / "ur5e.json", *words)
+    assert not (tmp_path / "a.yaml").exists()

@@ -126,9 +126,9 @@ class Panel:
         children = (element("title", hint),) if hint else ()
         self.parts.append(element(name, *children, **attributes))
 
-    def grid(self, *, horizontal: bool = True, vertical: bool = True) -> "Panel":
+    def grid(self, *, horizontal: bool = True) -> "Panel":
         """Draw lines at round values, their numbers, and the axes' labels."""
-        for mark in self.x_axis.marks() if vertical else ():
+        for mark in self.x_axis.marks():
             self.rule("grid", x=mark)
             self.text(self.x(mark), self.bottom + 18, _number(mark), "tick middle")
         for mark in self.y_axis.marks() if horizontal else ():
