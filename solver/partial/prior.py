@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bayes.model import ExtendedModel, Noise, extend
 from ..bayes.model.effects import JOINT_OFFSET
-from ..calibration import Calibration, posterior_of
+from ..calibration import Calibration, UsageError, posterior_of
 from ..data import STANDARD_LOAD, Load
 from ..robot import Robot, all_parameters, choose_parameters
 
@@ -65,6 +65,8 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
         ]
         wide = np.diag(np.concatenate([widths, np.zeros(model.size - len(widths))]) ** 2)
         return ArmPrior(model, np.zeros(model.size), wide, {}, STANDARD_LOAD, NOMINAL_NOISE)
+    if not isinstance(arm, Calibration):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise UsageError("one robot's calibration is needed: of several pick one, as arms[NAME]")
     document = arm.document
     found = posterior_of(document, arm.source)
     fitted = found.model

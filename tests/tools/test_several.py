@@ -65,7 +65,8 @@ def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused
     again = shlex.split(json.loads(report)["command"])
     assert json.loads(command(*again[1:], "--json")[1])["left_to_right"]["xyz"] == pose["xyz"]
     used_again(out, cell, command)
-    refused(f"name one of {out / 'left'}, {out / 'right'}", "poses", out, "q.csv")
+    for verb in ("poses", "rezero", "tool", "handeye --camera on-arm"):
+        refused(f"name one of {out / 'left'}, {out / 'right'}", *verb.split(), out, "q.csv")
 
 
 def used_again(out, cell, command):
@@ -90,6 +91,17 @@ def used_again(out, cell, command):
         status, text, _ = command(verb, out / "arms.json", *words, "--json")
         assert status in (0, 1, 3) and set(json.loads(text)["robots"]) == {"left", "right"}
     assert (out / "again" / "right" / "report.html").is_file() and (out / "arm_left.urdf").is_file()
+    (front,) = mukca.read_placements(cell / "right" / "front")
+    q, sockets = front.positions - 5e-3 * np.eye(6)[2], front.sockets.tolist()
+    since = mukca.Placement.of_arrays("since", q, sockets, distance=front.distance)
+    found = mukca.rezero(right, since, stood="front")
+    assert [one.joint for one in found.changed] == ["elbow_joint"]
+    assert found.changed[0].offset == pytest.approx(5e-3, abs=5e-4)
+    touched = mukca.Placement.of_arrays("touched", front.positions[:8], sockets[:8])
+    ball = mukca.tool(right, touched).frame.xyz
+    assert right.flange(at) @ [*ball, 1] == pytest.approx([*right.ball([at])[0], 1], abs=0.01)
+    with pytest.raises(mukca.MukcaError, match="of several pick one"):
+        mukca.rezero(arms, since)
 
 
 @pytest.mark.slow

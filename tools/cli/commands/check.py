@@ -8,7 +8,7 @@ from typing import Any
 from ....recorder import read_placements
 from ....solver import assessment, calibration, data, design, diagnostics, partial
 from ....solver.calibration import SolveOptions, UsageError
-from .. import JsonOption, RobotOptions, Terminal, argument, option, part, survey_of
+from .. import JsonOption, RobotOptions, Terminal, argument, one_arm, option, part, survey_of
 from .report import metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
@@ -50,7 +50,7 @@ class Options(RobotOptions, JsonOption):
 
 def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
-    since = calibration.load_calibration(file)
+    since = calibration.load_calibration(one_arm(file))
     settings = options.settings.validated()
     allowed = metres(settings.repeatability_mm)
     placements, stood = read_placements(*options.data), options.stood

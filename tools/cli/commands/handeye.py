@@ -10,7 +10,7 @@ from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.partial import Camera
 from ... import extract
-from .. import OutputOptions, Terminal, argument, option
+from .. import OutputOptions, Terminal, argument, one_arm, option
 from .tool import keep
 
 POSES = "poses.csv"
@@ -50,7 +50,7 @@ class Options(OutputOptions):
 def run(options: Options, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     options.check_out()
-    held = calibration.load_calibration(options.calibration)
+    held = calibration.load_calibration(one_arm(options.calibration))
     near = numbers(options.near, "--near", (len(held.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
     views = [extract.joints_of(held, one, near) for one in views]

@@ -18,7 +18,7 @@ from ....solver.robot import Robot
 from ... import recording
 from ...recording import RecordOptions, SettledOptions
 from ...report import figures
-from .. import Terminal
+from .. import Terminal, one_arm
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
@@ -38,7 +38,7 @@ def run(options: RecordOptions, terminal: Terminal) -> int:
             sys.stdout.flush()
         robot = options.load_robot()
         settled = recording.with_distance(options.settled(), terminal)
-        known = options.calibration and calibration.load_calibration(options.calibration)
+        known = options.calibration and calibration.load_calibration(one_arm(options.calibration))
         outcome = recording.record_session(settled, robot, terminal)
         earlier = recording.Before()
         while True:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .... import recorder
 from ....solver import calibration, partial, robot
-from .. import OutputOptions, Terminal, argument, option
+from .. import OutputOptions, Terminal, argument, one_arm, option
 from .tool import keep
 
 
@@ -55,4 +55,4 @@ def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
     """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
     if str(file) in robot.shipped_robots() or file.suffix == ".urdf":
         return robot.load_robot(file)
-    return calibration.load_calibration(file)
+    return calibration.load_calibration(one_arm(file))

@@ -9,7 +9,7 @@ from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ....solver.results import write_files
 from ...report import page
-from .. import OutputOptions, Terminal, argument, option
+from .. import OutputOptions, Terminal, argument, one_arm, option
 from .command import read_rows
 
 
@@ -38,7 +38,7 @@ class Options(OutputOptions):
 def run(options: Options, terminal: Terminal) -> int:
     """Print the tool's place, and write the calibration with its link."""
     options.check_out()
-    held = calibration.load_calibration(options.calibration)
+    held = calibration.load_calibration(one_arm(options.calibration))
     arm = held.robot
     face = None
     if options.face is not None:
