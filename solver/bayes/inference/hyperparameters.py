@@ -17,7 +17,11 @@ MOST_HIDDEN = 0.9
 
 
 def updated_groups(
-    state: State, x: np.ndarray, covariance: np.ndarray, counts: Callable[[PriorGroup], bool]
+    state: State,
+    x: np.ndarray,
+    covariance: np.ndarray,
+    counts: Callable[[PriorGroup], bool],
+    most: float = np.inf,
 ) -> tuple[tuple[PriorGroup, ...], float]:
     """Return the groups after a step of their widths (A4), and the largest relative change."""
     groups: list[PriorGroup] = []
@@ -27,7 +31,7 @@ def updated_groups(
         if group.learned and group.width and free.any():
             members = group.members[free]
             off = x[members] - group.mean[free]
-            new = group.updated(off, covariance[members[:, None], members], free)
+            new = group.updated(off, covariance[members[:, None], members], free, most)
             if counts(new):
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)

@@ -33,6 +33,9 @@ from .posterior import JointPosterior
 from .state import Step, moved, start
 
 MAX_ITERATIONS = 300
+RESTLESS, CALM = 100, 0.5
+"""Iterations after which the logarithm of a width changes by no more than this in one: two groups
+that explain the same may else take turns for ever."""
 SETTLED = 1e-2
 """Relative change of the widths and the noise at which the iteration ends."""
 SETTLED_EXACT = 1e-4
@@ -74,9 +77,9 @@ def estimate(
     iterates: list[np.ndarray] = [state.x]
     left = np.zeros(len(state.x), dtype=int)
     try:
-        for _ in range(MAX_ITERATIONS):
+        for count in range(MAX_ITERATIONS):
             held, step = state.at_zero, gauss_newton(objective, state, left < LEAVES)
-            state, change = _advance(objective, state, step)
+            state, change = _advance(objective, state, step, np.inf if count < RESTLESS else CALM)
             left += held & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
@@ -136,7 +139,7 @@ def _volume_weight(
     return squares / left if left > 0.5 * total else 1.0
 
 
-def _advance(objective: Objective, state: State, step: Step) -> tuple[State, float]:
+def _advance(objective: Objective, state: State, step: Step, most: float) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
     there, step = _downhill(objective, state, step)
     linear = there.linear
@@ -145,7 +148,7 @@ def _advance(objective: Objective, state: State, step: Step) -> tuple[State, flo
     # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < objective.size:
         groups, change = updated_groups(
-            there, there.x, step.covariance.dense, partial(is_effective, there)
+            there, there.x, step.covariance.dense, partial(is_effective, there), most
         )
         noises = with_degrees_of_freedom(objective, there, noises, step)
     groups = following_noise(objective, groups, noises)

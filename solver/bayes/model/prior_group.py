@@ -111,7 +111,9 @@ class PriorGroup:
         ones, around = np.ones(len(self.members)), max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
         return replace(self, width=around, common=around * ones, expected=(noise * ones, 0 * ones))
 
-    def updated(self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray) -> "PriorGroup":
+    def updated(
+        self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray, most: float = np.inf
+    ) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
         It is the root mean square of the unknowns, over those that the data decide; one whose
@@ -121,6 +123,7 @@ class PriorGroup:
             x: Distance of the free members from their mean.
             covariance: Sigma_g, their posterior covariance.
             free: Which members are free.
+            most: Largest change of the logarithm of the width.
         """
         P = self.width**2 * self.precision(self.width, free)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
@@ -133,7 +136,8 @@ class PriorGroup:
             square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
         wanted = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
         now = float(np.log(self.width))
-        width = max(float(np.exp(now + self._step(now, wanted - now))), SMALLEST_WIDTH)
+        step = float(np.clip(self._step(now, wanted - now), -most, most))
+        width = max(float(np.exp(now + step)), SMALLEST_WIDTH)
         return replace(self, width=width, effective=effective, trail=(now, wanted - now))
 
     def _step(self, now: float, change: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.solver.bayes.model import PriorGroup
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
@@ -243,3 +244,11 @@ def test_what_recordings_cannot_show_is_named():
         3, abs=0.1
     )  # its place, not its turn
     assert all(0 <= group.effective <= group.count for group in found.groups)
+
+
+def test_a_width_that_takes_turns_with_another_changes_by_small_steps():
+    group, known = PriorGroup("rotation", "rad", np.arange(3), 1e-3), 1e-12 * np.eye(3)
+    off, free = np.full(3, 0.1), np.ones(3, dtype=bool)
+    assert group.updated(off, known, free).width > 0.05
+    slowly = group.updated(off, known, free, 0.5)
+    assert slowly.width == pytest.approx(1e-3 * np.exp(0.5))
