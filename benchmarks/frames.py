@@ -205,7 +205,7 @@ def two_arms(
     a, b = (
         seen(found, i, np.concatenate([p.positions for p in own])) for i, own in enumerate(judged)
     )
-    tools = between(found, 1).tools
+    tools = between(found, 1).tool_deviation
     return b[0] - a[0], deviations(found, b[1] - a[1]), np.nan if tools is None else tools
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data import Measurement
-from ..diagnostics import Diagnostic
+from ..results import Diagnostic
 from ..robot import InverseKinematics
 from .accuracy import accuracy_rows, size_known_row
 from .coverage import Coverage, travels

@@ -6,8 +6,8 @@ so a PASS names the distance, and whoever sees another size than the model's is 
 
 from collections.abc import Sequence
 
-from ..diagnostics import OF_JOINTS, Diagnostic, size_level
-from ..results import CalibrationDocument, PlacementErrors, Scale
+from ..diagnostics import OF_JOINTS, size_level
+from ..results import CalibrationDocument, Diagnostic, PlacementErrors, Scale
 from .formatting import joined, short_names
 from .limits import LimitResult, Status, limit_row
 from .verdict import Premise

@@ -6,8 +6,8 @@ from dataclasses import replace
 from msgspec import structs
 
 from ..data import Measurement
-from ..diagnostics import Hypothesis, inspect_all
-from ..results import CalibratedRobot, Summary
+from ..diagnostics import inspect_all
+from ..results import CalibratedRobot, Hypothesis, Summary
 from ..robot import Origin
 from .data_sufficiency import checks_row
 from .held_out import error_rows

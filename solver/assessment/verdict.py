@@ -10,8 +10,8 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from ..diagnostics import Hypothesis, cause
-from ..results import Document
+from ..diagnostics import cause
+from ..results import Document, Hypothesis
 from .formatting import joined, mm
 from .limits import LimitResult, Status, predicted_limit
 

@@ -131,33 +131,21 @@ def uncertainty_of(
     """Return how well the calibration is known, here and there, and what the data cannot tell."""
     load, exported = calibrated.load, calibrated.exported
     places = [m.positions for m in recorded]
-    near = bayes.errors_near(posterior, load, places, exported)
-    anywhere = bayes.workspace_errors(posterior, load, exported)
-    weak = tuple(bayes.weakly_identifiable_directions(posterior))
+    weak = bayes.weakly_identifiable_directions(posterior)
     return results.Uncertainty(
         weak_directions=weak,
         correlations=bayes.correlations(posterior),
         observability_index=bayes.observability_index(posterior),
-        distance_deviation=_deviation(anywhere, exported),
-        near=None if near is None else _deviation(near, exported),
+        distance_deviation=bayes.workspace_errors(posterior, load, exported),
+        near=bayes.errors_near(posterior, load, places, exported),
         cannot_see=bayes.unobservable(posterior, weak),
-    )
-
-
-def _deviation(
-    found: bayes.PredictedErrors, exported: np.ndarray | None
-) -> results.DistanceDeviation:
-    alone = None if exported is None else found.alone
-    return results.DistanceDeviation(
-        median=found.median, worst=found.worst, length=found.length, alone=alone
     )
 
 
 def scale_of(fit: Fit) -> results.Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
-        value, deviation = bayes.scale(fit.posterior)
-        return results.Scale(value=value, deviation=deviation)
+        return bayes.scale(fit.posterior)
     calibrated = fit.calibrated
     by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
     value = float(by_scale @ (calibrated.values - calibrated.model.nominal))

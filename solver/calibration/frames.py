@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 
 from ..bayes.inference import JointPosterior
-from ..bayes.results import RelativeBasePose, between
+from ..bayes.results import between
 from ..data import IDENTITY, WORLD, Pose, as_point
-from ..results import ArmsDocument, BaseToBase, FramePose, GivenArm, VisitedSocket
+from ..results import ArmsDocument, FramePose, GivenArm, VisitedSocket
 from ..robot import link_frames
 from .calibration import Calibration
 
@@ -86,10 +86,10 @@ def common_document(
     calibrations: Mapping[str, Calibration], posterior: JointPosterior
 ) -> ArmsDocument:
     """Return everything that robots have in common."""
-    pairs = [between(posterior, i) for i in range(1, len(calibrations))]
+    first, *others = calibrations
     return ArmsDocument(
         robots=tuple(calibrations),
-        between={f"{one.names[0]}_to_{one.names[1]}": _base_to_base(one) for one in pairs},
+        between={f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(others, 1)},
         frames=frame_poses(posterior),
         arms=tuple(
             GivenArm(
@@ -103,52 +103,4 @@ def common_document(
             for i, (name, one) in enumerate(calibrations.items())
         ),
         sockets=_visited_sockets(posterior),
-    )
-
-
-def _base_to_base(one: RelativeBasePose) -> BaseToBase:
-    """Return numbers and words; the numbers only where they mean something."""
-    known, origin = one.unseen is None, one.pose.origin
-    deviation = np.sqrt(np.diag(one.covariance).clip(min=0))
-    return BaseToBase(
-        xyz=origin.xyz if known else None,
-        rpy=origin.rpy if known else None,
-        xyz_deviation=as_point(deviation[3:]) if known else None,
-        turn_deviation=as_point(deviation[:3]) if known else None,
-        tool_deviation=one.tools if known else None,
-        shared_sockets=one.shared,
-        text=_words(one, deviation) if one.unseen is None else _turned(one, one.unseen),
-    )
-
-
-def _words(one: RelativeBasePose, deviation: np.ndarray) -> str:
-    first, second = one.names
-    place = " ".join(f"{1e3 * value:+.2f}" for value in one.pose.origin.xyz)
-    turned = " ".join(f"{np.degrees(value):+.3f}" for value in one.pose.origin.rpy)
-    frames = (
-        f"{second}'s base stands at {place} mm (+- {1e3 * deviation[3:].max():.2f}), turned "
-        f"{turned} deg (+- {np.degrees(deviation[:3].max()):.2f}) in {first}'s: no better, since "
-        "each base frame hangs on its own joint 1 zero, which no ball shows"
-    )
-    if one.tools is None:
-        return f"{frames}. No place was found that both tools reach."
-    return (
-        f"Tool to tool, where {second}'s tool stands seen from {first}'s in the shared region, is "
-        f"known to {1e3 * one.tools:.2f} mm (1 sigma), by both calibrated models together. "
-        f"{frames[0].upper()}{frames[1:]}."
-    )
-
-
-def _turned(one: RelativeBasePose, axis: np.ndarray) -> str:
-    """Return what is missing where a turn of one robot against the other is left."""
-    first, second = one.names
-    along = " ".join(f"{value:+.2f}" for value in axis)
-    count = {0: "no socket", 1: "one socket", 2: "two sockets"}.get(
-        one.shared, f"{one.shared} sockets on one line"
-    )
-    left = "about their line" if one.shared > 1 else "about it"
-    return (
-        f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "
-        f"{left} (along {along} in {first}'s base). Let both record one more placement, off that "
-        "line: two placements cure it, three are better."
     )

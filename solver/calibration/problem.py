@@ -12,16 +12,22 @@ from ...recorder import Placement
 from ..assessment import repeatability_of
 from ..data import Measurement, as_flange_poses, check_distinct, measure, spaced
 from ..diagnostics import (
-    Diagnostic,
     Given,
-    Hypothesis,
     inspect_all,
     named,
     next_placement,
     split_at,
     where_of,
 )
-from ..results import DocumentError, NextPlacement, Role, calibrated_robot, read_calibration
+from ..results import (
+    Diagnostic,
+    DocumentError,
+    Hypothesis,
+    NextPlacement,
+    Role,
+    calibrated_robot,
+    read_calibration,
+)
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions

@@ -1,7 +1,5 @@
 from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
-from .expected_accuracy import ErrorMap as ErrorMap
-from .expected_accuracy import JointEffect as JointEffect
 from .expected_accuracy import error_map as error_map
 from .expected_accuracy import joint_effects as joint_effects
 from .expected_accuracy import predicted_error as predicted_error

@@ -23,6 +23,7 @@ from ..data import (
     observe_all,
 )
 from ..paper import NotConverged
+from ..results import ErrorMap, JointEffect
 from ..robot import Robot, choose_parameters, workspace
 from .information import from_fit
 
@@ -75,17 +76,6 @@ def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> Worksp
     return WorkspaceSamples(*model.linearise(x, q, load.moments(model.robot, q, None))[:2])
 
 
-@dataclass(frozen=True)
-class ErrorMap:
-    """Predicted errors of places, relative to those that were recorded."""
-
-    width: float
-    """Of a square cell [m]."""
-    cells: tuple[tuple[float, float, float], ...]
-    """For each cell that random poses reach, from above: x and y of its middle in the base frame,
-    and the standard deviation of its distance from what was trained on [m]."""
-
-
 def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     """Return the predicted error of places over the workspace, from above.
 
@@ -105,17 +95,6 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
         by_cell.setdefault((middle[0], middle[1]), []).append(variance)
     cells = ((x, y, float(np.median(own)) ** 0.5) for (x, y), own in sorted(by_cell.items()))
     return ErrorMap(width, tuple(cells))
-
-
-@dataclass(frozen=True)
-class JointEffect:
-    """Displacement of the ball by a joint's calibrated numbers: root mean square over poses [m]."""
-
-    joint: str
-    recorded: float
-    """Over the samples that were trained on."""
-    workspace: float
-    """Over random poses of the workspace."""
 
 
 def joint_effects(

@@ -4,13 +4,11 @@ from .columns import CAUSES as CAUSES
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .diagnostic import EVERYWHERE as EVERYWHERE
 from .diagnostic import OF_JOINTS as OF_JOINTS
-from .diagnostic import Diagnostic as Diagnostic
 from .diagnostic import where_of as where_of
 from .distances import named as named
 from .distances import size_level as size_level
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
-from .hypothesis import Hypothesis as Hypothesis
 from .hypothesis import cause as cause
 from .inspection import Given as Given
 from .inspection import Inspection as Inspection

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..results import Hypothesis
 from .column_hypotheses import (
     ADVICE,
     ColumnHypothesis,
@@ -20,7 +21,7 @@ from .column_hypotheses import (
     with_best_offsets,
 )
 from .hypotheses import KINDS, ONLY_SOUND, Comparison, Kind, Scene, of_zero
-from .hypothesis import Finding, Hypothesis, Option
+from .hypothesis import Finding, Option
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
 
 MUCH = 3.0

@@ -6,8 +6,9 @@ from itertools import product
 import numpy as np
 
 from ..data import KnownDistance, Measurement
+from ..results import Diagnostic
 from ..robot import Robot
-from .diagnostic import Diagnostic, row_of, where_of
+from .diagnostic import row_of, where_of
 from .distances import named
 
 NEAR = np.deg2rad(1.0)

@@ -1,8 +1,6 @@
-"""A diagnostic: one thing that was seen in recordings, in words."""
+"""Codes of diagnostics, and the places that they name."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
 
 from ..data import Measurement
 
@@ -10,25 +8,6 @@ OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 EVERYWHERE = "all placements"
 """Place of a diagnostic that concerns several placements."""
-
-
-@dataclass(frozen=True)
-class Diagnostic:
-    """One thing that was seen."""
-
-    level: str
-    """``error``: do not train on it as it is; ``warning``: look at it."""
-    code: str
-    where: str
-    text: str
-    advice: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it by name."""
-        return asdict(self)
-
-    def __str__(self) -> str:
-        return f"{self.where}: {self.text}; {self.advice}"
 
 
 def where_of(measurements: Sequence[Measurement]) -> str:

@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..data import Known, Measurement
+from ..results import Hypothesis
 from ..robot import Robot, choose_parameters
 from .columns import of_columns
 from .distances import Scale, size_level
 from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
-from .hypothesis import Finding, Hypothesis, Option, listed_of, shares_of
+from .hypothesis import Finding, Option, listed_of, shares_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8

@@ -3,27 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ..results import Hypothesis
 from .hypotheses import Scene, probabilities
 
 SECOND = 0.1
 """Probability from which the second explanation is told beside the first."""
 LISTED = 1e-3
 """Probability below which an explanation is not listed."""
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """An explanation of the recordings, with its probability."""
-
-    name: str
-    """As in the documentation's list of causes; ``sound`` where nothing is wrong."""
-    probability: float
-    parameters: dict[str, float | str | list[float]]
-    """Numbers and names by which it is told: lengths in m, angles in rad, samples from 0."""
-    text: str
-    advice: str
-    tell: str
-    """Step that tells it from others."""
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
+from ..results import Diagnostic, Hypothesis
 from ..robot import Robot, choose_parameters
 from .configurations import duplicates, few_samples, motionless_joints
-from .diagnostic import Diagnostic, row_of, where_of
+from .diagnostic import row_of, where_of
 from .distances import Scale, named, rulers, size_level
 from .explain import explain, fitted_alone, scene_of
-from .hypothesis import Finding, Hypothesis
+from .hypothesis import Finding
 from .robust_fit import RigidModel
 
 SEATED = 0.03

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..data import CALIPER_DEVIATION, Measurement
+from ..results import Hypothesis
 from ..robot import Robot, choose_parameters
 from .distances import rulers
 from .explain import scene_of
@@ -26,7 +27,6 @@ from .hypotheses import (
     Scene,
     explained,
 )
-from .hypothesis import Hypothesis
 from .robust_fit import RigidModel
 
 LEAST = 6

@@ -9,22 +9,16 @@ from ...errors import MukcaError
 from ..bayes.model import Deflection
 from ..bayes.model.effects import EFFECTS
 from ..data import Load
-from ..diagnostics import Diagnostic, Hypothesis
 from ..robot import all_parameters, parse_robot, scan
 from . import estimates
 from .calibrated import CalibratedRobot
+from .diagnostic import Diagnostic, Hypothesis, NextPlacement
 from .files import Document, DocumentError, read
 from .placements import Iteration, PlacementErrors, PlacementSamples, Summaries
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"
 ELASTICITY_FORMAT = "mukca-elasticity-1"
-
-
-class NextPlacement(Document, kw_only=True, frozen=True):
-    """Place to record next, in words."""
-
-    text: str
 
 
 class Provenance(Document, kw_only=True, frozen=True):

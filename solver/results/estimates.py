@@ -1,11 +1,13 @@
 """Estimates of a fit in ``calibration.json``, their uncertainty and their use: metres, radians."""
 
+from dataclasses import dataclass
 from typing import Any
 
-from ..bayes.results import UNSEEN, Correlation, Direction
-from ..design import ErrorMap, JointEffect
 from ..robot import Origin
 from .files import Document
+
+UNSEEN = 0.1
+"""A turn whose standard deviation is larger than this counts as unknown [rad]."""
 
 
 class ParameterValue(Document, kw_only=True, frozen=True):
@@ -146,6 +148,25 @@ class DistanceDeviation(Document, kw_only=True, frozen=True):
     """Median for the exported URDF by itself; None where that is the full model."""
 
 
+@dataclass(frozen=True)
+class Direction:
+    """One change of the geometry that the data cannot tell."""
+
+    text: str
+    deviation: float
+    """Its standard deviation after the data (posterior), as a share of that before (prior):
+    1 where the data say nothing, near 0 where they say all."""
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Two parameters that the data decide only together."""
+
+    a: str
+    b: str
+    value: float
+
+
 class Uncertainty(Document, kw_only=True, frozen=True):
     """Uncertainty of the calibration."""
 
@@ -166,6 +187,28 @@ class Forecast(Document, kw_only=True, frozen=True):
     """Its name; None for one that is not recorded yet, with 2 x 30 varied samples far from all."""
     distance_deviation: float
     """The predicted error of distances in the workspace would then be this [m]."""
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """Predicted errors of places, relative to those that were recorded."""
+
+    width: float
+    """Of a square cell [m]."""
+    cells: tuple[tuple[float, float, float], ...]
+    """For each cell that random poses reach, from above: x and y of its middle in the base frame,
+    and the standard deviation of its distance from what was trained on [m]."""
+
+
+@dataclass(frozen=True)
+class JointEffect:
+    """Displacement of the ball by a joint's calibrated numbers: root mean square over poses [m]."""
+
+    joint: str
+    recorded: float
+    """Over the samples that were trained on."""
+    workspace: float
+    """Over random poses of the workspace."""
 
 
 class Outlook(Document, kw_only=True, frozen=True):

@@ -81,7 +81,7 @@ def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) ->
         fitted=True,
         last_error=float(errors[-1]),
         mean_error=float(errors.mean()),
-        scale=scale(posterior)[0],
+        scale=scale(posterior).value,
         distance=float(np.linalg.norm(posterior.centres[1] - posterior.centres[0])),
     )
 

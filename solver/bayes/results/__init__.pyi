@@ -1,5 +1,4 @@
 from .geometric_projection import project_to_geometry as project_to_geometry
-from .identifiability import Direction as Direction
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
 from .joint_offsets import DECIDED as DECIDED
@@ -8,13 +7,9 @@ from .joint_offsets import joint_offset_derivatives as joint_offset_derivatives
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
-from .predicted_errors import PredictedErrors as PredictedErrors
 from .predicted_errors import errors_near as errors_near
 from .predicted_errors import workspace_errors as workspace_errors
-from .relative_pose import UNSEEN as UNSEEN
-from .relative_pose import RelativeBasePose as RelativeBasePose
 from .relative_pose import between as between
-from .uncertainty import Correlation as Correlation
 from .uncertainty import correlations as correlations
 from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes

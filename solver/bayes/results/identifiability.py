@@ -1,13 +1,13 @@
 """Directions of the geometry that the data do not identify, in words."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
 
 import numpy as np
 
 from ...data import IDENTITY, Pose
+from ...results import Direction
 from ...robot import Origin, Robot, matrix_rpy, rpy_axes
 from ..inference import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
@@ -27,17 +27,7 @@ BASE = "the base frame"
 SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
 
 
-@dataclass(frozen=True)
-class Direction:
-    """One change of the geometry that the data cannot tell."""
-
-    text: str
-    deviation: float
-    """Its standard deviation after the data (posterior), as a share of that before (prior):
-    1 where the data say nothing, near 0 where they say all."""
-
-
-def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
+def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...]:
     """Return what the data cannot tell, in words.
 
     First come the directions that no ball can show in any chain of joints like this one; then,
@@ -72,7 +62,7 @@ def weakly_identifiable_directions(posterior: Posterior) -> list[Direction]:
     for direction in directions:
         if direction.deviation > UNDECIDED:
             merged.setdefault(direction.text, direction)
-    return list(merged.values())
+    return tuple(merged.values())
 
 
 def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.ndarray]]:

@@ -1,12 +1,12 @@
 """Predicted errors of distances, in the workspace and near the recorded places."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
 from ...data import Load
+from ...results import DistanceDeviation
 from ...robot import workspace
 from ..inference import Posterior
 from .projection_poses import poses_near
@@ -16,18 +16,6 @@ WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
-
-
-@dataclass(frozen=True)
-class PredictedErrors:
-    """Predicted errors of distances between pairs of poses, one standard deviation [m]."""
-
-    median: float
-    worst: float
-    length: float
-    """Median of those distances."""
-    alone: float
-    """Median for the exported geometry by itself: see :func:`likely_errors`."""
 
 
 def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
@@ -49,23 +37,26 @@ def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
 
 def predicted_errors(
     posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
-) -> PredictedErrors:
+) -> DistanceDeviation:
     """Return the predicted errors of distances between pairs of poses."""
     torque = load.moments(posterior.model.robot, q, None)
     distances, deviation = distance_deviations(posterior, q, torque)
-    alone = deviation
+    alone = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
         gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
-        alone = likely_errors(gap, deviation)
-    medians = (float(np.median(values)) for values in (deviation, distances, alone))
-    median, length, by_itself = medians
-    return PredictedErrors(median, float(deviation.max()), length, by_itself)
+        alone = float(np.median(likely_errors(gap, deviation)))
+    return DistanceDeviation(
+        median=float(np.median(deviation)),
+        worst=float(deviation.max()),
+        length=float(np.median(distances)),
+        alone=alone,
+    )
 
 
 def workspace_errors(
     posterior: Posterior, load: Load, exported: np.ndarray | None = None, pairs: int = 200
-) -> PredictedErrors:
+) -> DistanceDeviation:
     """Return the predicted errors of distances between random poses."""
     q = workspace(posterior.model.robot, 2 * pairs)
     return predicted_errors(posterior, load, q, exported)
@@ -76,7 +67,7 @@ def errors_near(
     load: Load,
     recorded: Sequence[np.ndarray],
     exported: np.ndarray | None = None,
-) -> PredictedErrors | None:
+) -> DistanceDeviation | None:
     """Return the predicted errors of distances near recorded places, where they are largest.
 
     Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
@@ -88,10 +79,10 @@ def errors_near(
         recorded: Joint positions of each placement, each of shape (N, m) [rad].
         exported: As for :func:`predicted_errors`.
     """
-    found: list[PredictedErrors] = []
+    found: list[DistanceDeviation] = []
     for rows in recorded:
         q, _ = poses_near(posterior.model.robot, rows, (NEARBY, 1), NEAR)
         if len(q) > 1:
             even = q[: len(q) // 2 * 2]
             found.append(predicted_errors(posterior, load, even, exported))
-    return max(found, key=lambda one: one.alone, default=None)
+    return max(found, key=lambda one: one.alone or one.median, default=None)

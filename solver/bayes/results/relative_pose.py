@@ -1,56 +1,40 @@
 """Two robots in one world: where one's base and tool stand seen from the other's."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec.structs import replace
 
-from ...data import IDENTITY, Pose
-from ...robot import workspace
+from ...data import IDENTITY, Pose, as_point
+from ...results import UNSEEN, BaseToBase
+from ...robot import PoseModel, PoseSolver, workspace
 from ..inference import JointPosterior
 
-UNSEEN = 0.1
-"""A turn whose standard deviation is larger than this counts as unknown [rad]."""
 MARGIN = 0.02
 """The shared region reaches this far beyond the places that both robots visited [m]."""
 TRIES = 3000
 MEETINGS = 150
-STEPS = 12
 
 
-@dataclass(frozen=True)
-class RelativeBasePose:
-    """Pose of the second of two robots in the base of the first."""
-
-    names: tuple[str, str]
-    pose: Pose
-    """Of the second base in the first."""
-    covariance: np.ndarray
-    """Of its turn about the first base's axes [rad], then its place [m], shape (6, 6)."""
-    shared: int
-    """Sockets that both visited."""
-    tools: float | None
-    """Root mean square error of where the second tool stands seen from the first, as predicted,
-    over places that both reach about the shared sockets [m]; None where none is."""
-
-    @property
-    def unseen(self) -> np.ndarray | None:
-        """The axis about which the second robot may be turned, shape (3,); None where none is."""
-        values, vectors = np.linalg.eigh(self.covariance[:3, :3])
-        return vectors[:, -1] if values[-1] > UNSEEN**2 else None
-
-
-def between(world: JointPosterior, robot: int) -> RelativeBasePose:
-    """Return where a robot stands seen from the first one."""
-    name = world.scene.names[robot]
+def between(world: JointPosterior, robot: int) -> BaseToBase:
+    """Return where a robot stands seen from the first one; no numbers where a turn is left."""
+    names = world.scene.names[0], world.scene.names[robot]
     frame = list(world.frames)[world.scene.bases[robot]]
     visited = [set(arm.sockets[arm.sockets >= 0].tolist()) for arm in world.scene.arms]
-    return RelativeBasePose(
-        (world.scene.names[0], name),
-        world.frames[frame],
-        world.frame_covariance(frame),
-        len(visited[0] & visited[robot]),
-        _tool_deviation(world, robot, frame, sorted(visited[0] & visited[robot])),
+    shared = sorted(visited[0] & visited[robot])
+    origin, covariance = world.frames[frame].origin, world.frame_covariance(frame)
+    deviation = np.sqrt(np.diag(covariance).clip(min=0))
+    variances, axes = np.linalg.eigh(covariance[:3, :3])
+    known = bool(variances[-1] <= UNSEEN**2)
+    found = BaseToBase(
+        xyz=origin.xyz if known else None,
+        rpy=origin.rpy if known else None,
+        xyz_deviation=as_point(deviation[3:]) if known else None,
+        turn_deviation=as_point(deviation[:3]) if known else None,
+        tool_deviation=_tool_deviation(world, robot, frame, shared) if known else None,
+        shared_sockets=len(shared),
+        text="",
     )
+    text = _words(names, found) if known else _turned(names, len(shared), axes[:, -1])
+    return replace(found, text=text)
 
 
 def _tool_deviation(
@@ -64,13 +48,20 @@ def _tool_deviation(
     if not len(first) or not len(second):
         return None
     nearest = np.argmin(np.linalg.norm(places[:, None] - others, axis=2), axis=1)
-    q, met = _reach(world, robot, pose, second[nearest], places)
-    if not met.any():
+    arm = world.arms[robot]
+    rigid = PoseModel.of(arm.model.robot, arm.model.ball.origins(arm.values))
+    limits = arm.model.robot.lower, arm.model.robot.upper
+    targets = np.tile(np.eye(4)[:3].ravel(), (len(places), 1))
+    targets[:, 3::4] = pose.inverse().apply(places)
+    met = PoseSolver(rigid, len(arm.model.robot.joints) - 1, limits, "point").solve(
+        targets, second[nearest]
+    )
+    if not met.reached.any():
         return None
-    _, by_first, _ = _linear(world, 0, first[met])
-    points, by_second, _ = _linear(world, robot, q[met])
+    _, by_first, _ = _linear(world, 0, first[met.reached])
+    points, by_second, _ = _linear(world, robot, met.positions[met.reached])
     own, begin = world.own, world.own[-1].stop + 6 * list(world.frames).index(frame)
-    slopes = np.zeros((int(met.sum()), 3, len(world.covariance)))
+    slopes = np.zeros((len(points), 3, len(world.covariance)))
     slopes[:, :, own[0]] = -by_first
     slopes[:, :, own[robot]] = pose.rotation @ by_second
     slopes[:, :, begin : begin + 6] = pose.slopes(points)
@@ -106,13 +97,37 @@ def _inside(
     return q[inside][:MEETINGS], places[inside][:MEETINGS]
 
 
-def _reach(
-    world: JointPosterior, robot: int, pose: Pose, q: np.ndarray, places: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return configurations that bring the ball to places (Gauss-Newton), and a mask of success."""
-    for _ in range(STEPS):
-        points, _, by_joints = _linear(world, robot, q)
-        off = places - pose.apply(points)
-        q = q + np.einsum("nij,nj->ni", np.linalg.pinv(pose.rotation @ by_joints, rcond=1e-3), off)
-    points, _, _ = _linear(world, robot, q)
-    return q, np.linalg.norm(places - pose.apply(points), axis=1) < 1e-6
+def _words(names: tuple[str, str], one: BaseToBase) -> str:
+    """Return a known pose for people."""
+    (first, second), tools = names, one.tool_deviation
+    assert one.xyz and one.rpy and one.xyz_deviation and one.turn_deviation
+    off, turn = 1e3 * max(one.xyz_deviation), np.degrees(max(one.turn_deviation))
+    place = " ".join(f"{1e3 * value:+.2f}" for value in one.xyz)
+    turned = " ".join(f"{np.degrees(value):+.3f}" for value in one.rpy)
+    frames = (
+        f"{second}'s base stands at {place} mm (+- {off:.2f}), turned "
+        f"{turned} deg (+- {turn:.2f}) in {first}'s: no better, since "
+        "each base frame hangs on its own joint 1 zero, which no ball shows"
+    )
+    if tools is None:
+        return f"{frames}. No place was found that both tools reach."
+    return (
+        f"Tool to tool, where {second}'s tool stands seen from {first}'s in the shared region, is "
+        f"known to {1e3 * tools:.2f} mm (1 sigma), by both calibrated models together. "
+        f"{frames[0].upper()}{frames[1:]}."
+    )
+
+
+def _turned(names: tuple[str, str], shared: int, axis: np.ndarray) -> str:
+    """Return what is missing where a turn of one robot against the other is left."""
+    first, second = names
+    along = " ".join(f"{value:+.2f}" for value in axis)
+    count = {0: "no socket", 1: "one socket", 2: "two sockets"}.get(
+        shared, f"{shared} sockets on one line"
+    )
+    left = "about their line" if shared > 1 else "about it"
+    return (
+        f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "
+        f"{left} (along {along} in {first}'s base). Let both record one more placement, off that "
+        "line: two placements cure it, three are better."
+    )

@@ -1,12 +1,12 @@
 """Uncertainty of a calibration: standard deviations, correlations, predicted errors."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...data import IDENTITY
+from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup
 from ..model.effects import JOINT_OFFSET
@@ -21,15 +21,6 @@ CORRELATED = 3
 a sample and the next are correlated by about a half."""
 BATCH = 500
 """Samples whose derivatives by all unknowns are held at once."""
-
-
-@dataclass(frozen=True)
-class Correlation:
-    """Two parameters that the data decide only together."""
-
-    a: str
-    b: str
-    value: float
 
 
 def deviations(posterior: Posterior) -> np.ndarray:
@@ -212,12 +203,12 @@ def length_deviation(
     return float(variance + measured**2) ** 0.5
 
 
-def scale(posterior: Posterior) -> tuple[float, float]:
-    """Return by how much the arm came out larger than its model, and the deviation of that.
+def scale(posterior: Posterior) -> Scale:
+    """Return by how much the arm came out larger than its model.
 
-    0.02 stands for an arm that is 2 % longer than nominal. A real arm is within some 0.003 of its
-    model; one that came out beyond had most likely a wrong distance between its sockets.
+    A real arm is within some 0.003 of its model; one that came out beyond had most likely a wrong
+    distance between its sockets.
     """
     by_scale = posterior.model.by_scale()
     variance = float(by_scale @ _covariance(posterior) @ by_scale)
-    return float(by_scale @ posterior.x), variance**0.5
+    return Scale(value=float(by_scale @ posterior.x), deviation=variance**0.5)

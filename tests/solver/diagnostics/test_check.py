@@ -8,7 +8,8 @@ import pytest
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.data import measure
-from mukca.solver.diagnostics import Diagnostic, Survey, inspect_all, next_placement, split_at
+from mukca.solver.diagnostics import Survey, inspect_all, next_placement, split_at
+from mukca.solver.results import Diagnostic
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, record
 

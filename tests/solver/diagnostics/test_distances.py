@@ -11,7 +11,8 @@ from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import scale
 from mukca.solver.data import RobotRecordings, measure, observe_all
-from mukca.solver.diagnostics import Diagnostic, inspect_all
+from mukca.solver.diagnostics import inspect_all
+from mukca.solver.results import Diagnostic
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
@@ -91,9 +92,9 @@ def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
     """A distance 0.4 % too long, as far as the prior lets the arm follow."""
     arm = RobotRecordings(panda, [measure(p, panda, 0.0502) for p in placements])
     found = estimate([extend(panda, choose_parameters(panda))], observe_all([arm])).arms[0]
-    value, deviation = scale(found)
-    assert 0.002 < value < 0.0045
-    assert 2e-4 < deviation < 1e-3
+    size = scale(found)
+    assert 0.002 < size.value < 0.0045
+    assert size.deviation is not None and 2e-4 < size.deviation < 1e-3
 
 
 @pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ....recorder import read_placements
-from ....solver import assessment, calibration, data, design, diagnostics, partial
+from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
 from .. import JsonOption, RobotOptions, Terminal, argument, one_arm, option, part, survey_of
 from .report import metres
@@ -128,7 +128,7 @@ def _row(one: "diagnostics.Inspection") -> dict[str, Any]:
     }
 
 
-def _seen(survey: "diagnostics.Survey", shared: "Sequence[diagnostics.Diagnostic]") -> list[str]:
+def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") -> list[str]:
     """Return what was seen, a line each."""
     lines = [f"{finding.level}: {finding}" for finding in shared]
     for one in survey.placements:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....solver import assessment, diagnostics
 from ....solver.data import as_point
-from ....solver.results import NextPlacement, Uncertainty
+from ....solver.results import Diagnostic, NextPlacement, Uncertainty
 from .texts import text
 from .types import (
     Answer,
@@ -29,7 +29,7 @@ def data_answer(
     placements: Sequence[assessment.PlacementReport],
     samples: Sequence[assessment.SampleErrors],
     floors: Mapping[str, float],
-    checks: Sequence[diagnostics.Diagnostic] | None,
+    checks: Sequence[Diagnostic] | None,
     repeatability: float | None,
     drifts: Sequence[str] = (),
 ) -> DataAnswer:
@@ -63,7 +63,7 @@ def data_answer(
 
 def placements_with_errors(
     placements: Sequence[assessment.PlacementReport],
-    checks: Sequence[diagnostics.Diagnostic] | None,
+    checks: Sequence[Diagnostic] | None,
 ) -> list[int]:
     """Return the indices of the placements in which the checks found errors."""
     wheres = [check.where for check in checks or () if check.level == "error"]
@@ -190,7 +190,7 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 
 def _next_answer(
     found: assessment.Assessment,
-    checks: Sequence[diagnostics.Diagnostic] | None,
+    checks: Sequence[Diagnostic] | None,
     advice: NextPlacement | None,
 ) -> NextAnswer:
     """Return what to train on and to record next: the method's advice, or the farthest place."""
