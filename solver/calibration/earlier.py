@@ -119,10 +119,6 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     """Return the posterior of a calibration: as its file holds it, or else fitted again.
 
     What an older file lacks, as one does whose zeros were found since, its samples give.
-
-    Raises:
-        UsageError: It is of several arms, or by a method that leaves no posterior.
-        DocumentError: The file is damaged.
     """
     from .fit import fit_robots
 

@@ -70,11 +70,6 @@ def fit_robots(
 
     Returns:
         A fit for each robot. By the default method they share one :attr:`Fit.joint_posterior`.
-
-    Raises:
-        KnownError: A known distance does not fit the placements.
-        FrameError: Coordinates do not fit them, or a frame is not tied to the robot.
-        NotConverged: A fit did not converge.
     """
     options = options.validated()
     parameters = [choose_parameters(one.robot, options.free, options.fix) for one in robots]

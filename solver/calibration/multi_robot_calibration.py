@@ -159,12 +159,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 def calibration_files(file: str | Path) -> dict[str, Path]:
     """Return the ``calibration.json`` of each robot that a file or its folder holds.
 
-    Args:
-        file: ``calibration.json``, ``arms.json``, or a folder with one of them. A single robot's
-            name is empty.
-
-    Raises:
-        DocumentError: An ``arms.json`` that is damaged, or what is no path.
+    The file is ``calibration.json`` or ``arms.json``. A single robot's name is empty.
     """
     try:
         path = Path(file)

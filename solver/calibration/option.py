@@ -57,9 +57,6 @@ def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
     """Return what ``--joints`` says that another program calls a model's joints.
 
     It has names between commas, or one word in which ``*`` is each of the model's names.
-
-    Raises:
-        UsageError: There are more names than joints, or fewer.
     """
     named = words.split(",") if "*" not in words else [words.replace("*", j) for j in joints]
     if len(named) != len(joints):

@@ -181,12 +181,7 @@ class SolveOptions:
     ] = None
 
     def validated(self) -> "SolveOptions":
-        """Return the options with defaults filled in, and files read.
-
-        Raises:
-            UsageError: An option of the other method, which would do nothing, or a value that
-                cannot be. The words are those of the command line.
-        """
+        """Return the options with defaults filled in, and files read; refuse what cannot be."""
         if self.method not in get_args(Method):
             raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
         filled: dict[str, Any] = {}
@@ -258,11 +253,7 @@ def option_table() -> dict[str, Option]:
 
 
 def check_keywords(function: str, given: Collection[str], known: Collection[str]) -> None:
-    """Refuse a keyword that a function does not have, and name the nearest that it has.
-
-    Raises:
-        UsageError: There is one.
-    """
+    """Refuse a keyword that a function does not have, and name the nearest that it has."""
     from difflib import get_close_matches
 
     for name in given:

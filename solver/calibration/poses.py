@@ -32,10 +32,8 @@ def one_pose(pose: ArrayLike, what: str) -> np.ndarray:
 def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
     """Return poses, shape (..., 4, 4), from such or from points, shape (..., 3).
 
-    Rotations that were rounded are made rigid again.
-
-    Raises:
-        PoseError: Another shape, numbers that are not finite, or a matrix that is no rigid motion.
+    Rotations that were rounded are made rigid again; what is no rigid motion is a
+    :class:`PoseError`.
     """
     try:
         given = np.asarray(pose, dtype=float)
@@ -84,11 +82,7 @@ def _nearest_rotation(matrix: np.ndarray) -> np.ndarray:
 
 
 def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
-    """Return poses, shape (..., 4, 4), of x y z with roll pitch yaw, or with qx qy qz qw.
-
-    Raises:
-        PoseError: Another count of numbers, or a quaternion of length zero.
-    """
+    """Return poses, shape (..., 4, 4), of x y z with roll pitch yaw, or with qx qy qz qw."""
     given = np.asarray(numbers, dtype=float)
     if given.shape[-1:] not in ((6,), (7,)):
         raise PoseError(f"{given.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw")

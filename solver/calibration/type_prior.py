@@ -62,11 +62,7 @@ def _useful(
 
 
 def learn_types(files: Iterable[Path]) -> ElasticityDocument:
-    """Return the elasticity of each type of arm that some ``calibration.json`` are of.
-
-    Raises:
-        DocumentError: A file is missing, of another format, or damaged.
-    """
+    """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
     types = _pooled([one for file in files for one in _types(file) if one.coefficients])
     return ElasticityDocument(format=ELASTICITY_FORMAT, types=tuple(types))
 

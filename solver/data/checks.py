@@ -46,11 +46,6 @@ def measure(
             :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
-
-    Raises:
-        RecordingError: The columns are not the chain's joints.
-        MeasurementError: Too few sockets or samples, angles far outside the limits, or a
-            distance that cannot be.
     """
     warnings = list(placement.remarks)
     names = placement.joint_names
@@ -91,11 +86,7 @@ def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:
 
 
 def check_distance(distance: float) -> float:
-    """Return a distance between sockets if it is possible [m].
-
-    Raises:
-        MeasurementError: Not positive and finite, or so large that it cannot be metres.
-    """
+    """Return a distance between sockets if it is possible [m]."""
     try:
         distance = float(distance)
     except (TypeError, ValueError):
@@ -111,12 +102,7 @@ def check_distance(distance: float) -> float:
 
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
-    """See that no placement is there twice, and no socket's samples.
-
-    Raises:
-        MeasurementError: Two placements come from one folder, or two sockets hold the same
-            samples.
-    """
+    """See that no placement is there twice, and no socket's samples."""
     earlier: dict[bytes, Measurement] = {}
     sockets: dict[bytes, str] = {}  # where each row stood first
     for one in measurements:

@@ -1,7 +1,7 @@
 """Coordinate frames: poses, the best rigid motion between points, and first poses of frames.
 
-Positions are known in frames of trackers, tables or bases. The first robot's base is the *world*;
-where others stand in it follows from what they share: a socket, or a ball that was measured.
+The first robot's base is the *world*; where trackers, tables and other bases stand in it follows
+from what they share: a socket, or a ball that was measured.
 """
 
 import math
@@ -114,11 +114,8 @@ def kabsch_rotation(
 ) -> np.ndarray:
     """Return the rotation that turns vectors closest to others, shape (3, 3) (Kabsch, 1976).
 
-    Args:
-        inner: Vectors, shape (N, 3).
-        outer: What each is to be turned into, shape (N, 3).
-        weights: Of each, shape (N,); None for all the same.
-        mirrored: Return the best reflection instead, which no rigid motion can be.
+    ``inner`` is turned into ``outer``, both of shape (N, 3), with weights of shape (N,);
+    ``mirrored`` asks for the best reflection instead, which no rigid motion can be.
     """
     w = np.ones(len(inner)) if weights is None else weights
     U, _, Vt = np.linalg.svd((w[:, None] * inner).T @ outer)
@@ -183,10 +180,6 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
     """Return first poses of frames in the first one, from the places that they have in common.
 
     Frame after frame is placed, the one that shares most with those placed already first.
-
-    Raises:
-        FrameError: Nothing ties a frame to the others, or its coordinates cannot be: millimetres,
-            mirrored, or one of them far off.
     """
     count = 1 + max(int(frame.numbers.max(initial=-1)) for frame in frames)
     world = np.full((count, 3), np.nan)
@@ -246,11 +239,7 @@ def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> 
 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
-    """See that sockets measured in a robot's own base are near where the nominal robot was there.
-
-    Raises:
-        FrameError: They are not.
-    """
+    """See that sockets measured in a robot's own base are near where the nominal robot was."""
     common = np.isin(measured.numbers, visited.numbers)
     if not common.any():
         return

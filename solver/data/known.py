@@ -86,9 +86,7 @@ def distance_covariance(known: Sequence[Known[int]]) -> np.ndarray:
     """Return the covariance of the errors of K known distances, shape (K, K) [m^2].
 
     A base that was measured once with a wrong result is wrong by the same amount wherever it
-    stands. So placements whose stated distances are equal share that error, and recording more
-    of them does not make it smaller. Who states a distance to better than its base repeats is
-    believed.
+    stands: placements whose stated distances are equal share that error.
     """
     covariance = np.zeros((len(known), len(known)))
     for i, one in enumerate(known):
@@ -103,11 +101,7 @@ _KNOWN = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^+]+?)(?:\+-(.+))?")
 
 
 def parse_known(text: str) -> KnownDistance:
-    """Return the distance in words like ``left:0-right:0=0.175+-0.0001`` (metres).
-
-    Raises:
-        KnownError: The words are not of that form, or the numbers cannot be.
-    """
+    """Return the distance in words like ``left:0-right:0=0.175+-0.0001`` (metres)."""
     match = _KNOWN.fullmatch(text.strip())
     form = "expected A:0-B:0=0.175+-0.0001: placement, socket, distance and deviation in metres"
     if match is None:

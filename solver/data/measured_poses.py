@@ -61,15 +61,8 @@ def hand_eye(
 ) -> HandEye:
     """Return where an instrument's frame stands and what the link carries, without any start.
 
-    Args:
-        R: The link's rotations in the base, shape (N, 3, 3).
-        p: Its places, shape (N, 3) [m].
-        M: The measured rotations, shape (N, 3, 3).
-        t: The measured places, shape (N, 3) [m].
-        where: The file, for messages.
-
-    Raises:
-        FrameError: The link turns about one axis only.
+    The link's poses in the base are R, p, what was measured is M, t, of shapes (N, 3, 3) and (N, 3)
+    [m]; messages begin with ``where``.
     """
     spread = np.linalg.svd(np.cov(R.reshape(len(R), 9).T), compute_uv=False)
     if spread[3] < ALONG_ONE_AXIS * spread[0]:
@@ -110,15 +103,11 @@ def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> None:
-    """See that measured orientations turn as the link does.
+    """See that measured orientations turn as the link does, by its rotations, shape (N, 3, 3).
 
-    Two columns swapped, another order, a sign, the inverse: all of these turn the other way, so
-    they are told from right columns, and not from each other.
-
-    The link's rotations in the base are of shape (N, 3, 3), measured are x, y, z, w, (N, 4).
-
-    Raises:
-        FrameError: They do not.
+    Columns swapped, in another order, with a wrong sign, or inverse: all of these quaternions x, y,
+    z, w, shape (N, 4), turn the other way, so they are told from right ones, and not from each
+    other.
     """
     M = rotation_matrices(quaternions)
     as_is = float(np.median(_turns(R, M)[2]))

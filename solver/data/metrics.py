@@ -1,8 +1,7 @@
 """The paper's two metrics of a model's predictions: mean absolute error, and distance error.
 
-The mean absolute error (MAE) is the scatter of the predicted balls of a socket. A model that
-shrinks the robot to a point has none: so the error of the distance between two sockets is needed,
-too. Of measured balls, it is the distance from them, by a frame that other points tell.
+A model that shrinks the robot to a point has no scatter of the balls: so the distance between two
+sockets is needed, too. Of measured balls, it is the distance from them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,11 +53,7 @@ def socket_centres(points: np.ndarray, measured: Measurement) -> np.ndarray:
 
 
 def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, Pose]:
-    """Return the poses by a model of the frames in which points trained on were measured.
-
-    Args:
-        trained: Placements trained on, each with the predicted ball centres, shape (N, 3) [m].
-    """
+    """Return the poses of the frames in which points were measured, by a model's predictions."""
     by_frame: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
     for points, measured in trained:
         if measured.kind == "points":
@@ -72,12 +67,9 @@ def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, P
 def targets(
     points: np.ndarray, measured: Measurement, frames: Mapping[str, Pose] | None = None
 ) -> np.ndarray:
-    """Return the true place of each ball by a model, shape (N, 3) [m].
+    """Return the true place of each ball by a model that predicts points, shape (N, 3) [m].
 
-    Args:
-        points: Predicted ball centres for ``measured.positions``, shape (N, 3) [m].
-        measured: The placement.
-        frames: Poses of the instrument's frames, see :func:`fit_frames`.
+    ``frames`` are poses of the instrument's frames, see :func:`fit_frames`.
     """
     if measured.kind == "sockets":
         return np.repeat(socket_centres(points, measured), measured.counts, axis=0)
@@ -146,9 +138,8 @@ def found_deviation(points: np.ndarray, measured: Measurement) -> float:
 def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
     """Return True for a model that fails to reproduce the distance between the sockets.
 
-    It does where the error is beyond what the caliper and the scatter of the samples explain,
-    3 sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance: such a model has
-    shrunk or bent the robot to bring the samples together.
+    It does where the error is beyond what the caliper and the scatter of the samples explain, 3
+    sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance.
     """
     if metrics.distance_error is None:
         return False

@@ -164,10 +164,6 @@ def observe_all(
         sockets_at: Measured coordinates of sockets.
         deviation: Standard deviation of the distance between a placement's first two sockets [m].
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
-
-    Raises:
-        KnownError: A known distance of a socket that is not there, or a socket without any.
-        FrameError: Coordinates of a socket that is not there.
     """
     of = partial(base_name, robots=len(arms))
     every = [(of(m), m) for arm in arms for m in arm.measurements]

@@ -31,12 +31,7 @@ _FRAME = re.compile(r"[\w.-]+(:base)?")
 
 
 def read_sockets_at(given: Given | Iterable[Given]) -> list[SocketAt]:
-    """Return the coordinates that files, words, or they themselves give.
-
-    Raises:
-        FrameError: A file that cannot be read, a line that cannot be understood, or a frame that
-            two files name, or a socket that one frame has twice; it names file and line.
-    """
+    """Return the coordinates that files, words, or they themselves give."""
     sockets: list[SocketAt] = []
     owners: dict[str, Path] = {}
     for one in [given] if isinstance(given, str | Path | SocketAt) else given:
@@ -58,11 +53,7 @@ def read_sockets_at(given: Given | Iterable[Given]) -> list[SocketAt]:
 
 
 def parse_socket_at(words: str) -> SocketAt:
-    """Return the coordinates in words like ``table/front:0=0.1,0.2,0.03+-0.00005`` (metres).
-
-    Raises:
-        FrameError: The words are not of that form.
-    """
+    """Return the coordinates in words like ``table/front:0=0.1,0.2,0.03+-0.00005`` (metres)."""
     match = _WORDS.fullmatch(words.strip())
     if match is None:
         raise FrameError(
@@ -139,11 +130,7 @@ def _socket_at(
 def in_placements(
     sockets_at: Sequence[SocketAt], train: Sequence[str], test: Sequence[str]
 ) -> list[SocketAt]:
-    """Return the coordinates of sockets in placements to train on; a fit is told of no others.
-
-    Raises:
-        FrameError: Coordinates of a socket of no placement.
-    """
+    """Return the coordinates of sockets in placements to train on; a fit is told of no others."""
     for one in sockets_at:
         if not any(_is(name, one) for name in (*train, *test)):
             raise FrameError(

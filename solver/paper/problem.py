@@ -136,14 +136,7 @@ def build_problem(
     parameters: Sequence[Parameter] | None = None,
     regularization: float = REGULARIZATION,
 ) -> Problem:
-    """Return the problem of Eq. (5).
-
-    Free are by default all actuated joints and the ball; lambda is not negative.
-
-    Raises:
-        MeasurementError: A placement is there twice.
-        SettingError: A negative or infinite regularization.
-    """
+    """Return the problem of Eq. (5); free are by default all actuated joints and the ball."""
     if not 0 <= regularization < np.inf:
         raise SettingError(f"regularization {regularization}: give zero or a positive number")
     check_distinct(training)
@@ -155,12 +148,7 @@ def build_problem(
 def solve(
     problem: Problem, optimizer: str = "gauss-newton", max_iterations: int = MAX_ITERATIONS
 ) -> Solution:
-    """Minimise Eq. (5) from the nominal parameters; both :data:`OPTIMIZERS` reach the minimum.
-
-    Raises:
-        SettingError: There is no such optimizer.
-        NotConverged: The optimizer gave up.
-    """
+    """Minimise Eq. (5) from the nominal parameters; both :data:`OPTIMIZERS` reach the minimum."""
     if optimizer == "gauss-newton":
         return gauss_newton(problem.residuals, problem.start, max_iterations=max_iterations)
     if optimizer == "ipopt":
@@ -169,11 +157,7 @@ def solve(
 
 
 def ball_only(problem: Problem) -> Problem:
-    """Return the same problem with only the ball's place on the flange to be found.
-
-    Its solution is the nominal robot with the best ball: what remains of the nominal error when a
-    wrongly guessed place of the ball is not blamed on the robot.
-    """
+    """Return the same problem with only the ball's place on the flange to be found."""
     return build_problem(
         problem.robot,
         problem.training,
@@ -186,12 +170,9 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     """Return the covariance of the minimum if the same were recorded once more, shape (n, n).
 
     The minimum follows errors e of the data by a step of Gauss-Newton, dx = -H^-1 J^T e, with J the
-    Jacobian of the data's residuals and H = J^T J + the regularization's. So errors with covariance
-    C move it with covariance H^-1 J^T C J H^-1.
-
-    The balls' noise is what the fit left of it; the sockets' distances are a caliper's, wrong by
-    the same amount wherever one base stands. What the regularization holds at nominal does not
-    move: its deviation is small, though nothing is known of it.
+    Jacobian of the data's residuals and H = J^T J + the regularization's. The balls' noise is what
+    the fit left of it; the sockets' distances are a caliper's, wrong alike wherever one base
+    stands.
     """
     residuals, jacobian = problem.residuals(x)
     unit, J = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True), jacobian[len(x) :]

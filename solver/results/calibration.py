@@ -133,20 +133,12 @@ class ElasticityDocument(Document, kw_only=True, frozen=True):
 
 
 def read_calibration(file: Path) -> CalibrationDocument:
-    """Read a ``calibration.json``.
-
-    Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key.
-    """
+    """Read a ``calibration.json``; a :class:`DocumentError` names the key that is wrong."""
     return read(file, CalibrationDocument, FORMAT)
 
 
 def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
-    """Return the robot that a calibration describes, which messages name by its source.
-
-    Raises:
-        DocumentError: The document's parts do not fit each other; the line names the key.
-    """
+    """Return the robot that a calibration describes, which messages name by its source."""
     model = document.model
     try:
         robot = parse_robot(

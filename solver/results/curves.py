@@ -85,10 +85,7 @@ def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float
 def beyond_words(
     curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray, where: str
 ) -> list[str]:
-    """Return a line for people where samples are beyond what the curves were fitted to.
-
-    Joint positions have shape (N, m) [rad], and ``where`` names them.
-    """
+    """Return lines where samples, (N, m) [rad], are beyond what the curves were fitted to."""
     shares: dict[str, float] = {}
     for curve in () if curves is None else curves.joints:
         angles = positions[:, joint_names.index(curve.joint)] % (2 * np.pi)

@@ -45,27 +45,17 @@ def fields_of(document: Document) -> dict[str, Any]:
 
 
 def encode(document: object, indent: int | None = None, *, compact: bool = False) -> bytes:
-    """Return a document as JSON, in one line unless each level is indented.
-
-    Raises:
-        ValueError: A number is not finite; JSON has no word for that.
-    """
+    """Return a document as JSON, in one line unless each level is indented; no number is NaN."""
     value = msgspec.to_builtins(document)
     separators = (",", ":") if compact else None
     return json.dumps(value, indent=indent, separators=separators, allow_nan=False).encode()
 
 
 def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) -> Typed:
-    """Read a document.
+    """Read a document of a kind, which says that format of itself.
 
-    Args:
-        file: Where it lies.
-        kind: What it must hold.
-        format_: What it must say of its own format.
-        older: A key by which older files of this kind are known, which do not say their format.
-
-    Raises:
-        DocumentError: Missing, not JSON, of another format, or damaged; the line names the key.
+    Older files, which say none, are known by the key ``older``. A :class:`DocumentError` names the
+    key that is missing or damaged.
     """
     name = format_.split("-")[1] + ".json"
     try:
@@ -132,9 +122,6 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:
     """Write files into a folder, made where missing; return their paths by file name.
 
     Each is written under a temporary name first, then renamed.
-
-    Raises:
-        OutputError: The disk is full, or the folder may not be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -19,17 +19,10 @@ CHANCE_SHARE = 0.5
 
 
 def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = None) -> np.ndarray:
-    """Return the best geometry for programs that correct nothing.
+    """Return the best geometry for programs that correct nothing, shape (geometry,) [m, rad].
 
-    Args:
-        full: The full model.
-        load: What pulls at the joints.
-        alone: The geometry that the samples alone give, by the paper's cost, which the result is
-            not to be worse than; None where there is none, since more is known than its cost can
-            tell.
-
-    Returns:
-        The free numbers of the geometry, shape (geometry,) [m, rad].
+    ``alone`` is the geometry that the samples alone give, by the paper's cost, which the result is
+    not to be worse than; None where more is known than its cost can tell.
     """
     rigid = not full.deflection.without_joint_offsets.extensions
     if rigid and alone is None:

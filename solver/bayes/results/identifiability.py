@@ -30,9 +30,8 @@ SCALE = "the scale of all lengths (a longer base, or known distances, would tell
 def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...]:
     """Return what the data cannot tell, in words.
 
-    First come the directions that no ball can show in any chain of joints like this one; then,
-    among what is left, those that these recordings do not show, named by the two parameters that
-    take part most.
+    First come directions that no ball can show in any chain of joints like this one; then those
+    that these recordings do not show, named by the two parameters that take part most.
     """
     model = posterior.model
     n = model.geometry
@@ -79,12 +78,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
-    """Return what recordings like these cannot tell.
-
-    Args:
-        posterior: The calibration.
-        weak: What these in particular do not tell, see :func:`weakly_identifiable_directions`.
-    """
+    """Return what recordings like these cannot tell, beside what these in particular do not."""
     base, flange = UNOBSERVABLE
     if posterior.data.anchored:
         return (BASE_TURNS, flange) if any(one.text == BASE for one in weak) else (flange,)

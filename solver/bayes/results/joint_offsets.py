@@ -16,11 +16,7 @@ STEP = 1e-4
 
 
 def joint_offsets_in_words(posterior: Posterior) -> str:
-    """Return what was found of each joint's zero, and which the data do not decide.
-
-    Args:
-        posterior: Of a model whose first extension is the zeros.
-    """
+    """Return what was found of each joint's zero, and which the data do not decide."""
     begin = posterior.model.geometry
     variances = np.diag(posterior.covariance)[begin:]
     words = [
@@ -46,11 +42,7 @@ def offsets_in_origins(
 ) -> np.ndarray:
     """Return geometric parameters with zeros of the joints put into them, shape (geometry,).
 
-    Args:
-        model: The ball by these parameters.
-        parameters: The geometry's; all of the origin of a joint whose zero is not 0 are among them.
-        values: Their values, shape (geometry,) [m, rad].
-        offsets: The zeros, shape (m,) [rad], [m] for a prismatic joint.
+    All of the origin of a joint whose zero is not 0 is free; zeros have shape (m,) [rad, m].
     """
     values, origins = values.copy(), model.origins(values)
     place = {parameter.index: i for i, parameter in enumerate(parameters)}
@@ -87,11 +79,7 @@ def joint_offset_derivatives(robot: Robot, parameters: Sequence[Parameter]) -> n
 
 
 def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return roll, pitch and yaw of a rotation, as near to others as they can be [rad].
-
-    A rotation has two sets of them, and infinitely many where the pitch is 90 degrees; all may be
-    turned by 360 degrees.
-    """
+    """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
     cosine = float(np.hypot(R[0, 0], R[1, 0]))
     pitch = float(np.arctan2(-R[2, 0], cosine))
     if cosine > 1e-9:

@@ -19,10 +19,7 @@ NEAR, NEARBY = 0.06, 60
 
 
 def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Return what 68 % of the errors gap + deviation z do not exceed, either way, shape (N,) [m].
-
-    That is a deviation where there is no gap; beside a large one, some half of it more than that.
-    """
+    """Return what 68 % of the errors gap + deviation z do not exceed in size, shape (N,) [m]."""
     phi, ratios = NormalDist().cdf, np.linspace(0, LARGE_GAP, 31)
     low, high = ratios.copy(), ratios + 1
     for _ in range(20):
@@ -71,13 +68,7 @@ def errors_near(
     """Return the predicted errors of distances near recorded places, where they are largest.
 
     Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
-    distance are near one place.
-
-    Args:
-        posterior: The full model.
-        load: What pulls at the joints.
-        recorded: Joint positions of each placement, each of shape (N, m) [rad].
-        exported: As for :func:`predicted_errors`.
+    distance are near one place. Each placement has joint positions of shape (N, m) [rad].
     """
     found: list[DistanceDeviation] = []
     for rows in recorded:

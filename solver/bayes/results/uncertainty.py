@@ -38,11 +38,7 @@ def prior_covariance(posterior: Posterior) -> np.ndarray:
 
 
 def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
-    """Return how many of a group's unknowns the data decide; the rest stays where the prior has it.
-
-    A group whose width is not learned does not count them itself: each of its unknowns is decided
-    by as much as its variance is smaller than before the data.
-    """
+    """Return how many of a group's unknowns the data decide; the rest stays with its prior."""
     if group.learned:
         return group.effective
     before = np.diag(group.covariance(group.deviation))
@@ -76,8 +72,7 @@ def observability_index(posterior: Posterior) -> float:
 
     s_1 >= s_2 >= ... are the singular values of the derivatives of the N ball positions by the
     geometry, without what the places of sockets and frames explain, each parameter in units of its
-    prior's standard deviation; L of them are not zero
-    (s > 1e-6 s_1). Larger is better: configurations that differ more show more.
+    prior's standard deviation; L of them are not zero (s > 1e-6 s_1).
     """
     model, data = posterior.model, posterior.data
     true = posterior.deflection.true_positions(data.positions, data.torques)
@@ -101,16 +96,10 @@ def observability_index(posterior: Posterior) -> float:
 def distance_slopes(
     model: ExtendedModel, x: np.ndarray, q: np.ndarray, torque: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances between pairs of ball positions, and their derivatives by the unknowns.
+    """Return distances between pairs of ball positions, shape (N,), and derivatives (N, size).
 
-    Args:
-        model: The model.
-        x: Its unknowns, shape (size,).
-        q: Joint positions, shape (2 N, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs.
-        torque: What holds their joints, shape (2 N, 3 m) [N m].
-
-    Returns:
-        Shapes (N,) [m] and (N, size).
+    Joint positions q have shape (2 N, m) [rad], rows 0 and 1, 2 and 3, ... being pairs, and what
+    holds their joints (2 N, 3 m) [N m].
     """
     points, jacobian, _ = model.linearise(x, q, torque)
     offset = points[1::2] - points[::2]
@@ -145,14 +134,9 @@ _of_last: list[Any] = []
 def predicted_deviation(
     posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
 ) -> float:
-    """Return how far samples should lie from their socket's mean, noise included [m].
+    """Return how far samples should lie from their socket's mean, noise included, as rms [m].
 
-    This is a root mean square; a placement that was held out shows whether it comes true.
-
-    Args:
-        posterior: The calibration.
-        by_socket: For each socket, joint positions [rad] and torques [N m] of its samples, of
-            shape (N_k, m).
+    For each socket, ``by_socket`` has joint positions [rad] and torques [N m] of its samples.
     """
     size = posterior.model.size
     covariance = posterior.covariance[:size, :size]
@@ -183,10 +167,8 @@ def length_deviation(
 ) -> float:
     """Return the standard deviation of a placement's distance error by the full model [m].
 
-    Args:
-        posterior: The calibration, which was not fitted to the placement.
-        by_socket: As for :func:`predicted_deviation`; the first two sockets count.
-        measured: Standard deviation of the distance as it was measured [m].
+    The first two sockets of ``by_socket`` count, and their distance is measured to ``measured``
+    [m].
     """
     centres: list[np.ndarray] = []
     slopes: list[np.ndarray] = []
