@@ -1,7 +1,6 @@
 # keep: Option, SolveOptions, option_table, Method
 from .calibration import Calibration as Calibration
 from .crossval import Job as Job
-from .crossval import Plan as Plan
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
 from .earlier import posterior_of as posterior_of
@@ -26,5 +25,6 @@ from .poses import JointPath as JointPath
 from .poses import find_jumps as find_jumps
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
+from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
 from .type_prior import learn_types as learn_types

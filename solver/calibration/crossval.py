@@ -9,19 +9,9 @@ from ..data import Measurement, RobotRecordings
 from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
-from ..robot import Robot
 from .errors import placement_errors
 from .fit import fit_robots
-from .options import SolveOptions
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Everything that is the same in every fit of a cross-validation."""
-
-    robot: Robot
-    measurements: tuple[Measurement, ...]
-    options: SolveOptions
+from .problem import CalibrationProblem
 
 
 @dataclass(frozen=True)
@@ -46,16 +36,18 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *alone, *again]
 
 
-def run_job(plan: Plan, job: Job) -> list[PlacementErrors] | None:
+def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
-    train = [plan.measurements[i] for i in job.trained]
+    train = [problem.train[i] for i in job.trained]
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
         train = [_resampled(measured, generator) for measured in train]
     names = {measured.name for measured in train}
-    known = named(plan.measurements, plan.options.distances)
-    options = replace(plan.options, known=[k for k in known if {k.first[0], k.second[0]} <= names])
-    recordings = RobotRecordings(plan.robot, train, options.load)
+    known = named(problem.train, problem.options.distances)
+    options = replace(
+        problem.options, known=[k for k in known if {k.first[0], k.second[0]} <= names]
+    )
+    recordings = RobotRecordings(problem.robot, train, options.load)
     try:
         fit = fit_robots([recordings], options, require_scale=False)[0]
     except NotConverged:
@@ -63,7 +55,7 @@ def run_job(plan: Plan, job: Job) -> list[PlacementErrors] | None:
     models = fit.calibrated.models
     return [
         placement_errors(fit.calibrated, models, "train" if i in job.trained else "test", measured)
-        for i, measured in enumerate(plan.measurements)
+        for i, measured in enumerate(problem.train)
     ]
 
 

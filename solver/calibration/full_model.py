@@ -1,7 +1,7 @@
 """The full model of a calibrated arm as people use it: where it stands, and what to command."""
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Robot, Solutions, pose_on_flange, ur_controller
-from .kinematics import Controller, Kinematics, LoadedArm, Setup, warn_outside
+from .kinematics import Controller, Kinematics, Setup, warn_outside
 from .options import check_keywords
 from .poses import JointPath, PoseError, as_poses, find_jumps, half_way, not_reached, one_pose
 
@@ -38,7 +38,7 @@ class FullModel:
         """The calibrated robot: predictions and URDFs."""
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] = _alone
         """Pose of the base in a frame; of robots that were calibrated together."""
-        self._loaded = lru_cache(maxsize=8)(partial(LoadedArm, calibrated))
+        self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
 
     @property
     def robot(self) -> Robot:

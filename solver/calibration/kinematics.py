@@ -1,23 +1,17 @@
 """Kinematics of a calibrated arm with what is on it: its payload, its tool, and its base."""
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..data import Load
-from ..results import CalibratedRobot, JointsError
-from ..robot import ColumnFunction, Goal, PoseModel, PoseSolver, Robot, Solutions
+from ..results import CalibratedRobot, JointsError, Payload
+from ..robot import Goal, Robot, Solutions
 from .poses import CommandError, as_poses
 
-Payload = tuple[float, Sequence[float]]
-"""Mass [kg], and its centre in the flange's frame [m]."""
 Controller = Robot | str | Path | None
 """Model of a controller, or file of its factory calibration; None for the nominal one."""
 AT_LIMIT = 1e-9
@@ -46,48 +40,11 @@ class Setup(TypedDict, total=False):
     """Joint positions of that other robot, shape (m,) [rad]."""
 
 
-class LoadedArm:
-    """The full model of an arm that carries a payload, as functions of rows of joint positions."""
-
-    def __init__(self, calibrated: CalibratedRobot, payload: Payload | None = None) -> None:
-        if payload is not None:
-            robot = calibrated.robot.carrying(*payload)
-            calibrated = replace(calibrated, robot=robot, load=Load(calibrated.load.gravity, 0.0))
-        self.calibrated, self.robot = calibrated, calibrated.robot
-        self.flange = len(self.robot.joints) - 2
-        """Index of the chain's joint whose child link carries the ball."""
-        limits = self.robot.lower, self.robot.upper
-        solver = partial(PoseSolver, self.calibrated.pose_model, self.flange, limits)
-        self.solver: Callable[[Goal], PoseSolver] = lru_cache(maxsize=2)(solver)
-        """Inverse kinematics for a goal."""
-
-    @cached_property
-    def of_urdf(self) -> PoseSolver:
-        """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
-        full, endless = self.calibrated, np.full(len(self.robot.actuated), np.inf)
-        rigid = PoseModel.of(full.robot, full.origins)
-        return PoseSolver(rigid, self.flange, (-endless, endless))
-
-    @cached_property
-    def poses(self) -> ColumnFunction:
-        """Pose of the flange, 16 numbers."""
-        model = self.calibrated.pose_model
-        return ColumnFunction("flange", [model.q], [model.pose(self.flange)])
-
-    @cached_property
-    def jacobians(self) -> ColumnFunction:
-        """Jacobian of a point of the flange, 6 m numbers."""
-        model, point = self.calibrated.pose_model, ca.SX.sym("point", 3)
-        R, p = model.frames[self.flange]
-        J = model.jacobian(self.flange, p + R @ point)
-        return ColumnFunction("jacobian", [point, model.q], [J])
-
-
 @dataclass(frozen=True)
 class Kinematics:
     """Forward and inverse kinematics of a calibrated arm's tool, by the full model."""
 
-    arm: LoadedArm
+    arm: CalibratedRobot
     tool: np.ndarray
     """Its pose on the flange, shape (4, 4)."""
     base: np.ndarray
@@ -160,7 +117,7 @@ class Kinematics:
         except (TypeError, ValueError):
             raise JointsError(f"{what}: {q!r:.60} are no numbers") from None
         rows = array.reshape(-1, array.shape[-1]) if array.ndim > 2 else array
-        checked = self.arm.calibrated.positions(rows, what)
+        checked = self.arm.positions(rows, what)
         if warn:
             warn_outside(self.arm.robot, checked)
         return checked, array.shape[:-1]

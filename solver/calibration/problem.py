@@ -44,8 +44,8 @@ class CalibrationProblem:
     robot: Robot
     options: SolveOptions
     train: tuple[Measurement, ...]
-    test: tuple[Measurement, ...]
-    warnings: tuple[str, ...]
+    test: tuple[Measurement, ...] = ()
+    warnings: tuple[str, ...] = ()
     checks: tuple[Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
     hypotheses: tuple[Hypothesis, ...] = ()

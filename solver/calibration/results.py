@@ -21,7 +21,6 @@ from .fit import Fit
 from .frames import frame_poses
 from .problem import CalibrationProblem
 
-Point = tuple[float, float, float]
 UNKNOWN = (
     "how well the calibration is known could not be computed: the samples are too few or too much "
     "alike; record more that differ"
@@ -115,13 +114,13 @@ def _samples(
     for role, measured in problem.placements:
         placement = measured.placement
         count = len(placement.samples)
-        told: list[float | None] = [None] * count
-        of_turn = told
+        told = of_turn = moved = [None] * count
         if weights.size:
-            place = np.argsort(np.argsort(placement.sockets, kind="stable"))
-            told, weights = weights[:count][place].tolist(), weights[count:]
+            told, weights = measured.as_recorded(weights[:count]).tolist(), weights[count:]
             if measured.has_orientations:
                 of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
+        if measured.moved is not None:
+            moved = list(map(as_point, measured.as_recorded(measured.moved)))
         rows.append(
             results.PlacementSamples(
                 name=measured.name,
@@ -134,23 +133,15 @@ def _samples(
                         **{key: getattr(sample, key) for key in results.KEPT},
                         weight=weight,
                         orientation_weight=turn,
-                        moved=moved,
+                        moved=shift,
                     )
-                    for sample, weight, turn, moved in zip(
-                        placement.samples, told, of_turn, _moved(measured), strict=True
+                    for sample, weight, turn, shift in zip(
+                        placement.samples, told, of_turn, moved, strict=True
                     )
                 ),
             )
         )
     return tuple(rows)
-
-
-def _moved(measured: Measurement) -> list[Point | None]:
-    """Return how far the place of each sample had moved, in the order of recording."""
-    if measured.moved is None:
-        return [None] * len(measured.positions)
-    place = np.argsort(np.argsort(measured.placement.sockets, kind="stable"))
-    return [as_point(row) for row in measured.moved[place]]
 
 
 def _model(robot: Robot, calibrated_urdf: str) -> results.Model:

@@ -93,6 +93,10 @@ class Measurement:
         """Joint positions of all samples, socket after socket, shape (N, m) [rad]."""
         return np.concatenate(self.by_socket)
 
+    def as_recorded(self, rows: np.ndarray) -> np.ndarray:
+        """Return what belongs to rows of :attr:`positions` in the order of recording."""
+        return rows[np.argsort(np.argsort(self.placement.sockets, kind="stable"))]
+
     @cached_property
     def efforts(self) -> np.ndarray | None:
         """Measured joint efforts, row by row as :attr:`positions` [N m]; None without them."""

@@ -60,11 +60,6 @@ def distance(points_0: Any, points_1: Any) -> Any:
     return (offset.T @ offset) ** 0.5
 
 
-def regularization(parameters: Any, nominal: Any, weight: float) -> Any:
-    """Return residuals whose squares sum to weight * |Theta - Theta_nominal|^2. Linear."""
-    return (parameters - nominal) * weight**0.5
-
-
 @dataclass(frozen=True)
 class Problem:
     """Eq. (5), summed over the placements trained on."""
@@ -84,7 +79,7 @@ class Problem:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         positions = np.concatenate([measured.positions for measured in self.training])
         linear = self.model.linearise(x, positions)
-        parts = [(regularization(x, self.start, 1.0) * self._weights, np.diag(self._weights))]
+        parts = [((x - self.start) * self._weights, np.diag(self._weights))]
         first = 0
         for measured in self.training:
             last = first + len(measured.positions)
@@ -97,9 +92,7 @@ class Problem:
 
     def objective(self, x: Any) -> Any:
         """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
-        total: Any = ca.sumsqr(
-            regularization(x, ca.DM(self.model.nominal), 1.0) * ca.DM(self._weights)
-        )
+        total: Any = ca.sumsqr((x - ca.DM(self.start)) * ca.DM(self._weights))
         for measured in self.training:
             points = [self.model.function.map(len(rows))(x, rows.T) for rows in measured.by_socket]
             for P in points:

@@ -1,8 +1,8 @@
 """A calibrated robot: where its ball truly is, and the URDF that says so."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,9 +15,12 @@ from ..bayes.model import Deflection
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
     BallModel,
+    ColumnFunction,
+    Goal,
     Origin,
     Parameter,
     PoseModel,
+    PoseSolver,
     Robot,
     moments_function,
     relocate_meshes,
@@ -27,6 +30,8 @@ from ..robot import (
 
 ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
+Payload = tuple[float, Sequence[float]]
+"""Mass [kg], and its centre in the flange's frame [m]."""
 _FARTHEST = 8 * np.pi
 """Beyond all joints, endless ones too [rad]."""
 
@@ -68,6 +73,43 @@ class CalibratedRobot:
         """The full model as expressions of the joint positions, all its corrections included."""
         correct = self._correction if self.deflection.extensions else None
         return PoseModel.of(self.robot, self.model.origins(self.values), correct)
+
+    def carrying(self, payload: Payload | None) -> "CalibratedRobot":
+        """Return the robot that carries a payload; None for the load of the recordings."""
+        if payload is None:
+            return self
+        robot = self.robot.carrying(*payload)
+        return replace(self, robot=robot, load=Load(self.load.gravity, 0.0))
+
+    @property
+    def flange(self) -> int:
+        """Index of the chain's joint whose child link carries the ball."""
+        return len(self.robot.joints) - 2
+
+    @cached_property
+    def solver(self) -> Callable[[Goal], PoseSolver]:
+        """Inverse kinematics of the flange for a goal."""
+        limits = self.robot.lower, self.robot.upper
+        return lru_cache(maxsize=2)(partial(PoseSolver, self.pose_model, self.flange, limits))
+
+    @cached_property
+    def of_urdf(self) -> PoseSolver:
+        """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
+        endless = np.full(len(self.robot.actuated), np.inf)
+        return PoseSolver(PoseModel.of(self.robot, self.origins), self.flange, (-endless, endless))
+
+    @cached_property
+    def poses(self) -> ColumnFunction:
+        """Pose of the flange, 16 numbers."""
+        return ColumnFunction("flange", [self.pose_model.q], [self.pose_model.pose(self.flange)])
+
+    @cached_property
+    def jacobians(self) -> ColumnFunction:
+        """Jacobian of a point of the flange, 6 m numbers."""
+        model, point = self.pose_model, ca.SX.sym("point", 3)
+        R, p = model.frames[self.flange]
+        J = model.jacobian(self.flange, p + R @ point)
+        return ColumnFunction("jacobian", [point, model.q], [J])
 
     def _correction(self, q: Any) -> Any:
         """Return what :meth:`_corrected` computes of numbers, of symbols."""

@@ -50,8 +50,8 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
-    arm = request.calibration.kinematics(payload=request.options.get("payload")).arm
-    calibrated, load = arm.calibrated, arm.calibrated.load
+    calibrated = request.calibration.kinematics(payload=request.options.get("payload")).arm
+    load = calibrated.load
     curved = _with_curves(calibrated)
     model = curved.model
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...robot import BallModel, Parameter, Robot, rotation, rotation_rpy
+from ...robot import BallModel, Parameter, Robot, all_parameters, rotation, rotation_rpy
 from ..inference import Posterior
 
 DECIDED = math.radians(0.2)
@@ -64,18 +64,13 @@ def joint_offset_derivatives(robot: Robot, parameters: Sequence[Parameter]) -> n
 
     Shape (parameters, zeros); a zero of which not all angles are free is nothing but what is.
     """
-    place = {parameter.index: i for i, parameter in enumerate(parameters)}
-    columns: list[np.ndarray] = []
-    for j, joint in enumerate(robot.joints):
-        if not joint.actuated or joint.type == "prismatic":
-            continue
-        near, column = robot.origins[j, 3:], np.zeros(len(parameters))
-        R = rotation_rpy(near.tolist()).full() @ rotation(joint.axis, STEP).full()
-        for k, angle in enumerate(((angles_near(R, near) - near) / STEP).tolist()):
-            if 6 * j + 3 + k in place:
-                column[place[6 * j + 3 + k]] = angle
-        columns.append(column)
-    return np.array(columns).reshape(-1, len(parameters)).T
+    every = all_parameters(robot)
+    ball = BallModel(robot, [p.index for p in every])
+    rows = [every.index(p) for p in parameters]
+    steps = STEP * np.eye(len(robot.actuated))
+    turning = [step for j, step in zip(robot.actuated, steps, strict=True) if j.type != "prismatic"]
+    columns = [offsets_in_origins(ball, every, ball.nominal, s) - ball.nominal for s in turning]
+    return np.array(columns).reshape(-1, len(every)).T[rows] / STEP
 
 
 def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:

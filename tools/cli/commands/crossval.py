@@ -51,7 +51,9 @@ def run(options: Options, terminal: Terminal) -> int:
     if len(placements) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
     terminal.warn(*map(str, survey.diagnostics))
-    fit = partial(calibration.run_job, calibration.Plan(robot, tuple(placements), settings))
+    fit = partial(
+        calibration.run_job, calibration.CalibrationProblem(robot, settings, tuple(placements))
+    )
     work = calibration.jobs(len(placements), options.bootstrap)
     with terminal.progress(len(work)) as progress:
         kinds = [job.kind.replace("_", " ") for job in work]
