@@ -1,6 +1,6 @@
 """Guidance of the operator: request and reply as values, their provider, and the client."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from .. import Sample
@@ -92,6 +92,8 @@ class Advice:
     """Share by which the target would lower the predicted error."""
     alarms: tuple[Alarm, ...] = ()
     """Faults that the samples show, the most probable first."""
+    early: bool = False
+    """True if nothing but its alarms is known yet."""
     fails: str = ""
     """Reason for which these samples would be no valid calibration, beside what alarms say."""
     closing: tuple[str, ...] = ()
@@ -136,22 +138,20 @@ class GuidanceClient:
         self._provider = provider
         self._actions = actions
         self._sound = sound
-        self._asked: object = None
+        self._asked: tuple[tuple[Sample, ...], int] | None = None
+        self._alarms: tuple[Alarm, ...] = ()
         self._kept: list[Alarm] = []
 
     @property
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
-        alarms = self.advice.alarms if self.advice else ()
-        return next((a for a in alarms if not any(map(a.is_like, self._kept))), None)
+        return next((a for a in self._alarms if not any(map(a.is_like, self._kept))), None)
 
     def answered(self, alarm: Alarm, *, keep: bool = False) -> None:
         """Tell no more of a fault: its samples are kept as they are, or were put right."""
         if keep:
             self._kept.append(alarm)
-        if self.advice:
-            left = tuple(a for a in self.advice.alarms if a != alarm)
-            self.advice = replace(self.advice, alarms=left)
+        self._alarms = tuple(a for a in self._alarms if a != alarm)
 
     def update(self, position: tuple[float, ...] | None) -> None:
         """Take an answer that has come, and ask anew for the arm's position if need be."""
@@ -169,13 +169,21 @@ class GuidanceClient:
             self._provider = self.advice = None
 
     def _accept(self, advice: Advice | None) -> None:
-        """Take advice over, unless the session has changed since the request."""
-        session = self._actions.session
-        if advice is None or (advice.count, advice.socket) != (len(session.live), session.socket):
+        """Take advice over, unless the session has changed since the request.
+
+        Faults of its samples hold while more are recorded: whoever is quick hears of them as well.
+        """
+        session, (asked, _) = self._actions.session, self._asked or ((), 0)
+        if advice is None or session.live[: len(asked)] != asked:
             return
-        told, before, self.advice = self.alarm, self.advice, advice
+        told, before, self._alarms = self.alarm, self.advice, advice.alarms
+        holds = (advice.count, advice.socket) == (len(session.live), session.socket)
+        if holds and not advice.early:
+            self.advice = advice
         if self.alarm and not (told and told.cause == self.alarm.cause):
             self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
+            return
+        if advice is not self.advice:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")

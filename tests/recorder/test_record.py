@@ -397,6 +397,24 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, alarm, key,
     assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 
+def test_a_quick_hand_hears_of_a_fault_as_well(arm, by_hand):
+    """Advice on two samples that comes once there are three still tells their fault."""
+    adviser, held = Guidance({}, {}, {"alarms": (BASE,)}, {}), []
+    at_once = adviser.answer
+
+    def answer():
+        if not held and (said := at_once()):
+            held.append((said, time.monotonic() + 2.0 * (said.count == 2)))
+        adviser.idle = not held or time.monotonic() >= held[0][1]  # it computes on
+        return held.pop()[0] if held and adviser.idle else None
+
+    adviser.answer = answer
+    typed = (0.5, "a"), (2.2, "a"), (3.8, "a"), (6.5, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    assert len(outcome.session.live) == 3
+    assert f"{BASE.words}: {BASE.text}" in seen.alarms
+
+
 def test_a_fail_is_told_with_its_reason_before_more_is_recorded(arm, by_hand):
     why = {"fails": "The arm came out 3 % longer than its model"}
     adviser = Guidance({}, why, {**why, "exhausted": True})

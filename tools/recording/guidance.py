@@ -6,7 +6,7 @@ from itertools import takewhile
 import numpy as np
 
 from ...recorder import Placement, Sample
-from ...recorder.session import Advice
+from ...recorder.session import Advice, Alarm
 from ...solver.bayes.inference import Posterior
 from ...solver.bayes.model import Noise, extend
 from ...solver.data import CALIPER_DEVIATION
@@ -75,10 +75,18 @@ class PoseSelector:
         self._reach = Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
         self._alarms = SessionAlarms(robot)
+        self._told: tuple[tuple[Sample, ...], tuple[Alarm, ...]] = ((), ())
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
         self._said = False
         self._route: tuple[list[int], np.ndarray] | None = None
+
+    def alarms(self, samples: Sequence[Sample]) -> tuple[Alarm, ...]:
+        """Return the faults that samples show, the most probable first, in under a second."""
+        if self._told[0] != tuple(samples):
+            found = self._alarms([*self._earlier, self._placement(samples)])
+            self._told = tuple(samples), found
+        return self._told[1]
 
     def advise(
         self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
@@ -93,7 +101,7 @@ class PoseSelector:
         order = self._order(samples, socket)
         target, gain = self._next(known, where, samples, order, position)
         here = self._placement(samples)
-        alarms = self._alarms([*self._earlier, here])
+        alarms = self.alarms(samples)
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, here], zeros=self._alarms.coarse
         )

@@ -1,5 +1,6 @@
 """A worker process beside the recorder that runs the pose selection, so that nothing waits."""
 
+import math
 import multiprocessing
 import os
 import signal
@@ -112,7 +113,9 @@ class BackgroundGuidance(WorkerProcess):
 
     def answer(self, wait: float = 0.0) -> Advice | None:
         """Return the newest advice that has come since; None without one."""
-        return super().answer(wait)
+        advice: Advice | None = super().answer(wait)
+        self._busy = self._busy or bool(advice and advice.early)
+        return advice
 
 
 def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
@@ -124,6 +127,9 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
     while True:
         request: GuidanceRequest = pipe.recv()
         samples = request.samples
+        if alarms := selector.alarms(samples):  # before what takes seconds
+            early = Advice(len(samples), request.socket, math.inf, 0.0, alarms=alarms, early=True)
+            pipe.send(early)
         advice = selector.advise(samples, request.socket, request.position)
         pipe.send(replace(advice, closing=closing))
         if (advice.enough or advice.exhausted) and not closing:
