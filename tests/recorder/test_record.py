@@ -397,15 +397,15 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, alarm, key,
     assert next(p.words for p in prompts if p.words in ("ENOUGH", alarm.words)) != "ENOUGH"
 
 
-def test_a_quick_hand_hears_of_a_fault_as_well(arm, by_hand):
+def test_a_quick_hand_hears_of_a_fault_as_well(arm, by_hand, virtual_time):
     """Advice on two samples that comes once there are three still tells their fault."""
     adviser, held = Guidance({}, {}, {"alarms": (BASE,)}, {}), []
     at_once = adviser.answer
 
     def answer():
         if not held and (said := at_once()):
-            held.append((said, time.monotonic() + 2.0 * (said.count == 2)))
-        adviser.idle = not held or time.monotonic() >= held[0][1]  # it computes on
+            held.append((said, virtual_time.now() + 2.0 * (said.count == 2)))
+        adviser.idle = not held or virtual_time.now() >= held[0][1]  # it computes on
         return held.pop()[0] if held and adviser.idle else None
 
     adviser.answer = answer

@@ -136,9 +136,7 @@ def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
     said = iter([True, True, True, False])
 
     def solved(*_: object, **__: object) -> SimpleNamespace:
-        return SimpleNamespace(
-            predicted=next(predicted), asked=1e-3, enough=next(said), fails=""
-        )
+        return SimpleNamespace(predicted=next(predicted), asked=1e-3, enough=next(said), fails="")
 
     monkeypatch.setattr("mukca.tools.recording.guidance.sufficiency_of", solved)
     told = [coach.advise(samples[:20], 1) for _ in range(4)]
