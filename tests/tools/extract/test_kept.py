@@ -8,7 +8,9 @@ from mukca.tools.cli import main
 
 
 @pytest.mark.slow
-def test_what_was_captured_can_be_looked_at_again(extract, session, tmp_path, virtual_time):
+def test_what_was_captured_can_be_looked_at_again(
+    extract, refused, session, tmp_path, virtual_time
+):
     keys, out = tmp_path / "keys", tmp_path / "front"
     keys.write_text("a*12 s a*12 q")
     driver = f"mock:{session / 'front'}?rate=100&hold=1&move=0.8"
@@ -21,8 +23,6 @@ def test_what_was_captured_can_be_looked_at_again(extract, session, tmp_path, vi
     assert found.sockets.tolist() == captured.sockets.tolist()
     # each the mean of some 30 states with 2e-5 rad of noise
     assert np.abs(found.positions - captured.positions).max() < 5 * 2e-5 / np.sqrt(15)
-    status, _, err = extract(out / "states_1.stream", "--robot", "ur5e")
-    assert status == 2 and "it has panda_joint1" in err
+    refused("it has panda_joint1", "extract", out / "states_1.stream", "--robot", "ur5e")
     (out / "states_1.stream").write_bytes(b"something else\n")
-    status, _, err = extract(out, "--robot", "panda")
-    assert status == 2 and "not a stream of states" in err and len(err.splitlines()) == 1
+    refused("not a stream of states", "extract", out, "--robot", "panda")
