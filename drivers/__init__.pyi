@@ -7,7 +7,6 @@ from .driver import Reason as Reason
 from .driver import match_joints as match_joints
 from .reconnect import Reconnecting as Reconnecting
 from .registry import DriverInfo as DriverInfo
-from .registry import is_installed as is_installed
 from .registry import list_drivers as list_drivers
 from .registry import open_driver as open_driver
 from .registry import try_plugin as try_plugin

@@ -39,7 +39,7 @@ class DriverInfo:
     @property
     def missing(self) -> tuple[str, ...]:
         """Those of :attr:`needs` that are not installed."""
-        return tuple(module for module in self.needs if not is_installed(module))
+        return tuple(module for module in self.needs if find_spec(module) is None)
 
 
 _ISOTP, _KORTEX = ("isotp", "can://"), ("kortex_api", "kortex://")
@@ -80,11 +80,6 @@ _OWN = (
     DriverInfo("xarm", _ARMS + "xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
 )
 DRIVERS = {info.name: info for info in _OWN}
-
-
-def is_installed(module: str) -> bool:
-    """Return whether a module could be imported, without importing it."""
-    return find_spec(module) is not None
 
 
 def list_drivers() -> list[DriverInfo]:

@@ -1,6 +1,8 @@
 """``mukca drivers``: the arms that can be read."""
 
-from ....drivers import DriverInfo, is_installed, list_drivers, try_plugin
+from importlib.util import find_spec
+
+from ....drivers import DriverInfo, list_drivers, try_plugin
 from .. import JsonOption, Terminal
 
 Options = JsonOption
@@ -25,7 +27,7 @@ def _state(info: DriverInfo) -> str:
         return f"NOT READY: needs {', '.join(info.missing)}, not installed"
     ready = f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
     others = (
-        f"{address} with {module}{'' if is_installed(module) else ', NOT installed'}"
+        f"{address} with {module}{'' if find_spec(module) else ', NOT installed'}"
         for module, address in info.optional
     )
     return "; ".join([ready, *others])
@@ -34,7 +36,7 @@ def _state(info: DriverInfo) -> str:
 def _as_json(info: DriverInfo) -> dict[str, object]:
     keys = ("name", "arms", "needs", "missing", "source")
     optional = [
-        {"module": module, "address": address, "installed": is_installed(module)}
+        {"module": module, "address": address, "installed": find_spec(module) is not None}
         for module, address in info.optional
     ]
     plain = {key: getattr(info, key) for key in keys}
