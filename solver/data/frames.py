@@ -137,6 +137,11 @@ def kabsch(
     return Pose(R, target - R @ middle)
 
 
+def robust_weights(squares: np.ndarray) -> np.ndarray:
+    """Return weights that fall with squared errors, shape (N,)."""
+    return 1 / (1 + squares / (5 * max(float(np.median(squares)), 1e-24)))
+
+
 def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> Pose:
     """Return the pose that brings points closest to others, robustly.
 
@@ -147,9 +152,7 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
     pose = IDENTITY
     for _ in range(REWEIGHTINGS):
         pose = kabsch(inner, outer, weights, mirrored=mirrored)
-        squares = np.sum((pose.apply(inner) - outer) ** 2, axis=1)
-        scale = max(float(np.median(squares)), 1e-24)
-        weights = 1 / (1 + squares / (5 * scale))
+        weights = robust_weights(np.sum((pose.apply(inner) - outer) ** 2, axis=1))
     return pose
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .frames import REWEIGHTINGS, FrameError, Pose
+from .frames import REWEIGHTINGS, FrameError, Pose, robust_weights
 
 ALONG_ONE_AXIS = 1e-3
 """Share of the turns about other axes below which the poses turn about one axis only."""
@@ -99,7 +99,7 @@ def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
 def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the sizes of errors, shape (N, 3), and weights that fall with them."""
     sizes = np.linalg.norm(errors, axis=1)
-    return sizes, 1 / (1 + sizes**2 / (5 * max(float(np.median(sizes**2)), 1e-24)))
+    return sizes, robust_weights(sizes**2)
 
 
 def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> None:

@@ -52,6 +52,9 @@ class Observations:
     clocks: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
     """``time`` [s] and ``temperature`` of the samples, each of shape (N,); NaN where not known."""
 
+    recorded_at: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
+    """Name of the placement of each sample, shape (N,)."""
+
     @property
     def turned(self) -> np.ndarray:
         """True for samples that are the orientation of a ball's link, shape (N,)."""
@@ -69,12 +72,7 @@ class Observations:
 
     def rows_of(self, placement: str) -> np.ndarray:
         """Return a mask of the places that were recorded at a placement, shape (N,)."""
-        own = [i for i, (name, _) in enumerate(self.labels) if name == placement]
-        rows = np.isin(self.sockets, own)
-        if self.instrument is not None:
-            measured = np.array([name == placement for name in self.instrument.placements])
-            rows |= measured & ~self.turned
-        return rows
+        return (self.recorded_at == placement) & ~self.turned
 
     def distance_covariance(self) -> np.ndarray:
         """Return :func:`distance_covariance` of the known distances."""
@@ -84,11 +82,7 @@ class Observations:
         """Return the observations without some placements and the distances to their sockets."""
         kept = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
         new = {old: i for i, old in enumerate(kept)}
-        rows = np.isin(self.sockets, kept)
-        instrument = self.instrument
-        if instrument is not None:
-            rows |= instrument.rows_besides(placements)
-            instrument = instrument.of(rows)
+        rows = ~np.isin(self.recorded_at, list(placements))
         return replace(
             self,
             positions=self.positions[rows],
@@ -104,7 +98,8 @@ class Observations:
             located=tuple(
                 replace(one, socket=new[one.socket]) for one in self.located if one.socket in new
             ),
-            instrument=instrument,
+            instrument=None if self.instrument is None else self.instrument.of(rows),
+            recorded_at=self.recorded_at[rows],
         )
 
 
@@ -124,8 +119,8 @@ class MultiRobotObservations:
         """The names of all placements."""
         names = [name for name, _ in self.arms[0].labels]
         for arm in self.arms:
-            names += arm.instrument.placements if arm.instrument is not None else ()
-        return tuple(dict.fromkeys(name for name in names if name))
+            names += arm.recorded_at.tolist()
+        return tuple(dict.fromkeys(names))
 
     def without(self, placements: Collection[str]) -> "MultiRobotObservations":
         """Return all but some placements and what is known of their sockets."""
@@ -262,14 +257,16 @@ def _samples(
     ]
     turned = [(name, m) for name, m in measurements if m.has_orientations]
     every = [m for _, m in (*measurements, *turned)]
+    counts = [len(m.positions) for m in every]
     return Observations(
         np.concatenate([m.positions for m in every]),
         np.concatenate([arm.load.torques(arm.robot, m) for m in every]),
-        np.concatenate([*places, *(np.full(sum(m.counts), -1) for _, m in turned)]),
+        np.concatenate([*places, np.full(sum(counts[len(places) :]), -1)]),
         labels,
         known,
         located,
         frames,
-        measured_points(measurements, frames),
+        measured_points([m for _, m in measurements], frames),
         clocks={name: np.concatenate([m.clock(name) for m in every]) for name in CLOCKS},
+        recorded_at=np.repeat([name for name, _ in (*measurements, *turned)], counts),
     )

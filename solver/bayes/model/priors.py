@@ -72,9 +72,9 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     frame = np.bincount(measured.turned_in[data.turned]).argmax()
     turned = np.flatnonzero(measured.turned_in == frame)
     rows: list[int] = turned.tolist()
-    names = {measured.placements[i] for i in rows}
+    names = set(data.recorded_at[rows].tolist())
     balls: list[int] = np.flatnonzero(measured.frames == frame).tolist()
-    placed = [i for i in balls if measured.placements[i] in names]
+    placed = [i for i in balls if data.recorded_at[i] in names]
     q, ball = data.positions[turned], model.ball
     R, p = ball.rotations(ball.nominal, q).points, ball.points(ball.nominal, q)
     where = measured.sources[rows[0]].rpartition(":")[0]

@@ -44,9 +44,8 @@ def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: 
             if name == placement and rows.any():
                 points = arm.predict(own.positions[rows], own.torques[rows])
                 distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
-        if own.instrument is not None and placement in own.instrument.placements:
-            rows = np.array([name == placement for name in own.instrument.placements])
-            rows &= ~own.turned
+        rows = own.rows_of(placement) & (own.sockets < 0)
+        if own.instrument is not None and rows.any():
             points = arm.predict(own.positions[rows], own.torques[rows])
             measured = own.instrument.points[rows]
             placed = fit_pose(measured, points).apply(measured)
