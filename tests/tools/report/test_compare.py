@@ -53,7 +53,7 @@ def test_a_calibration_equals_its_copy_wherever_the_base_frame_is(
     (joint,) = [row for row in document["parameters"] if row["name"] == "panda_joint1.z"]
     for key in ("calibrated", "exported", "change"):
         joint[key] += 0.1
-    _, out, _ = run(calibrated / "calibration.json", written(document), "--json")
+    _, out, _ = run(calibrated, written(document), "--json")
     pair = json.loads(out)["pairs"][-1]
     assert pair["summary"]["mean"] == pytest.approx(0, abs=1e-12)
     assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)

@@ -8,7 +8,7 @@ from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import UsageError
 from ....solver.results import encode, write_files
 from ...report import figures, page, plots
-from .. import OutputOptions, Terminal, argument, measure_all, option, table
+from .. import OutputOptions, Terminal, argument, measure_all, one_arm, option, table
 from .report import open_page
 
 
@@ -16,7 +16,7 @@ from .report import open_page
 class Options(OutputOptions):
     """Options of ``mukca compare``."""
 
-    calibrations: Sequence[Path] = argument("calibration.json", "CALIBRATION")
+    calibrations: Sequence[Path] = argument("calibration.json, or its folder", "CALIBRATION")
     data: Sequence[Path] = option("placements to compare on", "DATA", ())
     distance: float | None = option(
         "distance of the sockets' centres in --data, in metres (default: the recording's)", "M"
@@ -30,7 +30,7 @@ def run(options: Options, terminal: Terminal) -> int:
     if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")
     options.check_out()
-    contenders = figures.contenders_of(options.calibrations)
+    contenders = figures.contenders_of([one_arm(file) for file in options.calibrations])
     robot = contenders[0].calibration.robot
     if options.data:
         data = measure_all(options.data, robot, options.distance, sockets=1)
