@@ -9,6 +9,8 @@ import pytest
 
 import mukca
 from mukca.solver.assessment import worst
+from mukca.solver.assessment.scale_check import scale_row
+from mukca.solver.results import Diagnostic, Scale
 from mukca.tools.cli import main
 
 KNOWN = "front:0-left:0="
@@ -506,3 +508,9 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
     mukca.write_report(found, tmp_path)
     answers = json.loads((tmp_path / "report.json").read_text())["answers"]
     assert answers["data"]["text"].startswith("Yes, but the ball drifts in its sockets")
+
+
+@pytest.mark.parametrize(("code", "status"), [("moved", "not evaluated"), ("far", "pass")])
+def test_no_size_is_called_right_by_a_base_that_moved(code, status):
+    checks = [Diagnostic(level="error", code=code, where="front", text="", advice="")]
+    assert scale_row(Scale(value=1e-3, deviation=5e-4), [], checks).status == status
