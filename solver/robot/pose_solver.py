@@ -19,7 +19,7 @@ LAST = 1e-6
 """So small a step is the last, too, where what it leaves is within the tolerance, if it shrinks the
 rest as the step before did [rad]."""
 ROUNDS = 60
-STUCK, NEAR = 14, 1e-5
+STUCK, NEAR = 20, 1e-5
 """Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
 search: the joints fold there, or a limit is in the way."""
 AWAY, MARGIN = 3, 2.0
@@ -35,6 +35,8 @@ STARTS = 8
 """New starts of a pose at a time, among which the nearest solution is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
 """Standard deviation of these starts, time after time [rad]; infinite for all of the range."""
+ZERO = np.zeros(1)
+"""How far joints stay from their limits where no search is stuck."""
 NO_TOOL = np.eye(4)[:3].ravel()
 
 
@@ -98,12 +100,13 @@ class PoseSolver:
         # what a row has: q, target, prefer; the best q, and the step before; what is left, and its
         # square; by columns, since these are computed with
         parts = (q, targets, q if prefer is None else prefer, q, q, np.full((N, 3), np.inf))
-        table, cuts = np.asfortranarray(np.hstack(parts)), np.cumsum([2 * m + 12, m, m, 2])
+        table, end = np.asfortranarray(np.hstack(parts)), 2 * m + 12
         moving, stuck = np.arange(N), np.zeros(N, dtype=int)
         for round_ in range(ROUNDS):
-            rows, best, before, least, total = np.split(table, cuts, axis=1)
-            q, total = rows[:, :m], total[:, 0]
-            away = np.where((stuck > 0) & (stuck <= AWAY), MARGIN * np.sqrt(np.sqrt(total)), 0.0)
+            rows, q, best = table[:, :end], table[:, :m], table[:, end : end + m]
+            before, least, total = table[:, end + m : -3], table[:, -3:-1], table[:, -1]
+            held = (stuck > 0) & (stuck <= AWAY)
+            away = np.where(held, MARGIN * np.sqrt(np.sqrt(total)), 0.0) if held.any() else ZERO
             left, change, longest = self._step(rows, tool, away[:, None])
             settled, most = longest < SETTLED, np.maximum(left[:, 0], left[:, 1])
             now = np.square(left) @ np.ones(2)
@@ -187,7 +190,8 @@ class PoseSolver:
         longest = np.abs(change).max(axis=1, initial=0)
         outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():
-            known = [values[outside] for values in (rows, change, model, lower, upper)]
+            bounds = (np.broadcast_to(bound, after.shape) for bound in (lower, upper))
+            known = [values[outside] for values in (rows, change, model, *bounds)]
             [change[outside]] = self._limited(np.hstack(known))
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
         return left, change, longest

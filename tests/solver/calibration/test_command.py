@@ -66,6 +66,17 @@ def test_other_starts_are_tried_where_the_first_leads_nowhere(model):
     assert np.abs(model.flange(model.command(T)) - T).max() < 1e-9
 
 
+def test_a_fold_at_a_limit_is_left_from_one_start():
+    model = arm("openarm")  # whose elbow is straight at its limit
+    q = np.clip(0.7 * workspace(model.robot, 200), model.robot.lower, model.robot.upper)
+    near = q + 0.05 * np.sin(np.arange(q.size)).reshape(q.shape)
+    q[:, 3], near[:, 3] = 0.06, 0.0
+    solver = model.kinematics().arm.solver("pose")
+    found = solver.solve(model.flange(q)[:, :3].reshape(-1, 12), near)
+    assert found.reached.all()  # 175, if joints did not stay away from their limits for a while
+    assert np.abs(model.flange(found.positions) - model.flange(q)).max() < 1e-9
+
+
 def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda):
     q, loaded = np.array(POSTURE), {"payload": (3.0, (0.0, 0.0, 0.1))}
     T = bent_panda.flange(q)
