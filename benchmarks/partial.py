@@ -1,10 +1,16 @@
 """One thing fitted with the calibrated chain held: the figures of docs/hold.md.
 
 python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
+python benchmarks/partial.py together --seat 0.05       all zeros lost at once, simulated arms
 python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not (--draws 2)
-python benchmarks/partial.py together                   all zeros lost at once, simulated arms
+python benchmarks/partial.py changes --robot ur5e       the same of simulated arms
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
+python benchmarks/partial.py tracker --recordings DIR   a real tool and base by 8 poses (ur10)
+
+Simulated arms bend and wind, their ball sits to 0.05 to 0.1 mm an axis, and 30 + 30 samples at each
+of two bases calibrate them, 50 mm between the sockets. --first and --draws split a run: figures are
+root mean squares, so those of equal portions are pooled by their squares.
 """
 
 import os
@@ -20,9 +26,9 @@ from pathlib import Path
 import numpy as np
 
 import mukca
-from mukca.recorder import Sample
+from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import hand_eye, turn
+from mukca.solver.data import Pose, hand_eye, measure, rotation_vectors, turn
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import BallModel, Origin
 from mukca.tools.simulation import (
@@ -37,6 +43,8 @@ from mukca.tools.simulation import (
 
 TRAINED = ("frontcenter", "backleft")
 PUT_IN = 5e-3
+Fresh = tuple[mukca.Calibration, mukca.Placement]
+"""A calibration, and samples at a placement that it was not calibrated at."""
 
 
 def rezero(folder: Path, draws: int) -> Iterator[str]:
@@ -67,27 +75,53 @@ def rezero(folder: Path, draws: int) -> Iterator[str]:
         )
 
 
-def changes(folder: Path, draws: int) -> Iterator[str]:
-    """Changes told of a real arm, none, 0.5 or 1 mrad put into each joint of 6 + 6 samples.
+def changes(cases: Iterator[Fresh], generator: np.random.Generator) -> Iterator[str]:
+    """Changes told, none, 0.5 or 1 mrad put into each joint but the first and last."""
+    told = {0.0: [0, 0], 5e-4: [0, 0], 1e-3: [0, 0]}
+    for calibration, placement in cases:
+        since, names = few(placement, 6, generator), calibration.robot.joint_names
+        for size, counts in told.items():
+            for j in range(1, len(names) - 1) if size else [0]:
+                q = since.positions - size * np.eye(len(names))[j]
+                moved = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
+                counts[0] += mukca.what_changed(calibration, moved).verdict.exit_status == 1
+                counts[1] += 1
+    yield ", ".join(f"{1e3 * size:g} mrad: {a} of {b}" for size, (a, b) in told.items())
 
-    It is calibrated by each pair of its placements; draws are taken of each of the others.
-    """
-    placements = mukca.read_placements(folder)
-    robot, generator = mukca.load_robot(folder / "nominal.urdf"), np.random.default_rng(1)
-    names, told = robot.joint_names, {0.0: [0, 0], 5e-4: [0, 0], 1e-3: [0, 0]}
+
+def recorded(folder: Path, draws: int) -> Iterator[Fresh]:
+    """Yield a real arm calibrated by each pair of its placements, and each of the others."""
+    placements, robot = mukca.read_placements(folder), mukca.load_robot(folder / "nominal.urdf")
     for pair in combinations(placements, 2):
         calibration = mukca.calibrate(robot, list(pair))
         for placement in [p for p in placements if p not in pair for _ in range(draws)]:
-            since = few(placement, 6, generator)
-            for size, counts in told.items():
-                for j in range(1, len(names) - 1) if size else [0]:
-                    q = since.positions - size * np.eye(len(names))[j]
-                    moved = mukca.Placement.of_arrays(
-                        "since", q, since.sockets, names, distance=0.05
-                    )
-                    counts[0] += mukca.what_changed(calibration, moved).verdict.exit_status == 1
-                    counts[1] += 1
-    yield ", ".join(f"{1e3 * size:g} mrad: {a} of {b}" for size, (a, b) in told.items())
+            yield calibration, placement
+
+
+def tracker(folder: Path, draws: int) -> Iterator[str]:
+    """Errors of a real arm's probe: the chain by 150 positions, probe and tracker by 8 poses."""
+    points, poses = (read_points(folder / f"{kind}.csv", kind) for kind in ("points", "poses"))
+    robot, found = mukca.load_robot("ur10"), list[tuple[float, float]]()
+    for draw in range(draws):
+        order = np.random.default_rng(draw).permutation(len(poses.samples)).tolist()
+        calibration = mukca.calibrate(robot, picked(points, order[:150]))
+        result = mukca.handeye(calibration, picked(poses, order[150:158]), "beside")
+        rest = replace(picked(poses, order[158:]), poses_of="camera")
+        measured = measure(rest, robot, poses_of="camera")
+        T, own = result.calibration.flange(measured.positions), Pose.of(result.frame.origin)
+        at = T[:, :3, :3] @ result.target.translation + T[:, :3, 3]
+        away = np.linalg.norm(at - own.apply(measured.points), axis=1)
+        R = T[:, :3, :3] @ result.target.rotation
+        off = rotation_vectors(R @ (own.rotation @ measured.rotations).transpose(0, 2, 1))
+        found.append((float(away.mean()), float(np.linalg.norm(off, axis=1).mean())))
+    place, angle = 1e3 * np.mean(found, axis=0)
+    yield f"tool at the other poses: mean {place:.3f} mm, {angle:.2f} mrad"
+
+
+def picked(placement: mukca.Placement, rows: list[int]) -> mukca.Placement:
+    """Return some samples of a placement."""
+    samples = tuple(placement.samples[i] for i in sorted(rows))
+    return replace(placement, samples=samples, files=())
 
 
 def few(placement: mukca.Placement, count: int, generator: np.random.Generator) -> mukca.Placement:
@@ -120,22 +154,33 @@ class Drawn:
         return replace(self.arm, joints=(*self.arm.joints[:-1], joint))
 
 
-def drawn(name: str, draws: int) -> Iterator[tuple[Drawn, np.random.Generator]]:
-    """Yield simulated arms."""
+Arms = Iterator[tuple[Drawn, np.random.Generator]]
+
+
+def drawn(name: str, draws: range, seat: float | None) -> Arms:
+    """Yield simulated arms; their ball's seat is drawn where None is given [m]."""
     robot = mukca.load_robot(name)
-    for draw in range(draws):
+    for draw in draws:
         generator = np.random.default_rng([7, draw])
         arm = perturb(robot, generator, TRANSLATION, TURN)
         how = realistic_flaws(robot, generator)
+        how = how if seat is None else replace(how, noise=seat)
         bases = reachable_bases(arm, generator, 2)
         train = [record(arm, base, generator, imperfection=how) for base in bases]
         yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
 
 
-def together(name: str, draws: int) -> Iterator[str]:
+def simulated(arms: Arms) -> Iterator[Fresh]:
+    """Yield simulated arms, each at three bases that it was not calibrated at."""
+    for one, generator in arms:
+        for base in reachable_bases(one.arm, generator, 3):
+            yield one.calibration, record(one.arm, base, generator, imperfection=one.how)
+
+
+def together(arms: Arms) -> Iterator[str]:
     """Zeros of all joints but the first and last, 10 mrad put into each at once."""
     rows: dict[int, list[tuple[float, float, bool]]] = {6: [], 10: []}
-    for one, generator in drawn(name, draws):
+    for one, generator in arms:
         joints = one.arm.joint_names
         size = 1e-2 * generator.choice([-1, 1], len(joints))
         size[[0, -1]] = 0.0
@@ -155,15 +200,15 @@ def together(name: str, draws: int) -> Iterator[str]:
     for count, found in rows.items():
         off, stated, told = np.array(found, dtype=float).T
         yield (
-            f"{name}, {count} + {count} samples: rms {1e3 * np.mean(off**2) ** 0.5:.2f} mrad, "
+            f"{count} + {count} samples: rms {1e3 * np.mean(off**2) ** 0.5:.2f} mrad, "
             f"stated {1e3 * np.mean(stated**2) ** 0.5:.2f}, all named in {100 * told.mean():.0f} %"
         )
 
 
-def tool(name: str, draws: int) -> Iterator[str]:
+def tool(arms: Arms) -> Iterator[str]:
     """Scatter of a tip about points elsewhere, found by 4, 8 and 12 touches of one point."""
     rows: dict[int, list[tuple[float, float, float, float]]] = {4: [], 8: [], 12: []}
-    for one, generator in drawn(name, draws):
+    for one, generator in arms:
         tip = np.array([0.02, -0.03, 0.12]) + one.arm.ball_joint.origin.xyz
         arm = one.carrying(tip)
         first, *others = reachable_bases(arm, generator, 4)
@@ -183,16 +228,16 @@ def tool(name: str, draws: int) -> Iterator[str]:
     for count, found in rows.items():
         full, stated, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
-            f"{name}, {count} touches: {full:.2f} mm (stated {stated:.2f}), calibrated.urdf "
+            f"{count} touches: {full:.2f} mm (stated {stated:.2f}), calibrated.urdf "
             f"{alone:.2f}, nominal {nominal:.2f}"
         )
 
 
-def handeye(name: str, draws: int) -> Iterator[str]:
+def handeye(arms: Arms) -> Iterator[str]:
     """Scatter of a board elsewhere, seen by a camera on the arm found by 8, 15 and 30 views."""
     rows: dict[int, list[tuple[float, float, float]]] = {8: [], 15: [], 30: []}
     X = matrix(turn(np.array([0.1, -0.2, 0.4])), np.array([0.05, -0.02, 0.06]))
-    for one, generator in drawn(name, draws):
+    for one, generator in arms:
         truth = FullModel(one.truth)
         first, *others = (base.centre for base in reachable_bases(one.arm, generator, 4))
         q, seen = views(truth, X, first, 30, generator)
@@ -219,10 +264,7 @@ def handeye(name: str, draws: int) -> Iterator[str]:
             found.append((errors[0], errors[1], errors[2]))
     for count, found in rows.items():
         full, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
-        yield (
-            f"{name}, {count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, "
-            f"nominal {nominal:.2f}"
-        )
+        yield (f"{count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, nominal {nominal:.2f}")
 
 
 def matrix(R: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -297,20 +339,30 @@ def by_urdf(robot: mukca.Robot, touched: np.ndarray, q: np.ndarray) -> np.ndarra
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("rezero", "changes", "together", "tool", "handeye"))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    what = ("rezero", "changes", "together", "tool", "handeye", "tracker")
+    parser.add_argument("what", choices=what)
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
+    parser.add_argument("--seat", type=float, help="the ball's, per axis [mm] (default: drawn)")
     parser.add_argument("--draws", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="the first draw of simulated arms")
     given = parser.parse_args()
-    real, simulated = {"rezero": rezero, "changes": changes}, {"tool": tool, "handeye": handeye}
-    simulated["together"] = together
-    if given.what in real:
-        lines = real[given.what](given.recordings, given.draws)
+    seat = None if given.seat is None else 1e-3 * given.seat
+    arms = drawn(given.robot, range(given.first, given.first + given.draws), seat)
+    if given.what == "changes":
+        real = given.recordings and recorded(given.recordings, given.draws)
+        lines = changes(real or simulated(arms), np.random.default_rng(1))
+    elif given.what in ("rezero", "tracker"):
+        run = {"rezero": rezero, "tracker": tracker}[given.what]
+        lines = run(given.recordings, given.draws)
     else:
-        lines = simulated[given.what](given.robot, given.draws)
+        lines = {"tool": tool, "handeye": handeye, "together": together}[given.what](arms)
+    name = given.robot if given.recordings is None else given.recordings.name
     for line in lines:
-        print(line, flush=True)
+        print(f"{name}: {line}", flush=True)
 
 
 if __name__ == "__main__":

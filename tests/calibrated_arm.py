@@ -8,7 +8,7 @@ import mukca
 from mukca.recorder import Placement
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin
-from mukca.tools.simulation import Imperfection, reachable_bases, record
+from mukca.tools.simulation import Base, Imperfection, reachable_bases, record
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,21 @@ class Simulated:
     later: Placement
     """Recorded since, joints in order, 8 samples in each socket."""
 
-    def touched(self, tip, count=10, seed=0):
+    @property
+    def first_base(self):
+        """The first base that it was calibrated at."""
+        first = self.calibration.document.data[0]
+        balls = self.truth.ball([s.position for s in first.samples])
+        sockets = np.array([s.socket for s in first.samples])
+        a, b = (balls[sockets == k].mean(axis=0) for k in (0, 1))
+        length = float(np.linalg.norm(b - a))
+        return Base(first.name, (a + b) / 2, (b - a) / length, length)
+
+    def touched(self, tip, count=10, seed=0, base=None):
         """Return touches of one fixed point by a tip on the flange [m], to 0.05 mm."""
         generator = np.random.default_rng(seed)
         arm = self.with_tip(tip)
-        (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
+        base = base or reachable_bases(arm, np.random.default_rng(1), 1)[0]
         how = Imperfection(5e-5, self.truth.deflection)
         q = record(arm, base, generator, samples=count, imperfection=how).positions[:count]
         return Placement.of_arrays("touches", q, [0] * count, arm.joint_names)

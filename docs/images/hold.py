@@ -1,4 +1,4 @@
-"""Draw what to do by hand for one thing more: zeros, a tool, a camera on the arm, one beside it.
+"""Draw what to do by hand for one thing more: a check, zeros, a tool and its axis, cameras.
 
 python docs/images/hold.py > docs/images/hold.svg
 """
@@ -6,7 +6,8 @@ python docs/images/hold.py > docs/images/hold.svg
 import math
 
 ARM, ACCENT, GROUND = "#0b6e99", "#b3541e", "#888888"
-WIDTH, HEIGHT = 240, 210
+GREY = 'fill="#999" stroke="#999" stroke-width="3"'
+WIDTH, HEIGHT, COLUMNS = 240, 218, 3
 LINKS = (70, 62, 34)
 """Lengths of the drawn arm's links [px]."""
 
@@ -56,12 +57,14 @@ def panel(index: int, title: str, words: tuple[str, str], parts: list[str]) -> s
     ground = f'<path d="M10 170 H230" stroke="{GROUND}" stroke-width="2"/>'
     lines = [text(WIDTH / 2, 20, f"<tspan font-weight='bold'>{title}</tspan>", 15), ground, *parts]
     lines += [text(WIDTH / 2, 190 + 17 * i, line, 12) for i, line in enumerate(words)]
-    return f'<g transform="translate({WIDTH * index} 0)">{"".join(lines)}</g>'
+    x, y = WIDTH * (index % COLUMNS), HEIGHT * (index // COLUMNS)
+    return f'<g transform="translate({x} {y})">{"".join(lines)}</g>'
 
 
 def main() -> None:
     low, lower = (15.0, 85.0, 65.0), (35.0, 50.0, 85.0)
     first, tip = arm(low)
+    raised, high = arm((0.0, 95.0, 75.0))
     second, _ = arm(lower, 0.35)
     ball = f'<circle cx="{tip[0]:.0f}" cy="{tip[1]:.0f}" r="6" fill="{ACCENT}"/>'
     seat = f'<path d="M{tip[0] - 14:.0f} 170 v-14 h56 v14 z" fill="#ccc"/>'
@@ -70,20 +73,35 @@ def main() -> None:
         f'<path d="M{tip[0]:.0f} {tip[1]:.0f} L{tip[0]:.0f} 148" stroke="{ACCENT}" '
         'stroke-width="3"/>'
     )
+    knock = (
+        f'<path d="M50 96 l-14 -6 m13 14 h-16 m18 6 l-12 9" stroke="{ACCENT}" stroke-width="3"/>'
+    )
+    shaft = (
+        f'<path d="M{high[0]:.0f} {high[1]:.0f} V166" stroke="{ACCENT}" stroke-width="3"/>'
+        f'<circle cx="{high[0]:.0f}" cy="140" r="4" fill="{ACCENT}"/>'
+    )
+    beside = f'<path d="M{high[0] + 4:.0f} 140 l24 -6 v12 z M{high[0] + 28:.0f} 170 v-36" {GREY}/>'
     panels = [
-        panel(0, "mukca rezero", ("ball in the sockets, 6 + 6 samples,", "all joints moved"),
+        panel(0, "mukca check, validate",
+              ("after a knock, or by the calendar:", "6 + 6 samples, the base anywhere"),
+              [seat, second, first, ball, knock]),
+        panel(1, "mukca rezero", ("ball in the sockets, 6 + 6 samples,", "all joints moved"),
               [seat, second, first, ball]),
-        panel(1, "mukca tool", ("tip on one fixed point, 8 samples,", "turned as far as it goes"),
+        panel(2, "mukca tool", ("tip on one fixed point, 8 samples,", "turned as far as it goes"),
               [spike, second, first, tool]),
-        panel(2, "handeye --camera on-arm", ("board fixed, 15 views,", "turned about two axes"),
+        panel(3, "mukca tool --axis",
+              ("then a mark up the shaft on a point:", "the tool's direction, too"),
+              [beside, raised, shaft]),
+        panel(4, "handeye --camera on-arm", ("board fixed, 15 views,", "turned about two axes"),
               [board(190, 158), first, camera(tip[0], tip[1], 20)]),
-        panel(3, "handeye --camera beside", ("camera fixed, board on the arm,", "15 views"),
+        panel(5, "handeye --camera beside", ("camera fixed, board on the arm,", "15 views"),
               [camera(200, 60, 140), first, board(tip[0], tip[1], 30)]),
     ]  # fmt: skip
+    width, height = COLUMNS * WIDTH, HEIGHT * len(panels) // COLUMNS
     print(
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {4 * WIDTH} {HEIGHT + 8}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
         'font-family="Helvetica, Arial, sans-serif">'
-        f'<rect width="{4 * WIDTH}" height="{HEIGHT + 8}" fill="#ffffff"/>{"".join(panels)}</svg>'
+        f'<rect width="{width}" height="{height}" fill="#ffffff"/>{"".join(panels)}</svg>'
     )
 
 

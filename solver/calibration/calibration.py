@@ -2,10 +2,12 @@
 
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from ...errors import MukcaError
 from ...recorder import Placement
@@ -20,6 +22,8 @@ from .problem import as_list
 
 MOST_FINDINGS = 5
 """Findings that are printed; all are in the document."""
+SAME_DIGITS = 6
+"""Digits to which joint positions of one sample agree in all forms of a recording [rad], [m]."""
 
 
 class DistortedError(MukcaError):
@@ -161,19 +165,34 @@ class Calibration(FullModel):
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        models = self.calibrated.models
+        models, data = self.calibrated.models, [self.as_read_now(m) for m in data]
         roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
         pairs = zip(roles, data, strict=True)
         rows = [placement_errors(self.calibrated, models, *row) for row in pairs]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:
-        """Tell whether the robot was fitted to these very samples, wherever they lie now."""
-        positions = [sample.position for sample in measured.placement.samples]
-        return any(
-            row.role == "train" and [s.position for s in row.samples] == positions
-            for row in self.document.data
-        )
+        """Tell whether the robot was fitted to most of these samples, in whatever form they are."""
+        own = [row for row in self.document.data if row.role == "train"]
+        return any(_are_in(measured, row) for row in own)
+
+    def as_read_now(self, measured: Measurement) -> Measurement:
+        """Return samples as the joints read them since their zeros changed.
+
+        Those that the calibration was made of, recorded before, are shifted.
+        """
+        later = {zero.joint: zero.offset for zero in self.document.later_zeros}
+        offsets = np.array([later.get(name, 0.0) for name in self.robot.joint_names])
+        before = (row.shifted(offsets.tolist()) for row in self.document.data)
+        if not offsets.any() or not any(_are_in(measured, row) for row in before):
+            return measured
+        recorded = [
+            replace(sample, position=tuple((np.array(sample.position) - offsets).tolist()))
+            for sample in measured.placement.samples
+        ]
+        shifted = replace(measured.placement, samples=tuple(recorded))
+        remark = f"{measured.name}: read before zeros changed, and taken as joints read now"
+        return replace(measured, placement=shifted, warnings=(*measured.warnings, remark))
 
     def __repr__(self) -> str:
         doc = self.document
@@ -182,3 +201,12 @@ class Calibration(FullModel):
         lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
+
+
+def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
+    """Return whether most samples are in a placement of a calibration, in whatever order."""
+    ours, known = (
+        [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in samples]
+        for samples in (measured.placement.samples, row.samples)
+    )
+    return 2 * len({*known}.intersection(ours)) > len(ours)

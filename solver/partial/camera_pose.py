@@ -17,6 +17,7 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
+from .evidence import another_arm
 from .fit import FAR, NoiseBelief, System, Task, fit
 from .prior import ArmPrior, prior_of
 from .rows import Rows, flanges
@@ -37,7 +38,7 @@ NOTHING_FITS = 0.1
 """Typical angle that no arm and no detector errs by [rad]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CameraPose(Found):
     """A camera, found with the calibrated chain held."""
 
@@ -52,6 +53,8 @@ class CameraPose(Found):
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Views that fit no other, in words."""
+    untold: tuple[str, ...]
+    """Why the pose is not to be relied on, in words."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -75,6 +78,7 @@ class CameraPose(Found):
             f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
             "an axis.",
             *self.outliers,
+            *self.untold,
             "For ROS 2:",
             f"  ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
             f"--child-frame-id {frame.name}",
@@ -92,6 +96,7 @@ class CameraPose(Found):
             "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
             "residuals": self.residuals.tolist(),
             "outliers": list(self.outliers),
+            "untold": list(self.untold),
         }
 
 
@@ -134,6 +139,7 @@ def handeye(
         _held_out(system),
         system.residuals,
         _outliers(system),
+        another_arm(system),
     )
 
 

@@ -4,12 +4,14 @@ Each explanation frees some unknowns beside the prior: N(e; 0, C + A A^T) with A
 times how far they may have changed. It is averaged over those widths, and over the noise.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .fit import System, Task
+from ..assessment import mm
+from .fit import System, Task, fit
 
 NOTHING, EVERYTHING = "nothing", "everything"
 PRIOR = {NOTHING: 0.5, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
@@ -18,6 +20,9 @@ TYPICAL = (1e-3, 2e-2)
 """Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
 CRASHED = {"m": 1e-3, "rad": 3e-3}
 """Typical change of each number of the geometry after a crash."""
+ANOTHER, LESS = math.log(1000), 0.5
+"""Rise of the logarithm of the evidence by a geometry that may have changed everywhere, and share
+of the noise that is left then, from which samples are another arm's."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -31,6 +36,26 @@ class Explanation:
     """Its probability before the samples."""
     widths: Sequence[Mapping[int, float]]
     """Standard deviations by which unknowns are freed; one of these holds, each as likely."""
+
+
+@dataclass(frozen=True)
+class NearestCause:
+    """An offset of one joint, and the error that is left with it."""
+
+    joint: str
+    offset: float
+    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
+    error: float
+    """Mean absolute error [m]."""
+    unit: str
+
+    def text(self, share: str) -> str:
+        """Return it in words, with its probability."""
+        size = f"{1e3 * self.offset:+.2f} mm"
+        if self.unit == "rad":
+            size = f"{math.degrees(self.offset):+.2f} deg"
+        left = mm(self.error)
+        return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
 
 
 def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
@@ -76,8 +101,7 @@ def explanations(task: Task) -> list[Explanation]:
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
     base = [i for k in task.known for i in task.place(k).tolist()]
-    parameters = enumerate(prior.model.parameters)
-    geometry = {i: CRASHED[p.unit] for i, p in parameters if not p.of_ball}
+    geometry = _geometry(task)
     each = PRIOR["joint"] / len(joints)
     found = [Explanation(NOTHING, PRIOR[NOTHING], [task.free])]
     some = [(name, each, [begin + j]) for j, name in enumerate(joints)]
@@ -89,3 +113,24 @@ def explanations(task: Task) -> list[Explanation]:
         widths = [{**task.free, **dict.fromkeys(own, width)} for width in TYPICAL]
         found.append(Explanation(name, before, widths))
     return [*found, Explanation(EVERYTHING, PRIOR[EVERYTHING], [{**task.free, **geometry}])]
+
+
+def another_arm(system: System) -> tuple[str, ...]:
+    """Return in words that samples fit no arm like this one, but another; none where they do."""
+    task = system.task
+    freed = fit(replace(task, free={**task.free, **_geometry(task)}))
+    held, free = system.state.noise, freed.state.noise
+    gain = freed.log_evidence(free, task.noise) - system.log_evidence(held, task.noise)
+    if gain < ANOTHER or free.place > LESS * held.place:
+        return ()
+    scatter = f"{1e3 * held.place:.2f} mm an axis, and by {1e3 * free.place:.2f}"
+    return (
+        f"The samples scatter by {scatter} if the whole arm may differ: is this another arm's "
+        "calibration or model, or did more change?",
+    )
+
+
+def _geometry(task: Task) -> dict[int, float]:
+    """Return by how much each number of the chain's geometry may have changed."""
+    parameters = enumerate(task.prior.model.parameters)
+    return {i: CRASHED[p.unit] for i, p in parameters if not p.of_ball}

@@ -14,7 +14,7 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import Explanation, probabilities
+from .evidence import Explanation, another_arm, probabilities
 from .fit import System, Task, fit
 from .prior import prior_of
 from .sockets import new_samples, socket_task
@@ -84,6 +84,8 @@ class Zeros:
     """The fit."""
     new: bool = True
     """False where the calibration was trained on all samples, which then tell no change."""
+    differs: tuple[str, ...] = ()
+    """That more than zeros differ from a nominal model, in words."""
 
     @property
     def decided(self) -> bool:
@@ -95,6 +97,9 @@ class Zeros:
     def changed(self) -> tuple[JointZero, ...]:
         """The joints whose zero changed, of those that the samples can tell."""
         return tuple(one for one in self.joints if one.offset)
+
+    def __repr__(self) -> str:
+        return "\n".join(self.text) or "Nothing was found."
 
     @property
     def calibration(self) -> Calibration | None:
@@ -126,21 +131,21 @@ class Zeros:
         if self.calibration is not None:
             return self.calibration.save(folder, force=force, accept_distorted=True)
         refuse_existing(Path(folder), force=force)
-        written = write_files(Path(folder), {"calibrated.urdf": self.urdf()})
-        return {"urdf": str(written["calibrated.urdf"])}
+        return {"urdf": str(*write_files(Path(folder), {"calibrated.urdf": self.urdf()}).values())}
 
     @property
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
         changed = [*self.system.task.warnings, *map(str, self.changed)]
+        untold = (*self.untold, *self.differs)
         if self.unchanged is None or not any(zero.told for zero in self.joints):
-            return (*changed, *self.untold)
-        summed = ", ".join(f"{z.joint} {_percent(z.changed)}" for z in self.joints if z.told)
-        none = [] if self.changed else [f"No zero changed ({_percent(self.unchanged)})."]
+            return (*changed, *untold)
+        summed = ", ".join(f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told)
+        none = [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
         if not self.decided:
             may = "changed" if self.unchanged < 1 - SURE else "may have changed"
             none = [f"Some zero {may}, and it cannot be told which: record more samples."]
-        return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
+        return (*changed, *none, f"Changed, by the evidence: {summed}.", *untold)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
@@ -159,7 +164,7 @@ class Zeros:
             "changed": [one.joint for one in self.changed],
             "unchanged": self.unchanged,
             "noise": self.noise,
-            "untold": list(self.untold),
+            "untold": [*self.untold, *self.differs],
         }
 
 
@@ -212,7 +217,8 @@ def rezero(
         found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None
     named = [one for one in found if not joints or one.joint in joints]
     untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
-    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system, new)
+    other = another_arm(system) if isinstance(arm, Robot) else ()
+    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system, new, other)
 
 
 def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
@@ -289,7 +295,3 @@ def _which(
         for one in sets
     ]
     return sets, probabilities(system, explanations)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"

@@ -12,6 +12,7 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
 from ..robot import InverseKinematics, Origin, SimulationError
+from .evidence import another_arm
 from .fit import FAR, NoiseBelief, System, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
@@ -33,7 +34,7 @@ NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
 """Distance of these from the base's axis, and height, as shares of the reach: where arms work."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tool(Found):
     """A tool on the flange, found with the calibrated chain held."""
 
@@ -114,10 +115,11 @@ def tool(
             f"These touches cannot tell the tip along ({along}) on the flange, +- "
             f"{1e3 * sizes[-1] ** 0.5:.1f} mm: turn the tool about two more axes at the point.",
         )
-    if (noise := system.state.noise.place) > LOOSE:
+    noise, other = system.state.noise.place, another_arm(system)
+    if noise > LOOSE and not other:
         untold += (
-            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, are they several "
-            "points, or is it another arm's calibration?",
+            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, or are they several "
+            "points?",
         )
     tip = system.state.tool[:3, 3]
     others = [as_list(axis)] if axis else [[one] for one in face or ()]
@@ -125,10 +127,10 @@ def tool(
     link = (name, prior.robot.ball_joint.parent)
     return Tool(
         *framed(calibration, system, link, Pose(R, tip), prior.ball),
-        system.state.noise.place,
+        noise,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
-        untold,
+        (*untold, *other),
     )
 
 

@@ -17,9 +17,9 @@ from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .fit import System
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Found:
-    """A frame on the arm or beside it, found with the calibrated chain held."""
+    """A frame on the arm or beside it, found with the calibrated chain held; prints as words."""
 
     frame: ToolFrame
     """Its pose, and the covariance of its place for the arm as the calibration with it has that."""
@@ -27,6 +27,14 @@ class Found:
     """The calibration with the frame as a link."""
     notes: tuple[str, ...]
     """Remarks on the samples."""
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """What was found, in lines."""
+        return self.notes
+
+    def __repr__(self) -> str:
+        return "\n".join(self.text)
 
     @property
     def of_frame(self) -> dict[str, Any]:

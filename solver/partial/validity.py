@@ -4,7 +4,6 @@
 say it, each in its own detail, and end alike.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -28,7 +27,7 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
-from .evidence import EVERYTHING, NOTHING, explanations, probabilities
+from .evidence import EVERYTHING, NOTHING, NearestCause, explanations, probabilities
 from .fit import System, fit
 from .prior import ArmPrior
 from .sockets import known_of, socket_task
@@ -58,26 +57,6 @@ _NEXT = {
     "everything": "No single joint explains it: is it another arm's calibration? Else record "
     "placements, and calibrate again.",
 }
-
-
-@dataclass(frozen=True)
-class NearestCause:
-    """An offset of one joint, and the error that is left with it."""
-
-    joint: str
-    offset: float
-    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
-    error: float
-    """Mean absolute error [m]."""
-    unit: str
-
-    def text(self, share: str) -> str:
-        """Return it in words, with its probability."""
-        size = f"{1e3 * self.offset:+.2f} mm"
-        if self.unit == "rad":
-            size = f"{math.degrees(self.offset):+.2f} deg"
-        left = mm(self.error)
-        return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
 
 
 @dataclass(frozen=True)
@@ -125,6 +104,9 @@ class Validity(Weighed):
         """The verdict in a sentence, and the next step."""
         return f"Verdict: {self.verdict.title}: {' '.join(filter(None, self.said))}"
 
+    def __repr__(self) -> str:
+        return "\n".join((self.text, *self.odds))
+
     @property
     def odds(self) -> tuple[str, ...]:
         """Each explanation that is not ruled out, the most probable first, in words."""
@@ -164,12 +146,11 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    placements = as_list(data)
-    measured = [measure(p, calibration.robot, distance, sockets=1) for p in placements]
+    given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
+    measured = [*map(calibration.as_read_now, given)]
     count, advice = sum(len(m.positions) for m in measured), ""
-    few = [replace(p, samples=p.samples[:: -(-count // MOST_SAMPLES)]) for p in placements]
-    some = [measure(p, calibration.robot, distance, sockets=1) for p in few]
-    weighed, now = _weigh(calibration, some, stood, ball_moved=ball_moved)
+    few = [_thinned(m, -(-count // MOST_SAMPLES)) for m in measured]
+    weighed, now = _weigh(calibration, few, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
@@ -192,10 +173,12 @@ def what_changed(
         status = "pass" if not weighed.changed else "warning" if allowed else "fail"
         row = limit_row("validity", "what changed", status, reason[:-1], text=reason[:-1])
         rows += [row] if weighed.probabilities else []
-    given = distance_row([] if any(map(_states_lengths, measured)) else assumed_distances(document))
-    verdict = judge([*rows, given], (), causes)
-    if given.status != "pass" and new is not None and verdict.kind == "not_enough":
-        reason = f"{given.text}. {reason[0].upper()}{reason[1:]}"
+    length = distance_row(
+        [] if any(map(_states_lengths, measured)) else assumed_distances(document)
+    )
+    verdict = judge([*rows, length], (), causes)
+    if length.status != "pass" and new is not None and verdict.kind == "not_enough":
+        reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
     said = reason, advice
     return Validity(**vars(weighed), errors=errors, verdict=verdict, said=said, measured=measured)
 
@@ -240,6 +223,11 @@ def _weigh(
         weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
     return weighed, Metrics(float(left.mean()), float(left.max()), None)
+
+
+def _thinned(measured: Measurement, every: int) -> Measurement:
+    some = measured.placement.samples[::every]
+    return replace(measured, placement=replace(measured.placement, samples=some))
 
 
 def _states_lengths(measured: Measurement) -> bool:

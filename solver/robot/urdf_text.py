@@ -247,7 +247,7 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
         raise ModelError(f"{link!r}: a link's name has no blanks, and is not empty")
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joint_tags:
-        raise ModelError(f"the model already has {link!r} or {joint!r}")
+        raise ModelError(f"the model already has {link!r} or {joint!r}; choose another name")
     xyz, rpy = (" ".join(map(repr, map(float, part))) for part in (origin.xyz, origin.rpy))
     new = (
         f"  <link name={_quoted(link)}/>\n"

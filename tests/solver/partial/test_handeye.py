@@ -154,3 +154,22 @@ def ur5e():
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
     return mukca.calibrate(robot, placements)
+
+
+def test_another_arms_calibration_is_told_where_both_fit(simulated, tmp_path, command):
+    _, placements = mukca.simulate_recordings(simulated.calibration.robot, 2, seed=77, samples=16)
+    other = mukca.calibrate(simulated.calibration.robot, placements)
+    data = recorded(views(simulated, "on-arm"))
+    assert not mukca.handeye(simulated.calibration, data, "on-arm").untold
+    assert "another arm's" in mukca.handeye(other, data, "on-arm").untold[0]
+    touches = simulated.touched(np.array([0.03, -0.02, 0.2]))
+    assert not mukca.tool(simulated.calibration, touches).untold
+    assert any("another arm's" in line for line in mukca.tool(other, touches).untold)
+    nominal = mukca.rezero(simulated.calibration.robot, simulated.read({}))
+    assert "calibration or model" in nominal.text[-1]
+    other.save(tmp_path / "cal")
+    names = (*other.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
+    rows = [",".join(map(repr, row)) for row in views(simulated, "on-arm").tolist()]
+    (tmp_path / "poses.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera", "on-arm")
+    assert command(*words)[0] == 3

@@ -16,6 +16,7 @@ from mukca.solver.results import write_files
 def test_the_evidence_names_the_joints_whose_zeros_changed(simulated, offsets):
     found = mukca.rezero(simulated.calibration, simulated.read(offsets))
     assert [one.joint for one in found.changed] == [f"panda_joint{j + 1}" for j in offsets]
+    assert repr(found).splitlines() == list(found.text)
     for zero, offset in zip(found.changed, offsets.values(), strict=True):
         assert abs(zero.offset - offset) < 4 * zero.standard_deviation < 2e-3
 
@@ -64,6 +65,14 @@ def test_a_calibration_with_new_zeros_fits_old_samples_and_new_ones(simulated, t
         old.ball([s.position for s in old.document.data[0].samples]), abs=3e-4
     )
     assert not mukca.rezero(new, since).changed
+    # recordings of before are known as what it was trained on, in the old readings, too
+    first = old.document.data[0].placement(old.robot.joint_names)
+    kept, then = new.validate(first), old.validate(first)
+    assert kept.summary.train is not None and kept.summary.test is None
+    assert kept[0].loaded.mean_absolute_error == pytest.approx(
+        then[0].loaded.mean_absolute_error, abs=1e-4
+    )
+    assert any("before zeros changed" in one for one in mukca.what_changed(new, first).warnings)
     again = mukca.rezero(new, simulated.read({3: 8e-3}))
     assert again.changed[0].offset == pytest.approx(3e-3, abs=4e-4)
 

@@ -21,6 +21,7 @@ def test_the_tip_stays_at_points_elsewhere_as_closely_as_is_predicted(simulated)
     assert found.elsewhere is not None
     assert scatter < 3 * found.elsewhere < 1.5e-3
     assert b'link name="spike"' in found.calibration.urdf()
+    assert repr(found).startswith("spike on panda_") and "Touches scatter" in repr(found)
 
 
 def test_a_bad_touch_weighs_little(simulated):
@@ -84,11 +85,43 @@ def test_too_few_touches_are_refused(simulated):
         mukca.tool(simulated.calibration, few)
 
 
+def written(file, touches):
+    """Write touches as a CSV file of joint positions."""
+    rows = [",".join(map(repr, row)) for row in touches.positions.tolist()]
+    file.write_text("\n".join([",".join(touches.joint_names), *rows]) + "\n")
+    return file
+
+
+def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(simulated, tmp_path, command):
+    simulated.calibration.save(tmp_path / "cal")
+    aside = 0.03 * np.eye(3)
+    points = {"tip": TIP, "shaft": SHAFT, "x": TIP + aside[0], "y": TIP + aside[1]}
+    tip, shaft, x, y = (
+        written(tmp_path / f"{name}.csv", simulated.touched(point, seed=i))
+        for i, (name, point) in enumerate(points.items())
+    )
+    words = ("tool", tmp_path / "cal", tip, "--json")
+    z = {"axis": ("--axis", shaft), "face": ("--face", x, y)}
+    for name, more in z.items():
+        status, out, _ = command(*words, *more, "--out", tmp_path / name)
+        assert status == 0, out
+        found = mukca.load_calibration(tmp_path / name).kinematics(tool="tool").tool
+        assert found[:3, 2] == pytest.approx([0, 0, 1], abs=0.05)
+        assert name == "axis" or found[:3, 0] == pytest.approx([1, 0, 0], abs=0.05)
+    base = simulated.first_base
+    few = written(tmp_path / "few.csv", simulated.touched(TIP, 4, base=base))
+    known, free = (
+        json.loads(command("tool", tmp_path / "cal", few, "--json", *more)[1])
+        for more in (("--stood", base.name), ())
+    )
+    assert known["xyz"][:2] == pytest.approx(TIP[:2].tolist(), abs=5e-4)
+    assert np.trace(known["covariance"]) < 0.5 * np.trace(free["covariance"])
+    status, _, error = command(*words, "--stood", "kitchen")
+    assert status == 2 and "kitchen" in error and error.count("\n") == 1
+
+
 def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
-    touched = simulated.touched(TIP)
-    rows = [",".join(map(repr, row)) for row in touched.positions.tolist()]
-    header = ",".join(simulated.calibration.robot.joint_names)
-    (tmp_path / "spike.csv").write_text("\n".join([header, *rows]) + "\n")
+    written(tmp_path / "spike.csv", simulated.touched(TIP))
     simulated.calibration.save(tmp_path / "cal")
     words = ("tool", tmp_path / "cal", tmp_path / "spike.csv", "--name", "spike", "--json")
     status, out, _ = command(*words, "--out", tmp_path / "new")

@@ -1,5 +1,6 @@
 """What changed since a calibration, by the evidence."""
 
+import html
 import json
 
 import numpy as np
@@ -20,6 +21,7 @@ def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     assert found.likeliest == likeliest and found.probabilities[likeliest] > 0.6
     assert sum(found.probabilities.values()) == pytest.approx(1)
     assert found.verdict.exit_status == (1 if offsets else 0)
+    assert repr(found) == "\n".join((found.text, *found.odds))
 
 
 def test_a_tool_that_was_moved_is_told(simulated):
@@ -47,6 +49,18 @@ def test_the_command_says_what_to_do_next(simulated, tmp_path, command):
     assert status == 1 and "mukca rezero --joint panda_joint4" in out
     status, out, _ = command(*words, "--json")
     assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
+    assert command(*words, "--out", tmp_path / "page")[0] == 1
+    told = html.unescape((tmp_path / "page" / "report.html").read_text())
+    assert all(line in told for line in command(*words)[1].splitlines())
+    words = ("validate", tmp_path / "cal", tmp_path / "since")
+    status, out, _ = command(*words, "--json", "--out", tmp_path / "page", "--force")
+    assert status == 1
+    said = json.loads(out)
+    told = html.unescape((tmp_path / "page" / "report.html").read_text())
+    assert said["outputs"]["report"].endswith("report.html")
+    assert said["verdict"]["text"] in told and "= held out" in told
+    status, _, error = command(*words, "--out", tmp_path / "page")
+    assert status == 2 and "page: exists" in error
     status, _, error = command("check", tmp_path / "since")
     assert status == 2 and "--robot" in error
 
@@ -61,6 +75,25 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, tmp_path, co
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "few")
         assert status == 3 and "too little" in out
+
+
+def test_samples_that_were_trained_on_are_known_in_any_form(simulated, tmp_path, command):
+    cal = simulated.calibration
+    first = cal.document.data[0].placement(cal.robot.joint_names)
+    write_files(tmp_path / "first", sample_files(first))
+    status, _, error = command(
+        "convert", tmp_path / "first", "--to", "holes", "--out", tmp_path / "holes"
+    )
+    assert status == 0, error
+    (holes,) = mukca.read_placements(tmp_path / "holes")
+    degrees = np.round(np.degrees(first.positions), 5)
+    order = np.random.default_rng(0).permutation(len(degrees))
+    mixed = mukca.Placement.of_arrays(
+        "mixed", np.radians(degrees)[order], first.sockets[order], distance=0.05
+    )
+    for placement in (first, holes, mixed):
+        assert [row.role for row in cal.validate(placement)] == ["train"]
+    assert [row.role for row in cal.validate(simulated.read({}))] == ["test"]
 
 
 @pytest.mark.parametrize(("told", "status"), [(True, "warning"), (False, "fail")])

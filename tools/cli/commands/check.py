@@ -8,8 +8,8 @@ from typing import Any
 from ....recorder import read_placements
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
-from .. import JsonOption, RobotOptions, Terminal, argument, one_arm, option, part, survey_of
-from .report import metres
+from .. import OutputOptions, RobotOptions, Terminal, argument, one_arm, option, part, survey_of
+from .report import emit_with_page, metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 
@@ -20,7 +20,7 @@ POINTS_HINT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(RobotOptions, JsonOption):
+class Options(RobotOptions, OutputOptions):
     """Options of ``mukca check``."""
 
     robot: str = option("a shipped robot's name, or a URDF file", "R", "", group="robot")
@@ -59,14 +59,15 @@ def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     found = partial.what_changed(since, placements, stood, settings.distance, repeatability=allowed)
     terminal.warn(*found.warnings)
     terminal.say(*found.odds, found.text)
-    said = {"probabilities": found.probabilities, "likeliest": found.likeliest}
-    verdict = found.as_dict()
-    terminal.emit({"robot": since.document.robot, **said, "verdict": verdict})
+    said = {"robot": since.document.robot, "probabilities": found.probabilities}
+    said |= {"likeliest": found.likeliest, "verdict": found.as_dict()}
+    emit_with_page(options, terminal, (found.text, *found.odds), said)
     return found.verdict.exit_status
 
 
 def run(options: Options, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
+    options.check_out()
     if options.calibration is not None:
         return _what_changed(options, options.calibration, terminal)
     if not options.robot:
@@ -90,17 +91,21 @@ def run(options: Options, terminal: Terminal) -> int:
         if m.kind == "points"
     ]
     amount = _amount(placements, predicted, broken=broken)
-    terminal.say(*_seen(survey, shared), *points, amount, hint)
+    lines = [*_seen(survey, shared), *points, amount, hint]
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
     rows = [assessment.checks_row(findings), assessment.distance_row(assumed)]
     rows.append(assessment.samples_row(placements, tied=bool(known)))
     verdict = assessment.judge(rows, causes=survey.hypotheses)
     if verdict.status != "pass":
-        terminal.say(f"{verdict.title}: {verdict.text}")
+        lines.append(f"{verdict.title}: {verdict.text}")
     elif not findings:
-        terminal.say("Nothing wrong was seen.")
-    terminal.emit(
+        lines.append("Nothing wrong was seen.")
+    terminal.say(*lines)
+    emit_with_page(
+        options,
+        terminal,
+        (lines[-1], *lines[:-1]),
         {
             "robot": options.robot,
             "findings": [finding.as_dict() for finding in shared],
@@ -111,7 +116,7 @@ def run(options: Options, terminal: Terminal) -> int:
             "next_placement": {"text": hint},
             "warnings": warnings,
             "verdict": verdict.as_said(),
-        }
+        },
     )
     return verdict.exit_status
 

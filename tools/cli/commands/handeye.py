@@ -54,8 +54,9 @@ def run(options: Options, terminal: Terminal) -> int:
     near = numbers(options.near, "--near", (len(held.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
     views = [extract.joints_of(held, one, near) for one in views]
-    keep(partial.handeye(held, views, options.camera, options.name), options, terminal)
-    return 0
+    found = partial.handeye(held, views, options.camera, options.name)
+    keep(found, options, terminal)
+    return 3 if found.untold else 0
 
 
 def _views(path: Path, options: Options) -> "list[recorder.Placement]":

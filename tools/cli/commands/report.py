@@ -9,6 +9,7 @@ from ....solver import assessment, results
 from ....solver.calibration import SolveOptions
 from ....solver.results import OutputError
 from ... import report
+from ...report import page
 from .. import MILLIMETRES, OutputOptions, Terminal, argument, for_each_arm, option
 
 LIMITS = "limits (default: by the arm's repeatability)"
@@ -60,11 +61,11 @@ def _run(options: Options, terminal: Terminal) -> int:
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, built.files, force=options.force)
     report.show(terminal.console, built.figures)
-    page = folder / "report.html"
+    file = folder / "report.html"
     words = "and report.json beside it, the same figures for scripts"
-    terminal.say(f"Wrote {page}, {words}" if new else f"{page} is up to date, {words}")
+    terminal.say(f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}")
     if options.open:
-        open_page(page, terminal)
+        open_page(file, terminal)
     terminal.emit(built.figures)
     return built.figures.verdict.exit_status
 
@@ -89,7 +90,25 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
     return bool(new)
 
 
-def open_page(page: Path, terminal: Terminal) -> None:
+def emit_with_page(
+    options: OutputOptions,
+    terminal: Terminal,
+    lines: Sequence[str],
+    result: Mapping[str, object],
+    outputs: Mapping[str, str] | None = None,
+) -> None:
+    """Write the page of a verb to its --out, in the terminal's words, and emit its result."""
+    written = dict(outputs or {})
+    if options.out is not None:
+        title = f"mukca {type(options).__module__.rpartition('.')[2]}"
+        html = page.found_page(title, lines, result).encode()
+        write_report(options.out, {"report.html": html}, force=options.force)
+        written["report"] = str(options.out / "report.html")
+        terminal.say(*(f"Wrote {file}" for file in written.values()))
+    terminal.emit({**result, "outputs": written})
+
+
+def open_page(file: Path, terminal: Terminal) -> None:
     """Show a page in the web browser; where there is no screen, as over SSH, only say so."""
     import os
     import sys
@@ -97,5 +116,5 @@ def open_page(page: Path, terminal: Terminal) -> None:
 
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     screen = sys.platform != "linux" or any(os.environ.get(name) for name in screens)
-    if not (screen and webbrowser.open(page.resolve().as_uri())):
-        terminal.say(f"No browser here; copy {page.resolve()} to a computer that has one.")
+    if not (screen and webbrowser.open(file.resolve().as_uri())):
+        terminal.say(f"No browser here; copy {file.resolve()} to a computer that has one.")

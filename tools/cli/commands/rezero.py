@@ -46,7 +46,7 @@ def run(options: Options, terminal: Terminal) -> int:
     if options.out is not None and found.changed:
         terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
     told = {one.joint: one.told for one in found.joints}
-    if not found.decided:
+    if found.differs or not found.decided:
         return 3
     return 0 if all(told[joint] for joint in options.joint) and any(told.values()) else 3
 

@@ -7,10 +7,9 @@ from pathlib import Path
 from .... import recorder
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
-from ....solver.results import write_files
-from ...report import page
 from .. import OutputOptions, Terminal, argument, one_arm, option
 from .command import read_rows
+from .report import emit_with_page
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,14 +65,9 @@ def keep(
     outputs: dict[str, str] = {}
     if options.out is not None:
         outputs = found.save(options.out, force=options.force)
-        title = f"mukca {type(options).__module__.rpartition('.')[2]}"
-        html = page.found_page(title, found.text, found.as_dict())
-        written = write_files(options.out, {"report.html": html.encode()})
-        outputs["report"] = str(written["report.html"])
-        terminal.say(*(f"Wrote {file}" for file in outputs.values()))
     else:
         terminal.say("Nothing was written; add --out DIR for a calibration and a URDF with it.")
-    terminal.emit({**found.as_dict(), "outputs": outputs})
+    emit_with_page(options, terminal, found.text, found.as_dict(), outputs)
 
 
 def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placement]":

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
-from .. import JsonOption, Terminal, argument, for_each_arm, measure_all, part, table
-from .report import metres
+from .. import OutputOptions, Terminal, argument, for_each_arm, measure_all, part, table
+from .report import emit_with_page, metres
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(JsonOption):
+class Options(OutputOptions):
     """Options of ``mukca validate``."""
 
     calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
@@ -25,34 +25,33 @@ def run(options: Options, terminal: Terminal) -> int:
 
 
 def _run(options: Options, terminal: Terminal) -> int:
+    options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
     settings = options.settings
     flange = settings.flange_poses
     data = measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
     for m in data:
-        terminal.warn(
-            *m.warnings,
-            *results.beyond_words(document.curves, robot.joint_names, m.positions, m.name),
-        )
+        beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+        terminal.warn(*beyond)
     found = partial.what_changed(
         calibrated,
         [m.placement for m in data],
         distance=options.settings.distance,
         repeatability=metres(options.settings.validated().repeatability_mm),
     )
-    errors = found.errors
+    terminal.warn(*found.warnings)
+    errors, notes = found.errors, list[str]()
     show_errors(errors, terminal)
     if errors.summary.train is not None:
-        terminal.say("Placements with role `train` were fitted: their errors prove little.")
-    terminal.say(found.text)
+        notes.append("Placements with role `train` were fitted: their errors prove little.")
     if found.verdict.exit_status == 1:
-        terminal.say("mukca check --calibration tells what changed, and how sure that is.")
-    if options.json:
-        whole, verdict = calibrated.result.as_dict(), found.as_dict()
-        keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
-        said = {key: whole[key] for key in keys}
-        terminal.emit({**said, **errors.as_dict(), "outputs": {}, "verdict": verdict})
+        notes.append("mukca check --calibration tells what changed, and how sure that is.")
+    terminal.say(found.text, *notes)
+    whole = calibrated.result.as_dict()
+    keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
+    said = {**{key: whole[key] for key in keys}, **errors.as_dict(), "verdict": found.as_dict()}
+    emit_with_page(options, terminal, (found.text, *notes, repr(errors)), said)
     return found.verdict.exit_status
 
 
