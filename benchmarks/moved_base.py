@@ -57,7 +57,8 @@ class Movement:
             "drift": t,
             "slow": 0.5 * np.sin(2 * np.pi * (1.2 * t + g.uniform())),
         }[self.kind]
-        return np.outer(course, self.size * session.direction())
+        away = g.normal(size=3)
+        return np.outer(course, self.size * away / np.linalg.norm(away))
 
 
 def one(name: str, seed: int, movement: Movement, arguments: argparse.Namespace) -> tuple:
