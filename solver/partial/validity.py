@@ -149,8 +149,7 @@ def what_changed(
     given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
     measured = [*map(calibration.as_read_now, given)]
     count, advice = sum(len(m.positions) for m in measured), ""
-    few = [_thinned(m, -(-count // MOST_SAMPLES)) for m in measured]
-    weighed, now = _weigh(calibration, few, stood, ball_moved=ball_moved)
+    weighed, now = _weigh(calibration, measured, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
@@ -189,7 +188,8 @@ def _weigh(
     """Return what changed, and the errors with the ball where it sits now, if it may have moved."""
     if any(m.kind == "points" for m in data):
         return Weighed({}), None
-    prior = known_of(calibration)
+    every = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
+    prior, data = known_of(calibration), [_thinned(m, every) for m in data]
     again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
     task = replace(socket_task(prior, data, stood), free=again)
     each = explanations(task)
