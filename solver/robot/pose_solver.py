@@ -11,12 +11,12 @@ from .newton import MAX_STEP, Goal, NewtonStep, limited_step, newton_step
 from .pose_model import PoseModel
 from .row_function import ColumnFunction
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-9
 """A pose is reached where no more is left [m, rad]."""
 SETTLED = 1e-3
 """A smaller step toward the preferred posture is the last one [rad]."""
-LAST = 3e-7
-"""So small a step is the last, too, where what it leaves is within a tenth of the tolerance, if it
+LAST = 3e-6
+"""So small a step is the last, where what it leaves is within a thirtieth of the tolerance, if it
 shrinks the rest as the step before did [rad]."""
 ROUNDS = 60
 STUCK, NEAR = 20, 1e-5
@@ -112,7 +112,7 @@ class PoseSolver:
             now = np.square(left) @ np.ones(2)
             shrinks = np.sqrt(now / np.maximum(total, TINY))
             there = settled & (most < TOLERANCE)
-            last = (longest < LAST) & (most * shrinks < TOLERANCE / 10) & ~there & (round_ > 0)
+            last = (longest < LAST) & (most * shrinks < TOLERANCE / 30) & (round_ > 0)
             better = (there | last | (now <= total))[:, None]
             stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
             stuck[longest < STILL * most] = STUCK
