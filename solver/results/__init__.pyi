@@ -23,9 +23,6 @@ from .curves import sampled_ranges as sampled_ranges
 from .diagnostic import Diagnostic as Diagnostic
 from .diagnostic import Hypothesis as Hypothesis
 from .diagnostic import NextPlacement as NextPlacement
-from .estimates import UNSEEN as UNSEEN
-from .estimates import ArmsDocument as ArmsDocument
-from .estimates import BaseToBase as BaseToBase
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction
@@ -33,8 +30,6 @@ from .estimates import DistanceDeviation as DistanceDeviation
 from .estimates import ErrorCurves as ErrorCurves
 from .estimates import ErrorMap as ErrorMap
 from .estimates import Forecast as Forecast
-from .estimates import FramePose as FramePose
-from .estimates import GivenArm as GivenArm
 from .estimates import JointCurve as JointCurve
 from .estimates import JointEffect as JointEffect
 from .estimates import LaterZero as LaterZero
@@ -46,7 +41,6 @@ from .estimates import Scale as Scale
 from .estimates import StoredPosterior as StoredPosterior
 from .estimates import ToolFrame as ToolFrame
 from .estimates import Uncertainty as Uncertainty
-from .estimates import VisitedSocket as VisitedSocket
 from .files import Document as Document
 from .files import DocumentError as DocumentError
 from .files import OutputError as OutputError
@@ -65,3 +59,9 @@ from .placements import RecordedSample as RecordedSample
 from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
+from .relations import UNSEEN as UNSEEN
+from .relations import ArmsDocument as ArmsDocument
+from .relations import BaseToBase as BaseToBase
+from .relations import FramePose as FramePose
+from .relations import GivenArm as GivenArm
+from .relations import VisitedSocket as VisitedSocket

@@ -10,7 +10,7 @@ from ..bayes.model import Deflection
 from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..robot import all_parameters, parse_robot, scan
-from . import estimates
+from . import estimates, relations
 from .calibrated import CalibratedRobot
 from .diagnostic import Diagnostic, Hypothesis, NextPlacement
 from .files import Document, DocumentError, read
@@ -47,7 +47,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     log_evidence: float | None = None
     uncertainty: estimates.Uncertainty | None = None
     scale: estimates.Scale | None = None
-    frames: tuple[estimates.FramePose, ...] | None = None
+    frames: tuple[relations.FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""
     choices: tuple[str, ...] | None = None
     """Decision on each extension, and its reason."""
@@ -62,7 +62,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     """None where it was not worked out."""
     arm_name: str = ""
     """Name of this robot, if several were calibrated together."""
-    arms: estimates.ArmsDocument | None = None
+    arms: relations.ArmsDocument | None = None
     """Its relations to the others."""
     later_zeros: tuple[estimates.LaterZero, ...] = ()
     """Zeros found since, the samples put into their terms; for another rezero, both count."""

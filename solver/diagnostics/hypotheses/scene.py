@@ -258,8 +258,7 @@ class Scene:
         rows = self.all_samples
         B, r = self.nuisances[rows], self.residuals[rows]
         x = np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
-        moved = CENTRE * x[: self.centres.size].reshape(-1, 3)
-        return replace(self, centres=self.centres + moved)
+        return replace(self, centres=self.centres + CENTRE * x[: self.centres.size].reshape(-1, 3))
 
     @cached_property
     def remaining(self) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import mesh_checks
 import pytest
 
-from mukca.solver.robot import load_robot, shipped_robots
+from mukca import load_robot
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -136,7 +136,7 @@ def test_an_out_that_is_a_file_gets_one_line(tmp_path, refused):
     refused("is no folder", "print-parts", "--out", tmp_path / "parts", "--mount", "none")
 
 
-def test_the_places_put_the_ball_onto_the_shipped_models(everything):
+def test_the_places_put_the_ball_onto_the_shipped_models(everything, answer):
     """The words that are shown are accepted, and the ball comes out where they say."""
     lines = [line for line in everything[1].splitlines() if "place: --robot " in line]
     names = set()
@@ -152,7 +152,8 @@ def test_the_places_put_the_ball_onto_the_shipped_models(everything):
             robot = load_robot(name, flange=option["--flange"], ball=(x, y, z), tip=option["--tip"])
             assert robot.joints[-1].origin.xyz == (x, y, z)
             names.add(name)
-    assert names <= set(shipped_robots())
-    assert set(shipped_robots()) - names == {
+    shipped = {robot["name"] for robot in answer("robots")["robots"]}
+    assert names <= shipped
+    assert shipped - names == {
         *("so100", "koch", "openarm", "wxai"),
     }, "a flange or a gripper that was measured by nobody here"
