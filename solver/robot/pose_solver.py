@@ -129,7 +129,7 @@ class PoseSolver:
                 gone = ~stay
                 at = moving[gone]
                 found.positions[at], found.left[at] = best[gone], least[gone]
-                found.rounds[at] = round_ + last[gone]
+                found.rounds[at] = round_ + (last & ~there)[gone]
                 moving, stuck, table = moving[stay], stuck[stay], table.T.compress(stay, axis=1).T
             if not moving.size:
                 break
