@@ -1,5 +1,6 @@
 from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
+from .curve_route import CurveAnnealing as CurveAnnealing
 from .expected_accuracy import error_map as error_map
 from .expected_accuracy import joint_effects as joint_effects
 from .expected_accuracy import predicted_error as predicted_error

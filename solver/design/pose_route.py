@@ -39,34 +39,33 @@ def _costs(ways: np.ndarray, usual: np.ndarray) -> np.ndarray:
     return shares + total.sum(axis=1) / usual.sum() + steps
 
 
-class _Annealing:
+class Annealing:
     """State of the annealing: the chosen poses, and the covariance after them."""
+
+    sweeps = SWEEPS
+    slack = SLACK
 
     def __init__(
         self,
-        known: ParameterCovariance,
-        where: Workspace,
+        prior: np.ndarray,
+        rows: Mapping[int, np.ndarray],
+        G: np.ndarray,
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
         start: np.ndarray | None,
     ) -> None:
-        self.known, self.order, self.start = known, list(order), start
-        self.pools = pools
-        self.rows = {k: known.whitened(pools[k], k) for k in set(order)}
-        size = len(known.covariance)
-        self.G = np.zeros((2, size, size))
-        inner = known.model.size
-        self.G[:, :inner, :inner] = where.mean, where.shape
+        self.prior, self.rows, self.G = prior, rows, G
+        self.pools, self.order, self.start = pools, list(order), start
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
 
     def greedy(self) -> None:
         """Choose the poses that teach most, one by one."""
-        covariance = self.known.covariance
+        covariance = self.prior
         for t, k in enumerate(self.order):
             left = self._variances(covariance, self.rows[k])[1]
             self.chosen[t] = int(np.argmin(left))
-            covariance = updated(covariance, self.rows[k][self.chosen[t]])
+            covariance = self.updated(covariance, self.rows[k][self.chosen[t]])
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
@@ -83,13 +82,29 @@ class _Annealing:
     def covariance(self) -> np.ndarray:
         """Return the covariance after all chosen poses."""
         some = [self.rows[k][i] for k, i in zip(self.order, self.chosen, strict=True)]
-        return updated(self.known.covariance, np.concatenate(some))
+        return self.updated(self.prior, np.concatenate(some))
+
+    def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
+        """Return a covariance after more samples, or without some (sign -1)."""
+        return updated(covariance, rows, sign)
+
+    def seen(
+        self, covariance: np.ndarray, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return covariances after a state: of samples with what is judged, of each, and of it."""
+        cross = rows @ covariance
+        return cross, cross @ rows.transpose(0, 2, 1) + np.eye(3), covariance
+
+    def allowed(self) -> np.ndarray:
+        """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
+        covariance = self.seen(self.covariance(), next(iter(self.rows.values()))[:0])[2]
+        return self.slack * np.einsum("gij,ji->g", self.G, covariance)
 
     def _variances(self, covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Return both mean variances after each of some samples, shape (2, N)."""
-        cross = rows @ covariance
-        S = np.linalg.inv(cross @ rows.transpose(0, 2, 1) + np.eye(3))
-        whole = np.einsum("gij,ji->g", self.G, covariance)
+        cross, own, judged = self.seen(covariance, rows)
+        S = np.linalg.inv(own)
+        whole = np.einsum("gij,ji->g", self.G, judged)
         lowered = [
             np.sum(S * ((cross @ g) @ cross.transpose(0, 2, 1)), axis=(1, 2)) for g in self.G
         ]
@@ -102,7 +117,7 @@ class _Annealing:
             for t in map(int, self.generator.permutation(len(self.order))):
                 k = self.order[t]
                 rows = self.rows[k]
-                without = updated(covariance, rows[self.chosen[t]], -1)
+                without = self.updated(covariance, rows[self.chosen[t]], -1)
                 some = self.generator.integers(len(rows), size=DRAWN)
                 some[0] = self.chosen[t]
                 ways = np.tile(self.chosen, (DRAWN, 1))
@@ -110,12 +125,24 @@ class _Annealing:
                 over = np.log(self._variances(without, rows[some]) / allowed[:, None]).clip(0)
                 cost = _costs(self.poses(ways), usual) + HARD * over.sum(axis=0)
                 self.chosen = ways[self._draw(cost, temperature)]
-                covariance = updated(without, rows[self.chosen[t]])
+                covariance = self.updated(without, rows[self.chosen[t]])
                 alike = np.flatnonzero(np.array(self.order) == k)
                 ways = np.tile(self.chosen, (len(alike), 1))
                 ways[:, t] = self.chosen[alike]
                 ways[np.arange(len(alike)), alike] = self.chosen[t]
                 self.chosen = ways[self._draw(_costs(self.poses(ways), usual), temperature)]
+
+    def way(self, before: np.ndarray | None) -> np.ndarray:
+        """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
+        self.greedy()
+        allowed = self.allowed()
+        usual = np.abs(np.diff(self.poses(self.chosen[None])[0], axis=0)).sum(axis=0).clip(1e-3)
+        if before is None:
+            self.anneal(HOT, self.sweeps, allowed, usual)
+        else:
+            self.near(before)
+            self.anneal(WARM, AGAIN, allowed, usual)
+        return self.poses(self.chosen[None])[0][-len(self.order) :]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""
@@ -141,13 +168,8 @@ def plan_poses(
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    state = _Annealing(known, where, pools, order, start)
-    state.greedy()
-    allowed = SLACK * np.einsum("gij,ji->g", state.G, state.covariance())
-    usual = np.abs(np.diff(state.poses(state.chosen[None])[0], axis=0)).sum(axis=0).clip(1e-3)
-    if before is None:
-        state.anneal(HOT, SWEEPS, allowed, usual)
-    else:
-        state.near(before)
-        state.anneal(WARM, AGAIN, allowed, usual)
-    return state.poses(state.chosen[None])[0][-len(order) :]
+    size, inner = len(known.covariance), known.model.size
+    G = np.zeros((2, size, size))
+    G[:, :inner, :inner] = where.mean, where.shape
+    rows = {k: known.whitened(pools[k], k) for k in set(order)}
+    return Annealing(known.covariance, rows, G, pools, order, start).way(before)

@@ -11,6 +11,7 @@ from ...solver.bayes.inference import Posterior
 from ...solver.bayes.model import Noise, extend
 from ...solver.data import CALIPER_DEVIATION
 from ...solver.design import (
+    CurveAnnealing,
     ParameterCovariance,
     Reach,
     Workspace,
@@ -175,15 +176,34 @@ class PoseSelector:
         if posterior is not None:
             return from_fit(posterior)
         known = from_prior(self._model, expected_groups(self._model), SEAT, self._sockets)
-        centres = [self._centre(samples, k) for k in range(self._sockets)]
         for socket in range(self._sockets):
             q = _positions(samples, socket)
             known = known.with_samples(q, socket) if len(q) else known
-        first, second = centres[:2] if self._sockets > 1 else (None, None)
-        if first is not None and second is not None:
-            along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
-            known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
-        return known
+        return self._with_distance(known, samples)
+
+    def _with_distance(
+        self, known: ParameterCovariance, samples: Sequence[Sample], at: int = 0
+    ) -> ParameterCovariance:
+        """Return the same with the measured distance of a placement's sockets, the first ``at``."""
+        first, second = (self._centre(samples, k) for k in (0, 1))
+        if self._sockets < 2 or first is None or second is None:
+            return known
+        along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
+        return known.with_lengths({at: -along, at + 1: along}, CALIPER_DEVIATION)
+
+    def _with_curves(
+        self, samples: Sequence[Sample]
+    ) -> tuple[ParameterCovariance, list[tuple[np.ndarray, int]]]:
+        """Return the covariance before all samples of all placements, and these by socket."""
+        recorded = [samples, *(placement.samples for placement in self._earlier)]
+        count = self._sockets
+        known = from_prior(self._model, expected_groups(self._model), SEAT, count * len(recorded))
+        taken: list[tuple[np.ndarray, int]] = []
+        for i, some in enumerate(recorded):
+            known = self._with_distance(known, some, count * i)
+            own = [(_positions(some, k), count * i + k) for k in range(count)]
+            taken += [(q, k) for q, k in own if len(q)]
+        return known, taken
 
     def _centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
         """Return a socket's position by the nominal model [m]; None without a sample in it."""
@@ -228,7 +248,12 @@ class PoseSelector:
         # a socket without a sample is near the others
         pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
         start = None if position is None else np.array(position)
-        way = plan_poses(known, where, pools, order, start, self._rest(order))
+        rest = self._rest(order)
+        if curve_advice(self._robot):
+            route = CurveAnnealing(*self._with_curves(samples), pools, order, start)
+            way = route.way(rest)
+        else:
+            way = plan_poses(known, where, pools, order, start, rest)
         self._route = order, way
         poses = pools[order[0]]
         best = int(np.argmax(known.variance_reduction(poses, order[0], where.shape)))

@@ -15,7 +15,7 @@ from record_commands import read
 from terminal_session import PATIENCE
 
 import mukca
-from mukca.recorder import Sample
+from mukca.recorder import Placement, Sample
 from mukca.recorder.session import Advice, GuidanceRequest
 from mukca.solver.design import Reach, skeleton
 from mukca.solver.robot import BallModel, Robot, load_robot
@@ -65,6 +65,27 @@ def test_there_are_poses_with_the_socket_high_or_low(name: str, z: float) -> Non
 
 def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
     assert len(Reach(panda).poses(np.array([3.0, 0.0, 0.1]), 10)) == 0
+
+
+@pytest.mark.parametrize(("name", "curves"), [("ur10", True), ("ur5e", False)])
+def test_error_curves_are_known_of_types_that_have_them(
+    name: str, curves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Samples of earlier placements are known as well, in sockets of their own."""
+    robot, seen = load_robot(name), []
+    route = SimpleNamespace(way=lambda _: np.zeros((24, 6)))
+    module = "mukca.tools.recording.guidance"
+    monkeypatch.setattr(f"{module}.CurveAnnealing", lambda *given: seen.append(given) or route)
+    monkeypatch.setattr(f"{module}.plan_poses", lambda *_: np.zeros((24, 6)))
+    q = Reach(robot).poses(np.array([0.5, 0.0, 0.1]), 5).tolist()
+    some = tuple(Sample(tuple(pose), k % 2, number=k) for k, pose in enumerate(q))
+    earlier = Placement("front", some, robot.joint_names, 0.05)
+    PoseSelector(robot, 0.05, earlier=[earlier]).advise(some[:3], 0)
+    assert len(seen) == curves
+    if curves:
+        known, taken, *_ = seen[0]
+        assert known.sockets == 4
+        assert [(k, len(q)) for q, k in taken] == [(0, 2), (1, 1), (2, 3), (3, 2)]
 
 
 @pytest.mark.slow

@@ -1,0 +1,80 @@
+"""Poses of arms with joint error curves: chosen by what curves leave unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.solver.bayes.model import Noise, extend
+from mukca.solver.bayes.model.effects import curve_values, random_curves
+from mukca.solver.design import (
+    CurveAnnealing,
+    Reach,
+    curve_route,
+    expected_groups,
+    from_prior,
+    plan_poses,
+    workspace_of,
+)
+from mukca.solver.robot import choose_parameters, load_robot, workspace
+
+ORDER = [0] * 4 + [1] * 4
+
+
+@pytest.fixture(scope="module")
+def known():
+    model = extend(load_robot("ur10"), choose_parameters(load_robot("ur10")))
+    return from_prior(model, expected_groups(model), Noise(1e-4, 0.0), 2)
+
+
+@pytest.fixture(scope="module")
+def pools(known):
+    reach = Reach(known.model.robot)
+    return {k: reach.poses(np.array([0.6, 0.05 * k, 0.1]), 80) for k in (0, 1)}
+
+
+def left_unknown(known, poses, sockets):
+    """Mean variances of distances after samples, with the arm's scale and without it."""
+    samples = [(q[None], k) for q, k in zip(poses, sockets, strict=True)]
+    joint, lengths = curve_route._joint_covariance(known, samples)
+    n = 3 * len(poses)
+    d = joint[n:, n:] - joint[n:, :n] @ np.linalg.solve(joint[:n, :n] + np.eye(n), joint[:n, n:])
+    scale = lengths / np.linalg.norm(lengths)
+    return np.array([np.trace(d), np.trace(d) - scale @ d @ scale]) / len(d)
+
+
+def test_the_state_after_samples_is_that_of_the_whole_covariance(known, pools):
+    state = CurveAnnealing(known, [(pools[0][:3], 0)], pools, ORDER, None)
+    state.chosen = np.arange(8) + 10
+    poses = [*pools[0][:3], *state.poses(state.chosen[None])[0]]
+    whole = left_unknown(known, poses, [0] * 3 + ORDER)
+    assert state.allowed() / state.slack == pytest.approx(whole, rel=1e-6)
+    without = state.updated(state.covariance(), state.rows[1][17], -1)
+    promised = state._variances(without, state.rows[1][17:18])[:, 0]
+    assert promised == pytest.approx(whole, rel=1e-6)
+
+
+def test_curves_are_in_the_covariance_as_they_are_drawn(known):
+    """Of an arm whose geometry and sockets are known."""
+    fixed = replace(known, covariance=0 * known.covariance)
+    q = workspace(known.model.robot, 3)
+    joint, _ = curve_route._joint_covariance(fixed, [(q, 0)])
+    _, _, by = known.model.linearise(known.x, q, np.tile(0 * q, 2))
+    generator = np.random.default_rng(0)
+    shown = [
+        np.einsum("nij,nj->ni", by, curve_values(q, 3e-4 * random_curves(6, 0.07, generator)))
+        for _ in range(3000)
+    ]
+    drawn = np.cov(np.reshape(shown, (3000, 9)).T) * known.noise.information / 1e-8
+    assert np.diag(joint)[:9] == pytest.approx(np.diag(drawn), rel=0.12)
+
+
+@pytest.mark.slow
+def test_poses_for_curves_leave_less_unknown(known, pools):
+    order, along = ORDER * 3, np.array([0.0, 1.0, 0.0])
+    known = known.with_lengths({0: -along, 1: along}, 3e-5)
+    curved = CurveAnnealing(known, [], pools, order, None).way(None)
+    rigid = plan_poses(known, workspace_of(known.model, known.x), pools, order)
+    assert all((pools[k] == q).all(axis=1).any() for q, k in zip(curved, order, strict=True))
+    of_curves, of_rigid = (left_unknown(known, way, order) for way in (curved, rigid))
+    assert (of_curves < 0.9 * of_rigid).all()
