@@ -65,12 +65,13 @@ def drifting(scene: Scene) -> Iterable[Block]:
 
 
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters with how far the base moved; a large move by the samples alone."""
+    """Return the parameters with how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
     if size > FAR:
         own = scene.sockets == scene.labels.index((parameters["placement"], parameters["socket"]))
         balls, after = scene.linear[0][own], scene.numbers[own] >= parameters["sample"]
-        size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
+        if not after.all():  # in a socket that was entered after the move, none tells how far
+            size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
     return {**parameters, "size": size}
 
 

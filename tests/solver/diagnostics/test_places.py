@@ -33,6 +33,15 @@ def test_a_base_that_moved_far_is_told_by_the_first_row(look, placements, elsewh
 
 
 @pytest.mark.slow
+def test_a_base_that_moved_far_before_a_socket_was_entered_has_a_size(look, placements, elsewhere):
+    before, after = placements[0].samples, elsewhere.samples
+    samples = (*before[:10], *after[20:30], *after[10:20], *after[30:])
+    seen = look([replace(placements[0], samples=samples), *placements[1:]])
+    told = " ".join(map(str, seen.diagnostics))
+    assert "moved" in told and "nan" not in told
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("many", [1, 2, 5, 9])
 @pytest.mark.parametrize("begin", [0, 6])
 def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many):
