@@ -180,8 +180,8 @@ def not_reached(where: str, positions: np.ndarray, left: np.ndarray, joint: str)
     if left[0] > FAR:
         cure = "poses are in metres: is this one in millimetres?"
     return CommandError(
-        f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.4g} mm and "
-        f"{1e3 * left[1]:.4g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
+        f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.6g} mm and "
+        f"{1e3 * left[1]:.6g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
         positions,
         left,
         joint,

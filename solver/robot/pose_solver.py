@@ -19,7 +19,7 @@ LAST = 3e-6
 """So small a step is the last, where what it leaves is within a thirtieth of the tolerance, if it
 shrinks the rest as the step before did [rad]."""
 ROUNDS = 60
-STUCK, NEAR = 20, 1e-5
+STUCK, NEAR = 12, 1e-5
 """Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
 search: the joints fold there, or a limit is in the way."""
 AWAY, MARGIN = 3, 2.0
