@@ -27,9 +27,8 @@ from mukca.drivers.arms.kinova.polled_bus import decode_reply
 from mukca.drivers.arms.piper import decode_frame
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.ur import Recipe, take_package
-from mukca.tools.emulators.franka import encode_state
-from mukca.tools.emulators.kuka import encode_message
 from mukca.tools.emulators.servos import crc16
+from mukca.tools.emulators.udp_arms import encode_message, encode_state
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE = JointState(0.0, Q, Q)

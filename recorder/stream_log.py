@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drivers import JointState
-from .csv_files import RecordingError
-from .disk import APPEND, append_bytes
+from .csv_files import APPEND, RecordingError, append_bytes
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"

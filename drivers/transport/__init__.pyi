@@ -8,7 +8,7 @@ from .address import resolve as resolve
 from .can_bus import CanBus as CanBus
 from .can_bus import open_bus as open_bus
 from .can_bus import parse_can_address as parse_can_address
-from .fresh_answers import FreshAnswers as FreshAnswers
+from .serial_line import FreshAnswers as FreshAnswers
 from .serial_line import SerialLine as SerialLine
+from .tcp import DatagramSocket as DatagramSocket
 from .tcp import TcpStream as TcpStream
-from .udp import DatagramSocket as DatagramSocket

@@ -1,6 +1,6 @@
-from .contact_detection import ContactDetector as ContactDetector
 from .stationarity import STILL as STILL
 from .stationarity import WINDOW as WINDOW
+from .stationarity import ContactDetector as ContactDetector
 from .stationarity import JointLimits as JointLimits
 from .stationarity import StationaryPose as StationaryPose
 from .stream import Stream as Stream

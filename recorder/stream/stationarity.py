@@ -1,8 +1,8 @@
-"""Stationarity of the arm, and the average over a window of an arm that is still."""
+"""Detectors of an arm that is still, with its average, of a frozen stream, and of contact."""
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -145,3 +145,125 @@ class StationarityDetector:
 
 def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
     return tuple(values.tolist())
+
+
+LONG = 0.25
+"""Shortest repetition that can count as frozen [s]."""
+SHORT = 0.02
+"""An arm rested if it sent the same for this long [s] and then went on with a small step."""
+GOES_ON = 1e-3
+"""The largest such step [rad]; a stream with a coarser resolution may go on by a step of that."""
+USUAL = 3
+"""After this many rests with exactly the same numbers, a stream is known to have no noise, so that
+sameness is no sign that it is frozen."""
+ENOUGH_STEPS = 100
+"""Steps between states after which a stream's noise can be judged."""
+NOISY = 0.3
+"""A stream is noisy where at least this share of its steps reverses the step before."""
+DEAD_STOP = 20.0
+"""Deceleration that no arm led by hand reaches [rad/s^2]."""
+SLOW = 0.05
+"""Speed below which a sudden stop is no sign [rad/s]."""
+
+
+class FrozenStreamDetector:
+    """Detector of a frozen stream, fed state by state."""
+
+    def __init__(self, resolution: float = 0.0) -> None:
+        self._goes_on = max(GOES_ON, 1.5 * resolution)
+        self.frozen = False
+        """True while the stream is frozen."""
+        self._since = math.nan
+        self._stopped_dead = False
+        self._rests = 0
+        self._steps = self._turns = 0
+        self._step: tuple[float, ...] = ()
+        self._speed = self._last_speed = 0.0
+
+    def feed(self, before: JointState, state: JointState) -> None:
+        """Take in two states, one after the other."""
+        elapsed = max(state.stamp - before.stamp, 1e-6)
+        if state.position == before.position and state.effort == before.effort:
+            self._repeats(before, state, elapsed)
+        else:
+            self._changes(before, state, elapsed)
+
+    def _repeats(self, before: JointState, state: JointState, elapsed: float) -> None:
+        if math.isnan(self._since):
+            self._since = before.stamp
+            speed = min(self._speed, self._last_speed)
+            self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
+        if state.stamp - self._since >= LONG:
+            noisy = self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
+            noisy = noisy and self._rests < USUAL
+            self.frozen = self.frozen or noisy or self._stopped_dead
+
+    def _changes(self, before: JointState, state: JointState, elapsed: float) -> None:
+        step = _difference(before.position, state.position)
+        length = max(map(abs, step))
+        if before.stamp - self._since >= SHORT and length < self._goes_on:
+            self._rests += 1
+        self._since = math.nan
+        self.frozen = False
+        self._last_speed = length / elapsed
+        # smoothed over some ten states, so that noise alone makes no speed
+        self._speed += 0.1 * (self._last_speed - self._speed)
+        if before.effort is not None and state.effort is not None:
+            step += _difference(before.effort, state.effort)
+        self._steps += 1
+        self._turns += any(a * b < 0 for a, b in zip(step, self._step, strict=False))
+        self._step = step
+
+
+def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple([y - x for x, y in zip(a, b, strict=True)])
+
+
+LOAD = 2.0
+"""Deviation from the gravity torque that is always allowed [N m]."""
+LOAD_SHARE = 0.1
+"""Further deviation that is allowed, as a share of the gravity torque."""
+TREMOR = 4.0
+"""A torque may tremble by this many times its tremor at the quietest rest."""
+LEAST_TREMOR = 0.1
+"""Standard deviation of a torque that is always allowed [N m]."""
+
+
+class ContactDetector:
+    """Compares each rest with gravity, and with the quietest rest before.
+
+    ``gravity`` returns each joint's torque [N m] at joint positions; None where the model has no
+    masses.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[JointLimits],
+        gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
+    ) -> None:
+        self._joints = tuple(joints)
+        self._gravity = gravity
+        self._quietest: tuple[float, ...] | None = None
+
+    def evidence(self, rest: StationaryPose) -> str | None:
+        """Return the evidence that the arm is being pushed, in words; None without any."""
+        if rest.effort is None or rest.effort_spread is None:
+            return None
+        return self._load(rest.position, rest.effort) or self._tremor(rest.effort_spread)
+
+    def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
+        if self._gravity is None:
+            return None
+        torques = self._gravity(position)
+        for joint, tau, held in zip(self._joints, effort, torques, strict=True):
+            if abs(tau - held) > LOAD + LOAD_SHARE * abs(held):
+                return f"{joint.name} exerts {tau - held:+.1f} N m beyond gravity"
+        return None
+
+    def _tremor(self, spread: tuple[float, ...]) -> str | None:
+        quietest = self._quietest or spread
+        self._quietest = tuple([min(a, b) for a, b in zip(quietest, spread, strict=True)])
+        for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):
+            if now > max(LEAST_TREMOR, TREMOR * quiet):
+                return f"the effort of {joint.name} trembles by {now:.2f} N m"
+        return None

@@ -5,8 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from ...drivers import JointState
-from .frozen_stream import FrozenStreamDetector
-from .stationarity import STILL, WINDOW, JointLimits, StationarityDetector
+from .stationarity import STILL, WINDOW, FrozenStreamDetector, JointLimits, StationarityDetector
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s]."""

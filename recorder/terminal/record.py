@@ -25,8 +25,7 @@ from .display import Lines, Screen
 from .key_bindings import KEYS, capture_key
 from .key_handler import RESUME, KeyHandler
 from .key_script import Script
-from .keyboard import HangUp, Keyboard
-from .signals import HANG_UP, Signals
+from .keyboard import HANG_UP, HangUp, Keyboard, Signals
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""

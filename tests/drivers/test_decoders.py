@@ -17,9 +17,8 @@ from mukca.drivers.arms import damiao, franka, fri, piper, ros, ur, xarm
 from mukca.drivers.arms.kinova.polled_bus import decode_reply
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.servos.servo_arm import Answer
-from mukca.tools.emulators.franka import encode_state
-from mukca.tools.emulators.kuka import encode_message, nested, numbers, varint
-from mukca.tools.emulators.xarm import fast_report, real_report, rich_report
+from mukca.tools.emulators.tcp_arms import fast_report, real_report, rich_report
+from mukca.tools.emulators.udp_arms import encode_message, encode_state, nested, numbers, varint
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE, SIX = JointState(0.0, Q, Q), JointState(0.0, Q[:6], Q[:6])

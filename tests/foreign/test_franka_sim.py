@@ -19,7 +19,7 @@ import pytest
 
 from mukca import JointState
 from mukca.drivers.arms.franka import decode_state
-from mukca.tools.emulators.franka import encode_state
+from mukca.tools.emulators.udp_arms import encode_state
 
 robot_state = pytest.importorskip("franka_sim.robot_state", reason="franka-sim is not installed")
 

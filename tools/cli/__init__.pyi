@@ -17,14 +17,14 @@ from .commands.main import build_parser as build_parser
 from .commands.main import main as main
 from .console import Terminal as Terminal
 from .console import table as table
-from .each_arm import for_each_arm as for_each_arm
-from .each_arm import one_arm as one_arm
 from .robots import DISTANCES as DISTANCES
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS
 from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
+from .robots import for_each_arm as for_each_arm
 from .robots import measure_all as measure_all
+from .robots import one_arm as one_arm
 from .robots import split_by_robot as split_by_robot
 from .robots import survey_of as survey_of

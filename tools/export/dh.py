@@ -13,8 +13,7 @@ from functools import reduce
 import numpy as np
 
 from ...solver.robot import Joint
-from .origins import losses_without, rigid, to_axis
-from .request import Exported, Request
+from .request import Exported, Request, losses_without, rigid, to_axis
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""

@@ -16,8 +16,7 @@ import numpy as np
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...solver.bayes.results import DECIDED, angles_near
 from ...solver.robot import rotation, rotation_rpy
-from .origins import losses_without
-from .request import Exported, ExportError, Request
+from .request import Exported, ExportError, Request, losses_without
 
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}

@@ -18,8 +18,7 @@ import numpy as np
 from ...solver.calibration import joints_named
 from ...solver.data import kabsch_rotation, turn
 from ...solver.robot import end_of_tag, with_attributes, with_edits
-from .origins import after_last_exported, losses_without, rigid
-from .request import Exported, ExportError, Request
+from .request import Exported, ExportError, Request, after_last_exported, losses_without, rigid
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 SAME_AXIS = 2e-3

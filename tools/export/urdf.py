@@ -4,8 +4,7 @@ import math
 from xml.sax.saxutils import quoteattr
 
 from ...solver.robot import ModelError, Origin, add_comment, add_link, scan
-from .origins import losses_without
-from .request import Exported, ExportError, Request
+from .request import Exported, ExportError, Request, losses_without
 
 
 def write(request: Request) -> Exported:

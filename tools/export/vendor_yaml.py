@@ -8,8 +8,14 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ...solver.robot import COMPONENTS
-from .origins import after_last_exported, losses_without, redistributed_origins
-from .request import Exported, ExportError, Request
+from .request import (
+    Exported,
+    ExportError,
+    Request,
+    after_last_exported,
+    losses_without,
+    redistributed_origins,
+)
 
 SAME_ROBOT = 0.02
 """Largest distance of an origin in a file of the same robot from nominal [m]."""

@@ -1,4 +1,4 @@
-"""Joint states out of a log, and the model's joints among its columns."""
+"""Joint states out of a log, a CSV file or a kept stream, and the model's joints in its columns."""
 
 import importlib
 import re
@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MukcaError
+from ...recorder import read_stream_log, read_table
 from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
@@ -138,7 +139,10 @@ def read_log(question: Question) -> Log:
         RecordingError: A file is damaged.
     """
     name = _kind(question)
-    read: Callable[[Question], Log] = importlib.import_module(f".{name}", __package__).read
+    here = {"csv_log": read_csv_log, "kept_stream": read_kept_stream}
+    read: Callable[[Question], Log] = (
+        here.get(name) or importlib.import_module(f".{name}", __package__).read
+    )
     if question.topic is not None and name != "bags":
         raise ExtractError("--topic is for bags")
     if question.units is not None and name not in ("lerobot", "csv_log"):
@@ -150,7 +154,7 @@ def read_log(question: Question) -> Log:
 
 
 def _kind(question: Question) -> str:
-    """Return the module that reads a path."""
+    """Return the kind of log that a path is: a module that reads it, or a function of this one."""
     path = question.path
     if not path.exists():
         raise ExtractError(f"{path}: no such file or folder")
@@ -165,4 +169,91 @@ def _kind(question: Question) -> str:
     raise ExtractError(
         f"{path}: nothing that can be read: give a ROS bag (.bag, .db3, .mcap, or a folder with "
         "metadata.yaml), a lerobot data set, a CSV log, or a recording with a kept stream"
+    )
+
+
+_TIME = re.compile(
+    r"(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp)[ _]*[\[(]?(s|ms|us|ns|sec)?[\])]?", re.I
+)
+_SECONDS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_DEGREES = re.compile(r"[\[(]deg(rees)?[\])]$|_deg(rees)?$|[\[(]°[\])]$", re.I)
+SLOWEST = 0.15
+"""Logs with longer steps hold no rest of a third of a second [s]."""
+
+
+def read_csv_log(question: Question) -> Log:
+    """Return the joint states of a CSV file with a column of time and one for each joint."""
+    table = read_table(question.path, units=True)
+    if table.header is None:
+        raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")
+    rows = np.array(table.rows)
+    times = [i for i, name in enumerate(table.header) if _TIME.fullmatch(name)]
+    if not times:
+        raise ExtractError(
+            f"{question.path}:1: no column of time; call it time, or time[ms] and so on; "
+            f"columns: {', '.join(table.header)}"
+        )
+    names = [name for i, name in enumerate(table.header) if i != times[0]]
+    columns = needed_columns(names, question)
+    below = table.units or ("",) * len(table.header)
+    units = [unit.strip("[]() ") for i, unit in enumerate(below) if i != times[0]]
+    match = _TIME.fullmatch(table.header[times[0]])
+    unit = below[times[0]].strip("[]() ") or (match and match[2]) or "s"
+    stamps = rows[:, times[0]] * _SECONDS.get(unit, 1.0)
+    positions = np.delete(rows, times[0], axis=1)[:, columns]
+    marked = [bool(_DEGREES.search(names[i]) or _DEGREES.search(f"[{units[i]}]")) for i in columns]
+    positions = _in_radians(positions, marked, question)
+    return _in_order(stamps, positions, question)
+
+
+def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -> np.ndarray:
+    """Return angles in radians; degrees only where the file or the user says so."""
+    if question.units not in (None, "radians", "degrees"):
+        raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
+    turning = ~np.array(question.prismatic)
+    degrees = turning if question.units == "degrees" else np.array(marked) & turning
+    if question.units == "radians":
+        degrees = np.zeros_like(turning)
+    radians = np.where(degrees, np.radians(positions), positions)
+    check_angles(radians[:, turning], bool(degrees.any()), question)
+    return radians
+
+
+def _in_order(stamps: np.ndarray, positions: np.ndarray, question: Question) -> Log:
+    """Return the states in order of time, each moment once."""
+    stamps, first = np.unique(stamps, return_index=True)
+    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else np.inf
+    if not 1e-5 < step < SLOWEST:
+        raise ExtractError(
+            f"{question.path}: {len(stamps)} moments, typically {step:.3g} s apart; 10 a second "
+            "and more are needed; if time is not in seconds, name its column time[ms], [us] or [ns]"
+        )
+    return Log(stamps, positions[first], None, np.zeros(len(stamps), dtype=int))
+
+
+def read_kept_stream(question: Question) -> Log:
+    """Return the states of a kept stream, or of all in a placement's folder, one part each."""
+    path, m = question.path, len(question.joints)
+    files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
+    stamps, positions, efforts = [np.empty(0)], [np.empty((0, m))], [np.empty((0, m))]
+    parts, notes = [np.empty(0, dtype=int)], list[str]()
+    for file in files if path.is_dir() else [path]:
+        kept = read_stream_log(file)
+        columns = needed_columns(kept.joints, question)
+        if not len(kept.stamps):
+            continue
+        notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]
+        stamps.append(kept.stamps)
+        positions.append(kept.positions[:, columns])
+        if kept.efforts is not None:
+            efforts.append(kept.efforts[:, columns])
+        first = parts[-1].max(initial=-1) + 1
+        parts.append(kept.connections - kept.connections.min() + first)
+    measured = len(efforts) == len(positions)
+    return Log(
+        np.concatenate(stamps),
+        np.concatenate(positions),
+        np.concatenate(efforts) if measured else None,
+        np.concatenate(parts),
+        tuple(notes),
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..report.plots import Axis, named_rows
 from .log import Log
-from .socket_assignment import Proposal
+from .rests import Proposal
 
 COLUMNS = 1000
 """A curve goes through the least and the largest value of each."""

@@ -1,13 +1,20 @@
-"""Finds where the arm rested, by the recorder's own rule."""
+"""Rests of an arm in a log by the rule of the recorder, and the placement and socket of each.
 
+The nominal model suggests them to some millimetres.
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...drivers import JointState
+from ...recorder import Placement, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
+from ...solver.calibration import UsageError
+from ...solver.robot import BallModel, Robot
 from .log import Log
 
 
@@ -73,3 +80,137 @@ def _joined(first: TimedRest, second: TimedRest) -> TimedRest:
     """Return two rests at one place as one, with the stiller window of both."""
     stiller = min((first.rest, second.rest), key=lambda rest: max(rest.spread))
     return replace(first, end=second.end, rest=stiller)
+
+
+TOGETHER = 1 / 3
+"""Balls nearer to each other than this share of the sockets' distance are in one socket."""
+APART = 0.4
+"""The distance of two sockets of a base comes out as measured, but for this share of it."""
+LEAST = 4
+"""Fewer rests at one place are no socket."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A rest, and the sample that it may be."""
+
+    timed: TimedRest
+    ball: np.ndarray
+    """The ball's centre by the nominal model, shape (3,) [m]."""
+    placement: str | None = None
+    """The placement's name; None where the rest is no sample."""
+    socket: int = 0
+    why: str = ""
+    """The reason that it is none."""
+
+
+def propose_samples(
+    robot: Robot, rests: Sequence[TimedRest], joints: Sequence[JointLimits], distance: float
+) -> list[Proposal]:
+    """Return each rest's placement and socket by the nominal model and the distance [m]."""
+    if not rests:
+        return []
+    positions = np.array([one.rest.position for one in rests])
+    balls = BallModel(robot, []).points(np.empty(0), positions)
+    proposals = [Proposal(one, ball) for one, ball in zip(rests, balls, strict=True)]
+    sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
+    for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
+        for socket, group in enumerate(pair):
+            for i in group:
+                named = f"placement_{number}"
+                proposals[i] = replace(proposals[i], placement=named, socket=socket)
+    return _usable(proposals, joints)
+
+
+def _together(points: np.ndarray, within: float) -> list[list[int]]:
+    """Return groups of points, each within a distance of another one of its group."""
+    near = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
+    left = set(range(len(points)))
+    groups: list[list[int]] = []
+    while left:
+        group, fresh = set[int](), {min(left)}
+        while fresh:
+            group |= fresh
+            fresh = {int(j) for i in fresh for j in np.flatnonzero(near[i])} - group
+        groups.append(sorted(group))
+        left -= group
+    return groups
+
+
+def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
+    """Return the sockets of each base, the earlier first; the bases in order of time."""
+    centres = [np.median(balls[group], axis=0) for group in groups]
+    off = {
+        (i, j): abs(float(np.linalg.norm(centres[i] - centres[j])) - distance)
+        for i in range(len(groups))
+        for j in range(i + 1, len(groups))
+    }
+    partner: dict[int, int] = {}
+    for i, j in sorted(off, key=lambda pair: off[pair]):
+        if off[i, j] <= APART * distance and i not in partner and j not in partner:
+            partner[i], partner[j] = j, i
+    alone = [[i] for i in range(len(groups)) if i not in partner]
+    bases = [[i, j] for i, j in partner.items() if i < j] + alone
+    return [[groups[i] for i in base] for base in sorted(bases)]
+
+
+def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Proposal]:
+    """Leave out what the recorder would refuse, with its reason."""
+    sessions: dict[str, Session] = {}
+    kept: list[Proposal] = []
+    for proposal in proposals:
+        name, rest = proposal.placement, proposal.timed.rest
+        if name is None:
+            kept.append(replace(proposal, why="not in a socket"))
+            continue
+        before = sessions.get(name, Session(tuple(joints), sockets=100))
+        session = before.switched(proposal.socket)
+        why = session.refusal(rest.position)
+        kept.append(replace(proposal, placement=None, why=why) if why else proposal)
+        if not why:
+            sessions[name] = session.captured(session.sample_at(rest))
+    return kept
+
+
+def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal]:
+    """Return proposals with placements and sockets that words as ``front:0=1-30`` give instead.
+
+    A word is a placement, a socket, and the rests' numbers from 1, in ranges with commas between;
+    rests that none names are left out. One that is none, has no rest, or names one twice is a
+    UsageError.
+    """
+    given = [replace(p, placement=None, socket=0, why="not assigned") for p in proposals]
+    for word in words:
+        match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
+        if match is None:
+            raise UsageError(f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30")
+        for part in match[3].split(","):
+            first, _, last = part.partition("-")
+            if last and int(last) < int(first):
+                raise UsageError(f"--assign {word}: {part} runs backwards; write {last}-{first}")
+            for number in range(int(first), int(last or first) + 1):
+                if not 1 <= number <= len(given):
+                    raise UsageError(f"--assign {word}: the rests are 1 to {len(given)}")
+                if given[number - 1].placement is not None:
+                    raise UsageError(f"--assign {word}: rest {number} is assigned twice")
+                given[number - 1] = replace(
+                    given[number - 1], placement=match[1], socket=int(match[2]), why=""
+                )
+    return given
+
+
+def placements_of(
+    proposals: Sequence[Proposal], joint_names: Sequence[str], distance: float
+) -> dict[str, dict[str, bytes]]:
+    """Return the files of each placement, by its name."""
+    sessions: dict[str, Session] = {}
+    for proposal in proposals:
+        if proposal.placement is not None:
+            session = sessions.get(proposal.placement, Session(())).switched(proposal.socket)
+            sample = session.sample_at(proposal.timed.rest)
+            sessions[proposal.placement] = session.captured(sample)
+    joints = tuple(joint_names)
+    return {
+        name: sample_files(Placement(name, it.samples, joint_names=joints, distance=distance))
+        for name, it in sessions.items()
+    }

@@ -6,9 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from .glyphs import HEIGHT, engraving, text_width
 from .mounts import Mount
-from .solid import BED, TILT, Frustum, PrintableError, Solid, Sphere, check_range, union
+from .solid import (
+    BED,
+    HEIGHT,
+    TILT,
+    Frustum,
+    PrintableError,
+    Solid,
+    Sphere,
+    check_range,
+    engraving,
+    text_width,
+    union,
+)
 
 FORCE = 5.0
 """The sideways force at the ball for which the neck is made [N]."""

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from .glyphs import HEIGHT, engraving, text_width
 from .solid import (
     BED,
+    HEIGHT,
     Frustum,
     PrintableError,
     Prism,
@@ -20,9 +20,11 @@ from .solid import (
     Sphere,
     check_range,
     cylinder,
+    engraving,
     hexagon,
     rectangle,
     signed_area,
+    text_width,
     union,
 )
 

@@ -17,12 +17,12 @@ EMULATORS = {
     "damiao": "can_arms:DamiaoEmulator",
     "dynamixel": "servos:DynamixelEmulator",
     "feetech": "servos:FeetechEmulator",
-    "franka": "franka:FrankaEmulator",
-    "kinova": "kinova:KinovaEmulator",
-    "kuka": "kuka:KukaEmulator",
+    "franka": "udp_arms:FrankaEmulator",
+    "kinova": "can_arms:KinovaEmulator",
+    "kuka": "udp_arms:KukaEmulator",
     "piper": "can_arms:PiperEmulator",
-    "ur": "ur:UrEmulator",
-    "xarm": "xarm:XArmEmulator",
+    "ur": "tcp_arms:UrEmulator",
+    "xarm": "tcp_arms:XArmEmulator",
 }
 LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 

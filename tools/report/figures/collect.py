@@ -1,13 +1,26 @@
-"""All figures of a report, worked out from a calibration: the way into this folder."""
+"""All figures of a report, worked out from a calibration, and the cross-placement matrix."""
 
-from ....solver.assessment import DRAWN, Options, assess, distance_text, sample_errors, setting
+from dataclasses import replace
+
+from ....errors import MukcaError
+from ....solver.assessment import (
+    DRAWN,
+    Options,
+    PlacementPrediction,
+    Predictions,
+    assess,
+    distance_text,
+    sample_errors,
+    setting,
+)
+from ....solver.data import evaluate
+from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.results import CalibrationDocument, FitResult, fields_of
+from ....solver.robot import all_parameters
 from .answers import answers_of
 from .arm import arm_drawing
-from .commands import solve_command
-from .cross_placement import cross_placement
-from .recommendations import steps
-from .types import REPORT, ReportDocument, ReportProvenance
+from .recommendations import solve_command, steps
+from .types import REPORT, CrossPlacement, ReportDocument, ReportProvenance
 
 
 def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
@@ -37,4 +50,38 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         answers=answers_of(found, samples, options.tolerance),
         arm=arm_drawing(predictions),
         plots=(),
+    )
+
+
+def cross_placement(
+    predictions: Predictions, regularization: float | None
+) -> CrossPlacement | None:
+    """Return the errors everywhere by models trained on each placement alone; None for only one."""
+    if len(predictions.placements) < 2:
+        return None
+    # By Eq. (5), some 10 ms each, with the joint origins that the calibration itself had free.
+    chosen = {parameter.name for parameter in predictions.calibration.parameters}
+    problem = build_problem(
+        predictions.robot,
+        [placement.measured for placement in predictions.placements],
+        parameters=[p for p in all_parameters(predictions.robot) if p.name in chosen],
+        regularization=REGULARIZATION if regularization is None else regularization,
+    )
+    return CrossPlacement(
+        method="Eq. (5)",
+        names=tuple(placement.name for placement in predictions.placements),
+        matrix=tuple(_row(problem, placement) for placement in predictions.placements),
+    )
+
+
+def _row(problem: Problem, trained_on: PlacementPrediction) -> tuple[float, ...] | None:
+    if not trained_on.measured.has_distance:
+        return None
+    try:
+        x = solve(replace(problem, training=(trained_on.measured,))).x
+    except MukcaError:
+        return None
+    return tuple(
+        evaluate(problem.model.points(x, m.positions), m).mean_absolute_error
+        for m in problem.training
     )

@@ -1,17 +1,17 @@
 """The plots of a report, by section: a new one is a function in this folder and a line here."""
 
 from ..figures import ReportDocument
-from . import fit, model, samples, use, workspace
+from . import fit, model, samples, workspace
 from .plot import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
-    ("Three questions", (use.table_map,)),
+    ("Three questions", (samples.table_map,)),
     ("Where the arms stand", (workspace.arms_together,)),
     (
         "Where the error is",
         (
-            use.errors_by_placement,
-            use.shares,
+            samples.errors_by_placement,
+            samples.shares,
             samples.errors_in_3d,
             samples.errors_in_2d,
             fit.known_distances,
