@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from worlds import TRANSLATION, TURN, realistic_flaws
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.calibration import SolveOptions, fit_robots
@@ -24,14 +25,7 @@ from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
 from mukca.solver.paper import REGULARIZATION
 from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import (
-    TRANSLATION,
-    TURN,
-    perturb,
-    reachable_bases,
-    realistic_flaws,
-    record,
-)
+from mukca.tools.simulation import perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 EXTENSIONS = ("compliance", "tilt", "play", "transmission")

@@ -21,6 +21,7 @@ import argparse
 import time
 
 import numpy as np
+from worlds import realistic_flaws
 
 from mukca.solver.calibration import FullModel
 from mukca.solver.data import STANDARD_LOAD, Pose, kabsch_rotation
@@ -33,7 +34,7 @@ from mukca.solver.robot import (
     shipped_robots,
     workspace,
 )
-from mukca.tools.simulation import perturb, realistic_flaws
+from mukca.tools.simulation import perturb
 
 STARTS = (0.02, 0.1, 0.5, None)
 """How far a start is off in each joint [rad]; None for the middle of the ranges."""

@@ -17,13 +17,14 @@ import argparse
 from functools import partial
 
 import numpy as np
+from worlds import realistic_flaws
 
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.data import Measurement, RobotRecordings, measure
 from mukca.solver.robot import InverseKinematics, Robot, load_robot
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "ur5e", "gen3")
 TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}

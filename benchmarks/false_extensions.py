@@ -17,21 +17,14 @@ import re
 from collections import Counter
 
 import numpy as np
+from worlds import NOISE, TRANSLATION, TURN
 
 from mukca.solver.bayes.selection import select_models
 from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import (
-    NOISE,
-    TRANSLATION,
-    TURN,
-    Imperfection,
-    perturb,
-    reachable_bases,
-    record,
-)
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 ROUND = 24
 """Arms between two lines of progress."""

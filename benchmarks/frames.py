@@ -20,6 +20,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from worlds import measured_points, recorded_by_both
 
 from mukca.solver.bayes.inference import JointPosterior, estimate
 from mukca.solver.bayes.model import extend
@@ -44,14 +45,7 @@ from mukca.solver.robot import (
 )
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.simulation import (
-    Base,
-    measured_points,
-    perturb,
-    reachable_bases,
-    record,
-    recorded_by_both,
-)
+from mukca.tools.simulation import Base, perturb, reachable_bases, record
 
 USES = ("instrument", "table", "base")
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))

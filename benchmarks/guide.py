@@ -30,6 +30,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from worlds import realistic_flaws
 
 from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.assessment import repeatability_of
@@ -57,14 +58,7 @@ from mukca.solver.robot import (
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector
-from mukca.tools.simulation import (
-    Base,
-    lead,
-    perturb,
-    reachable_bases,
-    realistic_flaws,
-    record,
-)
+from mukca.tools.simulation import Base, lead, perturb, reachable_bases, record
 
 NOISE = 1e-4
 STEP = 0.8

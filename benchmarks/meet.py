@@ -19,6 +19,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from worlds import measured_points, recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
@@ -26,7 +27,7 @@ from mukca.solver.data import IDENTITY, Pose, turn
 from mukca.solver.robot import BallModel, InverseKinematics, Robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.simulation import Base, measured_points, perturb, recorded_by_both
+from mukca.tools.simulation import Base, perturb
 
 NAMES = ("left", "right")
 POSES = (IDENTITY, Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0])))

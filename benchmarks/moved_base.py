@@ -19,19 +19,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from dataclasses import dataclass
 
 import numpy as np
+from worlds import realistic_flaws
 
 import mukca
 from mukca.recorder import Placement, Sample
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import workspace
-from mukca.tools.simulation import (
-    Session,
-    lead,
-    perturb,
-    reachable_bases,
-    realistic_flaws,
-    with_faults,
-)
+from mukca.tools.simulation import Session, lead, perturb, reachable_bases, with_faults
 
 ROBOTS = ("panda", "ur5e", "iiwa14", "xarm7")
 FAULTS = ("none", "step:0.5", "step:5", "drift:0.5", "slow:0.5")

@@ -24,6 +24,7 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca.recorder import Sample, read_points
@@ -31,15 +32,7 @@ from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.data import Pose, hand_eye, measure, rotation_vectors, turn
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import BallModel, Origin
-from mukca.tools.simulation import (
-    TRANSLATION,
-    TURN,
-    Imperfection,
-    perturb,
-    reachable_bases,
-    realistic_flaws,
-    record,
-)
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 TRAINED = ("frontcenter", "backleft")
 PUT_IN = 5e-3

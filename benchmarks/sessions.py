@@ -31,6 +31,7 @@ from zlib import crc32
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from worlds import realistic_flaws
 
 from mukca.recorder import Placement, Sample
 from mukca.solver.assessment import ARMS
@@ -54,7 +55,6 @@ from mukca.tools.simulation import (
     lead,
     perturb,
     reachable_bases,
-    realistic_flaws,
     with_faults,
 )
 

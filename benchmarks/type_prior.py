@@ -16,6 +16,7 @@ import argparse
 from functools import partial
 
 import numpy as np
+from worlds import TRANSLATION, TURN
 
 from mukca.solver.bayes.model import Deflection, Expected
 from mukca.solver.bayes.results.uncertainty import deviations
@@ -23,7 +24,7 @@ from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import TRANSLATION, TURN, Imperfection, perturb, reachable_bases, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 ROBOTS = ("panda", "iiwa14", "ur5e")
 

@@ -24,6 +24,7 @@ from statistics import NormalDist
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from worlds import realistic_flaws
 
 from mukca.recorder import Placement
 from mukca.solver.bayes.inference import Posterior
@@ -45,7 +46,7 @@ from mukca.solver.data import (
 )
 from mukca.solver.robot import BallModel, Robot, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
-from mukca.tools.simulation import Imperfection, perturb, reachable_bases, realistic_flaws, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 ROBOTS = {
     "rigid": ("panda", "iiwa14", "gen3_lite", "ur5e"),

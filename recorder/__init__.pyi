@@ -7,11 +7,14 @@ from .csv_files import read_table as read_table
 from .csv_files import replace_file as replace_file
 from .csv_files import sync_folder as sync_folder
 from .dataset import find_placements as find_placements
+from .dataset import hole_files as hole_files
 from .dataset import is_placement as is_placement
 from .dataset import placement_name as placement_name
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
+from .dataset import sample_files as sample_files
+from .dataset import write_holes as write_holes
 from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
 from .metadata import read_keys as read_keys
@@ -21,9 +24,6 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
-from .placement import hole_files as hole_files
-from .placement import sample_files as sample_files
-from .placement import write_holes as write_holes
 from .points import joint_columns as joint_columns
 from .points import read_points as read_points
 from .samples import REDO as REDO

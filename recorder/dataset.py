@@ -6,6 +6,7 @@ A *placement* is one position of the socket base, and the folder with the sample
 ``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/recording.md.
 """
 
+import json
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -16,7 +17,7 @@ from .csv_files import EmptyRecordingError, RecordingError, Table, read_table
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
 from .points import POINTS, POSES, joint_columns, read_points
-from .samples import SAMPLES, Sample, read_samples
+from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
 
 _FILES = (SAMPLES, POINTS, POSES)
 _HOLE = re.compile(r"hole_(\d+)\.csv")
@@ -203,3 +204,48 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
 def placement_name(folder: Path) -> str:
     """Return a placement's name: its folder's name after its parent's."""
     return "/".join(folder.resolve().parts[-2:]).lstrip("/")
+
+
+def hole_files(placement: Placement) -> dict[str, bytes]:
+    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., as the paper's authors have it.
+
+    One configuration a line, without a header; the numbers read back exactly. Times, spreads and
+    efforts are left out; a known distance is in ``placement.json``.
+    """
+    files: dict[str, bytes] = {}
+    for sample in placement.samples:
+        line = ",".join(map(repr, sample.position)) + "\n"
+        name = f"hole_{sample.socket}.csv"
+        files[name] = files.get(name, b"") + line.encode()
+    return files | _metadata(placement)
+
+
+def write_holes(placement: Placement, folder: Path) -> None:
+    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, without a ``placement.json``.
+
+    The folder is made if it does not exist; files of these names are overwritten.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in hole_files(replace(placement, distance=None)).items():
+        (folder / name).write_bytes(content)
+
+
+def sample_files(placement: Placement) -> dict[str, bytes]:
+    """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
+
+    Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
+    """
+    count = len(placement.samples[0].position)
+    names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
+    lines = [
+        capture_line(replace(sample, number=number))
+        for number, sample in enumerate(placement.samples, start=1)
+    ]
+    return {SAMPLES: header_line(names) + b"".join(lines)} | _metadata(placement)
+
+
+def _metadata(placement: Placement) -> dict[str, bytes]:
+    if placement.distance is None:
+        return {}
+    said = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
+    return {METADATA: json.dumps(said).encode() + b"\n"}

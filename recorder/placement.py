@@ -1,6 +1,5 @@
 """A placement: the samples taken at one position of the socket base."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .csv_files import RecordingError
-from .metadata import METADATA
-from .samples import SAMPLES, Sample, capture_line, header_line
+from .samples import Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
@@ -178,48 +176,3 @@ class Placement:
                 f"{len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
             )
         return None
-
-
-def hole_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., as the paper's authors have it.
-
-    One configuration a line, without a header; the numbers read back exactly. Times, spreads and
-    efforts are left out; a known distance is in ``placement.json``.
-    """
-    files: dict[str, bytes] = {}
-    for sample in placement.samples:
-        line = ",".join(map(repr, sample.position)) + "\n"
-        name = f"hole_{sample.socket}.csv"
-        files[name] = files.get(name, b"") + line.encode()
-    return files | _metadata(placement)
-
-
-def write_holes(placement: Placement, folder: Path) -> None:
-    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, without a ``placement.json``.
-
-    The folder is made if it does not exist; files of these names are overwritten.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, content in hole_files(replace(placement, distance=None)).items():
-        (folder / name).write_bytes(content)
-
-
-def sample_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
-
-    Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
-    """
-    count = len(placement.samples[0].position)
-    names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-    lines = [
-        capture_line(replace(sample, number=number))
-        for number, sample in enumerate(placement.samples, start=1)
-    ]
-    return {SAMPLES: header_line(names) + b"".join(lines)} | _metadata(placement)
-
-
-def _metadata(placement: Placement) -> dict[str, bytes]:
-    if placement.distance is None:
-        return {}
-    said = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
-    return {METADATA: json.dumps(said).encode() + b"\n"}

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from worlds import realistic_flaws
 
 from mukca.recorder import sample_files
 from mukca.solver.results import write_files
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.recording import recorded_beside
-from mukca.tools.simulation import Base, perturb, realistic_flaws, record
+from mukca.tools.simulation import Base, perturb, record
 
 PAGE = (Path(__file__).parents[1] / "docs" / "so101.md").read_text()
 PLACES = {"front": (0.28, 0.0, 0.03), "left": (0.2, 0.16, 0.03), "right": (0.19, -0.17, 0.05)}

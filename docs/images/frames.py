@@ -1,14 +1,15 @@
 """Draw two simulated arms that visit the same bases, from above, as docs/frames.md shows them.
 
-python docs/images/frames.py > docs/images/frames.svg
+PYTHONPATH=benchmarks python docs/images/frames.py > docs/images/frames.svg
 """
 
 import casadi as ca
 import numpy as np
+from worlds import recorded_by_both
 
 from mukca.solver.data import IDENTITY, Pose, turn
 from mukca.solver.robot import Robot, link_frames, load_robot
-from mukca.tools.simulation import Base, recorded_by_both
+from mukca.tools.simulation import Base
 
 SCALE = 360
 """Pixels for a metre."""

@@ -6,11 +6,11 @@ from io import StringIO
 
 import numpy as np
 import pytest
+from worlds import measured_points
 
 import mukca
 from mukca.solver.data import Pose, turn
 from mukca.tools.cli import main
-from mukca.tools.simulation import measured_points
 
 
 def write_points(placement, folder):

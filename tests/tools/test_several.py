@@ -5,12 +5,13 @@ import shlex
 
 import numpy as np
 import pytest
+from worlds import recorded_by_both
 
 import mukca
 from mukca.recorder import write_holes
 from mukca.solver.data import Pose, turn
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import Base, perturb, recorded_by_both
+from mukca.tools.simulation import Base, perturb
 
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
 ROBOTS += ["transmission", "joint-noise"]

@@ -1,5 +1,4 @@
-# keep: Base, Imperfection, NOISE, TRANSLATION, TURN, measured_points, perturb
-# keep: reachable_bases, realistic_flaws, record, recorded_by_both
+# keep: Base, Imperfection, perturb, reachable_bases, record
 from .demo import DEMO_SEED as DEMO_SEED
 from .demo import SEAT_NOISE as SEAT_NOISE
 from .demo import demo_arm as demo_arm
@@ -16,11 +15,5 @@ from .session_faults import Session as Session
 from .session_faults import SessionFault as SessionFault
 from .session_faults import practice_driver as practice_driver
 from .session_faults import with_faults as with_faults
-from .simulated_arms import NOISE as NOISE
-from .simulated_arms import TRANSLATION as TRANSLATION
-from .simulated_arms import TURN as TURN
 from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb
-from .simulated_arms import realistic_flaws as realistic_flaws
-from .simulated_worlds import measured_points as measured_points
-from .simulated_worlds import recorded_by_both as recorded_by_both

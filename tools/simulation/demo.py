@@ -9,8 +9,8 @@ import numpy as np
 from ...recorder import DEFAULT_DISTANCE, sample_files
 from ...solver.results import write_files
 from ...solver.robot import Robot, gravity_moments, load_robot
+from .recordings import Base, record
 from .simulated_arms import perturb
-from .simulated_worlds import Base, record
 
 DEMO_SEED = 2920
 """Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""

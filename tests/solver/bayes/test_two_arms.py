@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from worlds import measured_points, recorded_by_both
 
 import mukca
 from mukca.solver.calibration import posterior_of
 from mukca.solver.data import Pose, turn
 from mukca.solver.robot import BallModel, rotation_rpy
-from mukca.tools.simulation import Base, measured_points, perturb, recorded_by_both
+from mukca.tools.simulation import Base, perturb
 
 HOME = Pose(np.eye(3), np.zeros(3))
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))

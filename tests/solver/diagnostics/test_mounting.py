@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from worlds import realistic_flaws
 
 import mukca
 from mukca.solver.data import STANDARD_LOAD, Load, measure
 from mukca.solver.diagnostics import Given, inspect_all
-from mukca.tools.simulation import perturb, reachable_bases, realistic_flaws, record
+from mukca.tools.simulation import perturb, reachable_bases, record
 
 G, SLOPE = 9.80665, 9.80665 / 2**0.5
 

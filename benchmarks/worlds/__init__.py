@@ -1,14 +1,42 @@
-"""Simulated instruments and cells of two arms, whose truth is known."""
+"""Worlds of benchmarks and tests with known truth: realistic arms, instruments, cells of two."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ...recorder import Placement, Sample
-from ...solver.data import Pose
-from ...solver.robot import BallModel, Robot, workspace
-from .recordings import Base, record
+from mukca.recorder import Placement, Sample
+from mukca.solver.bayes.model import Deflection
+from mukca.solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
+from mukca.solver.data import Pose
+from mukca.solver.robot import BallModel, Robot, workspace
+from mukca.tools.simulation import Base, Imperfection, record
+
+TRANSLATION, TURN = 1e-3, 6e-3
+"""Standard deviations of joint origins from the model [m], [rad]."""
+SIZES = {
+    COMPLIANCE.name: (1e-5, 6e-5),
+    TILT.name: (0.0, 3e-5),
+    HARMONICS[0].name: (0.7e-4, 2.5e-4),
+    HARMONICS[1].name: (0.3e-4, 1.2e-4),
+}
+"""From, to: each coefficient of elasticity [rad/(N m)]; the standard deviation of an arm's
+coefficients of transmission error [rad]."""
+NOISE = (5e-5, 1e-4)
+"""From, to: standard deviation of the ball's seat, per axis [m]."""
+
+
+def realistic_flaws(robot: Robot, generator: np.random.Generator) -> Imperfection:
+    """Return noise, elasticity and transmission error as calibrations of real arms have them."""
+    coefficients: list[np.ndarray] = []
+    for extension, (low, high) in SIZES.items():
+        count = len(EFFECTS[extension].coefficient_names(robot.joint_names))
+        if EFFECTS[extension].non_negative:
+            coefficients.append(generator.uniform(low, high, count))
+        else:
+            coefficients.append(generator.normal(0, generator.uniform(low, high), count))
+    deflection = Deflection(tuple(SIZES), tuple(coefficients))
+    return Imperfection(noise=generator.uniform(*NOISE), deflection=deflection)
 
 
 def measured_points(
