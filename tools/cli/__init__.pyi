@@ -10,8 +10,6 @@ from .arguments import argument as argument
 from .arguments import option as option
 from .arguments import part as part
 from .arguments import read_options as read_options
-from .columns import placement_of_table as placement_of_table
-from .columns import point_files as point_files
 from .commands.main import VERBS as VERBS
 from .commands.main import build_parser as build_parser
 from .commands.main import main as main

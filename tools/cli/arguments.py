@@ -92,15 +92,13 @@ class OutputOptions(JsonOption):
             results.refuse_existing(self.out, force=self.force)
 
 
-def add_options(
-    parser: argparse.ArgumentParser, options: type[Any] | Mapping[str, type[Any]]
-) -> None:
-    """Add the options of a dataclass; or of one for each experiment, by its name."""
-    if isinstance(options, Mapping):
+def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
+    """Add the options of a dataclass; or of a union of them, each an experiment with a name."""
+    if isinstance(options, UnionType):
         kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
-        for name, kind in options.items():
+        for kind in get_args(options):
             line = str(kind.__doc__)
-            add_options(kinds.add_parser(name, help=line, description=line), kind)
+            add_options(kinds.add_parser(kind.experiment, help=line, description=line), kind)
         return
     groups: dict[str | None, Any] = {None: parser}
     for one, kind, about in _described(options):

@@ -1,4 +1,4 @@
-"""``mukca check``: look at recordings before they are fitted."""
+"""``mukca check`` and ``validate``: recordings by themselves, and a calibration on others."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -8,7 +8,19 @@ from typing import Any
 from ....recorder import read_placements
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
-from .. import OutputOptions, RobotOptions, Terminal, argument, one_arm, option, part, survey_of
+from .. import (
+    OutputOptions,
+    RobotOptions,
+    Terminal,
+    argument,
+    for_each_arm,
+    measure_all,
+    one_arm,
+    option,
+    part,
+    survey_of,
+    table,
+)
 from .report import emit_with_page, metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
@@ -20,7 +32,7 @@ POINTS_HINT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(RobotOptions, OutputOptions):
+class CheckOptions(RobotOptions, OutputOptions):
     """Options of ``mukca check``."""
 
     robot: str = option("a shipped robot's name, or a URDF file", "R", "", group="robot")
@@ -48,7 +60,7 @@ class Options(RobotOptions, OutputOptions):
     )
 
 
-def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
+def _what_changed(options: CheckOptions, file: Path, terminal: Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
     since = calibration.load_calibration(one_arm(file))
     settings = options.settings.validated()
@@ -65,7 +77,7 @@ def _what_changed(options: Options, file: Path, terminal: Terminal) -> int:
     return found.verdict.exit_status
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_check(options: CheckOptions, terminal: Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
@@ -165,3 +177,56 @@ def _amount(
         )
     why = "mend the errors first" if broken else "a fit to them does not settle"
     return f"{text}; what a calibration would know by them cannot be told: {why}."
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidateOptions(OutputOptions):
+    """Options of ``mukca validate``."""
+
+    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = argument("placements", "DATA")
+    settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm", "flange_poses")
+
+
+def run_validate(options: ValidateOptions, terminal: Terminal) -> int:
+    """Show nominal and calibrated errors on placements; those trained on are marked."""
+    return for_each_arm(options, terminal, _validate)
+
+
+def _validate(options: ValidateOptions, terminal: Terminal) -> int:
+    options.check_out()
+    calibrated = calibration.load_calibration(options.calibration)
+    document, robot = calibrated.document, calibrated.robot
+    settings = options.settings
+    flange = settings.flange_poses
+    data = measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
+    for m in data:
+        beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+        terminal.warn(*beyond)
+    found = partial.what_changed(
+        calibrated,
+        [m.placement for m in data],
+        distance=options.settings.distance,
+        repeatability=metres(options.settings.validated().repeatability_mm),
+    )
+    terminal.warn(*found.warnings)
+    errors, notes = found.errors, list[str]()
+    show_errors(errors, terminal)
+    if errors.summary.train is not None:
+        notes.append("Placements with role `train` were fitted: their errors prove little.")
+    if found.verdict.exit_status == 1:
+        notes.append("mukca check --calibration tells what changed, and how sure that is.")
+    terminal.say(found.text, *notes)
+    whole = calibrated.result.as_dict()
+    keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
+    said = {**{key: whole[key] for key in keys}, **errors.as_dict(), "verdict": found.as_dict()}
+    emit_with_page(options, terminal, (found.text, *notes, repr(errors)), said)
+    return found.verdict.exit_status
+
+
+def show_errors(errors: "calibration.Errors", terminal: Terminal) -> None:
+    """Show the nominal and the calibrated errors of each placement, and the summaries."""
+    rows = errors.table()
+    bold = [number for number, (summed, _) in enumerate(rows) if summed]
+    cells = [cells for _, cells in rows]
+    terminal.console.print(table(errors.title, calibration.HEADS, cells, bold=bold, no_wrap=True))

@@ -1,4 +1,4 @@
-"""``mukca command``: joint positions at which the true tool stands at poses."""
+"""``mukca command`` and ``mukca poses``: joint positions for poses of the true tool, and back."""
 
 import re
 import sys
@@ -9,7 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ....errors import MukcaError
+from ....solver import calibration
 from ....solver.calibration import UsageError
 from .. import PayloadOptions, Terminal, argument, one_arm, option
 
@@ -53,7 +56,7 @@ class PathOptions(PayloadOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(PathOptions):
+class CommandOptions(PathOptions):
     """Options of ``mukca command``."""
 
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
@@ -66,7 +69,7 @@ class Options(PathOptions):
     )
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_command(options: CommandOptions, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
     import numpy as np
 
@@ -188,3 +191,25 @@ def written(
     if out is not None:
         write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {len(lines) - 1} rows to {out}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosesOptions(PathOptions):
+    """Options of ``mukca poses``."""
+
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    joints: Path = argument(
+        "joint positions, one configuration a line; - for standard input", "JOINTS.csv"
+    )
+
+
+def run_poses(options: PosesOptions, terminal: Terminal) -> int:
+    """Write the pose of the tool for each row, as place and quaternion."""
+    held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
+    header = ("x", "y", "z", "qx", "qy", "qz", "qw")
+    with written(options, terminal, header, options.joints) as write:
+        for q, wheres in streamed(options.joints, [held.robot.joint_names]):
+            with located(wheres, terminal):
+                T = held.flange(q, **setup)
+            write(*np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]))
+    return 0

@@ -46,7 +46,7 @@ class Options:
     json: bool = option("tell the address as a JSON object", default=False)
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_emulate(options: Options, terminal: Terminal) -> int:
     """Emulate until interrupted or terminated."""
     emulator = open_emulator(options)
     if options.wait:

@@ -51,7 +51,7 @@ class Options(PayloadOptions, JsonOption):
     force: bool = option("overwrite FILE", default=False)
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_export(options: Options, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     return for_each_arm(options, terminal, _run)
 

@@ -63,7 +63,7 @@ class Options(RobotOptions, OutputOptions):
     out: Path | None = option("write a folder for each placement here", "DIR", group="output")
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_extract(options: Options, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     options.check_out()
     robot = options.load_robot()

@@ -32,7 +32,7 @@ class Options(JsonOption):
     )
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_info(options: Options, terminal: Terminal) -> int:
     """Read and describe all placements."""
     folders = find_placements(options.paths)
     if options.set_distance is not None:

@@ -9,7 +9,7 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,13 @@ from ....errors import MukcaError
 from .. import Terminal
 
 _PAGES = Path(__file__).with_name("verbs.txt").read_text(encoding="utf-8")
-VERBS: dict[str, tuple[str, str]] = {
-    name: (line, text)
-    for name, line, text in re.findall(r"(?ms)^# ([\w-]+): (.*?)\n(.*?)(?=^# |\Z)", _PAGES)
+VERBS: dict[str, tuple[str, str, str]] = {
+    name: (line, text, module or name.replace("-", "_"))
+    for name, module, line, text in re.findall(
+        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(.*?)(?=^# |\Z)", _PAGES
+    )
 }
-"""Line of each verb in ``mukca --help``, and the text below its options; its module is VERB.py."""
+"""Line of each verb in ``mukca --help``, the text below its options, and its module."""
 
 
 TYPED = {
@@ -59,7 +61,7 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run the verb that was typed, and return its exit status; a MukcaError is bad input."""
     from .. import read_options
 
-    return _command(arguments.verb).run(read_options(arguments), terminal)
+    return _verb(arguments.verb)[0](read_options(arguments), terminal)
 
 
 def build_parser(verb: str | None) -> argparse.ArgumentParser:
@@ -76,7 +78,7 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
         help="show the version and exit",
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for name, (line, text) in VERBS.items():
+    for name, (line, text, _) in VERBS.items():
         sub = verbs.add_parser(
             name,
             help=line,
@@ -86,12 +88,16 @@ def build_parser(verb: str | None) -> argparse.ArgumentParser:
         if name == verb:
             from .. import add_options
 
-            command = _command(name)
-            sub.epilog = text if "{list}" not in text else text.replace("{list}", command.LIST)
-            add_options(sub, command.Options)
+            run, module = _verb(name)
+            sub.epilog = text if "{list}" not in text else text.replace("{list}", module.LIST)
+            add_options(sub, run.__annotations__["options"])
     return parser
 
 
-def _command(verb: str) -> Any:
-    """Return a verb's module: ``Options``, ``run``, and ``LIST`` where its text has ``{list}``."""
-    return importlib.import_module(f".{verb.replace('-', '_')}", __package__)
+def _verb(name: str) -> tuple[Callable[[Any, Terminal], int], Any]:
+    """Return the function ``run_VERB``, whose first annotation is its options, and its module.
+
+    Where the verb's text has ``{list}``, the module has ``LIST``.
+    """
+    module = importlib.import_module(f".{VERBS[name][2]}", __package__)
+    return getattr(module, f"run_{name.replace('-', '_')}"), module

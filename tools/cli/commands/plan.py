@@ -28,7 +28,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
     force: bool = option("overwrite the picture", default=False, group="output")
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_plan(options: Options, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
         results.refuse_existing(options.out.parent, [options.out.name], force=options.force)

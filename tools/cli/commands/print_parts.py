@@ -59,7 +59,7 @@ class Options(OutputOptions):
     )
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_print_parts(options: Options, terminal: Terminal) -> int:
     """Build, check and write the parts."""
     base, balls = _socket_base(options), _balls(options)
     if find_spec("manifold3d") is None:

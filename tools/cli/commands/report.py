@@ -1,4 +1,4 @@
-"""``mukca report``: the report of a calibration, as one HTML file and as JSON."""
+"""``mukca report`` and ``compare``: the report of a calibration; several on the same data."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,18 +6,29 @@ from functools import partial
 from pathlib import Path
 
 from ....solver import assessment, results
-from ....solver.calibration import SolveOptions
-from ....solver.results import OutputError
+from ....solver.assessment import millimetres, short_names
+from ....solver.calibration import SolveOptions, UsageError
+from ....solver.results import OutputError, encode, write_files
 from ... import report
-from ...report import page
-from .. import MILLIMETRES, OutputOptions, Terminal, argument, for_each_arm, option
+from ...report import figures, page, plots
+from .. import (
+    MILLIMETRES,
+    OutputOptions,
+    Terminal,
+    argument,
+    for_each_arm,
+    measure_all,
+    one_arm,
+    option,
+    table,
+)
 
 LIMITS = "limits (default: by the arm's repeatability)"
 _limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(OutputOptions):
+class ReportOptions(OutputOptions):
     """Options of ``mukca report``."""
 
     calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
@@ -41,12 +52,12 @@ class Options(OutputOptions):
     json: bool = option("print report.json, SI units", default=False, group="output")
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_report(options: ReportOptions, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
-    return for_each_arm(options, terminal, _run)
+    return for_each_arm(options, terminal, _report)
 
 
-def _run(options: Options, terminal: Terminal) -> int:
+def _report(options: ReportOptions, terminal: Terminal) -> int:
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(
@@ -100,7 +111,7 @@ def emit_with_page(
     """Write the page of a verb to its --out, in the terminal's words, and emit its result."""
     written = dict(outputs or {})
     if options.out is not None:
-        title = f"mukca {type(options).__module__.rpartition('.')[2]}"
+        title = f"mukca {type(options).__name__.removesuffix('Options').lower()}"
         html = page.found_page(title, lines, result).encode()
         write_report(options.out, {"report.html": html}, force=options.force)
         written["report"] = str(options.out / "report.html")
@@ -118,3 +129,67 @@ def open_page(file: Path, terminal: Terminal) -> None:
     screen = sys.platform != "linux" or any(os.environ.get(name) for name in screens)
     if not (screen and webbrowser.open(file.resolve().as_uri())):
         terminal.say(f"No browser here; copy {file.resolve()} to a computer that has one.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions(OutputOptions):
+    """Options of ``mukca compare``."""
+
+    calibrations: Sequence[Path] = argument("calibration.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = option("placements to compare on", "DATA", ())
+    distance: float | None = option(
+        "distance of the sockets' centres in --data, in metres (default: the recording's)", "M"
+    )
+    out: Path | None = option("write compare.html and .json here", "DIR", group="output")
+    open: bool = option("show the page in the web browser", default=False, group="output")
+
+
+def run_compare(options: CompareOptions, terminal: Terminal) -> int:
+    """Compare, show the tables, and write the page."""
+    if options.open and options.out is None:
+        raise UsageError("--open needs --out DIR, where the page is written")
+    options.check_out()
+    contenders = figures.contenders_of([one_arm(file) for file in options.calibrations])
+    robot = contenders[0].calibration.robot
+    if options.data:
+        data = measure_all(options.data, robot, options.distance, sockets=1)
+    else:
+        data = figures.shared_data(contenders)
+    result = figures.compare(contenders, data)
+    show_comparison(terminal, result)
+    if options.out is not None:
+        written = write_comparison(options.out, result)
+        terminal.say(f"Wrote {written}")
+        if options.open:
+            open_page(written, terminal)
+    terminal.emit(result)
+    return 0
+
+
+def show_comparison(terminal: Terminal, result: "figures.ComparisonDocument") -> None:
+    """Print the errors of every model at every placement, and what is better."""
+    names = short_names([row.name for row in result.placements])
+    rows: list[list[str]] = []
+    for name, row in zip(names, result.placements, strict=True):
+        errors = ((millimetres(m.mean_absolute_error), m.trained_on) for m in row.models)
+        rows.append([name, *(f"{error}{'*' if trained else ' '}" for error, trained in errors)])
+    means = [model.summary and model.summary.mean_absolute_error for model in result.models]
+    head = f"= mean of {len(result.fair)} held out by all"
+    rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
+    heads = ["placement", *(model.name for model in result.models)]
+    bold = (len(rows) - 1,)
+    terminal.console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
+    terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
+
+
+def write_comparison(folder: Path, result: "figures.ComparisonDocument") -> Path:
+    """Write the page and its figures; return the page."""
+    import msgspec
+
+    captions = tuple(plot.caption for plot in plots.comparison_plots(result))
+    result = msgspec.structs.replace(result, plots=captions)
+    contents = {
+        "compare.html": page.comparison_page(result).encode("utf-8", "replace"),
+        "compare.json": encode(result) + b"\n",
+    }
+    return write_files(folder, contents)["compare.html"]

@@ -1,11 +1,13 @@
-"""``mukca robots``: the robot models that come with the package."""
+"""``mukca robots`` and ``drivers``: the models in the package, and the arms that can be read."""
 
 import re
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from ....drivers import DriverInfo, list_drivers, try_plugin
 from ....solver.assessment import ARMS
 from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
 from .. import JsonOption, Terminal, option
@@ -27,13 +29,13 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(JsonOption):
+class RobotsListOptions(JsonOption):
     """Options of ``mukca robots``."""
 
     licences: bool = option("the sources of each model, and their licences", default=False)
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in shipped_robots()]
     terminal.emit({"robots": robots})
@@ -96,3 +98,38 @@ def reach(robot: Robot) -> float:
             tries[:, joint] = np.linspace(lower[joint], upper[joint], CONFIGURATIONS)
             best = tries[np.argmax(distances(tries))]
     return float(distances(np.tile(best, (CONFIGURATIONS, 1)))[0])
+
+
+def run_drivers(options: JsonOption, terminal: Terminal) -> int:
+    """List all drivers."""
+    drivers = [try_plugin(info) for info in list_drivers()]
+    terminal.warn(*(info.broken for info in drivers if info.broken))
+    terminal.emit({"drivers": [_as_json(info) for info in drivers]})
+    width = max(len(info.name) for info in drivers)
+    lines = (f"{one.name:{width}}  {one.arms} ({one.source}); {_state(one)}" for one in drivers)
+    terminal.say(*lines if not options.json else ())
+    return 0
+
+
+def _state(info: DriverInfo) -> str:
+    """Say what a driver needs, and whether it is there."""
+    if info.broken:
+        return "BROKEN"
+    if info.missing:
+        return f"NOT READY: needs {', '.join(info.missing)}, not installed"
+    ready = f"ready, with {', '.join(info.needs)}" if info.needs else "ready"
+    others = (
+        f"{address} with {module}{'' if find_spec(module) else ', NOT installed'}"
+        for module, address in info.optional
+    )
+    return "; ".join([ready, *others])
+
+
+def _as_json(info: DriverInfo) -> dict[str, object]:
+    keys = ("name", "arms", "needs", "missing", "source")
+    optional = [
+        {"module": module, "address": address, "installed": find_spec(module) is not None}
+        for module, address in info.optional
+    ]
+    plain = {key: getattr(info, key) for key in keys}
+    return {**plain, "optional": optional, "broken": info.broken or None}

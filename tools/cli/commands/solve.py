@@ -12,7 +12,7 @@ from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
 from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
-from .validate import show_errors
+from .check import show_errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class Options(RobotsOptions, OutputOptions):
     settings: SolveOptions = part(SolveOptions)
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_solve(options: Options, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
     options.check_out()
     found = calibrated(options, terminal)

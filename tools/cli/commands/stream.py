@@ -34,7 +34,7 @@ class Options:
     json: bool = option("print one JSON object a state", default=False)
 
 
-def run(options: Options, terminal: Terminal) -> int:
+def run_stream(options: Options, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = options.driver.partition(":")
