@@ -228,14 +228,14 @@ def test_our_requests_are_those_of_ur_rtde(tmp_path):
 FLAGGED_EMULATOR = """
 import sys
 from mukca.tools.cli import main
-from mukca.tools.emulators import franka
-plain = franka.encode_state
+from mukca.tools.emulators import udp_arms
+plain = udp_arms.encode_state
 def flagged(version, number, state):
     datagram = bytearray(plain(version, number, state))
     count = 37 if version < 5 else 41
     datagram[-2 * count - (5 if version == 10 else 9) + number % count] = 1
     return bytes(datagram)
-franka.encode_state = flagged
+udp_arms.encode_state = flagged
 sys.exit(main(sys.argv[1:]))
 """
 

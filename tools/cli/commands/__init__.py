@@ -1,4 +1,4 @@
-"""The verbs, one a file, and ``main``."""
+"""The verbs, those on one subject in a file, and ``main``."""
 
 from ...._faces import attach_face
 
