@@ -25,6 +25,7 @@ LEAST_POSES = 5
 NOT_ENOUGH = 3
 """Exit status where the data do not suffice to say."""
 
+
 def run_record(options: RecordOptions, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     if options.calibration and not options.quick:
