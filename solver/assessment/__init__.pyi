@@ -1,10 +1,11 @@
 from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
-from .coverage import Coverage as Coverage
+from .assessment import rows_since as rows_since
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import samples_row as samples_row
+from .errors import KnownDistanceErrors as KnownDistanceErrors
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
 from .errors import RoleSummaries as RoleSummaries
@@ -21,7 +22,6 @@ from .formatting import percent as percent
 from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
-from .known_distances import KnownDistanceErrors as KnownDistanceErrors
 from .limits import ARMS as ARMS
 from .limits import RESOLUTION as RESOLUTION
 from .limits import LimitResult as LimitResult
@@ -33,6 +33,7 @@ from .limits import limits_of as limits_of
 from .limits import predicted_limit as predicted_limit
 from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting
+from .predictions import Coverage as Coverage
 from .predictions import ModelName as ModelName
 from .predictions import PlacementPrediction as PlacementPrediction
 from .predictions import Point as Point
@@ -45,7 +46,6 @@ from .scale_check import distance_text as distance_text
 from .scale_check import distortion_row as distortion_row
 from .scale_check import joints_wrong as joints_wrong
 from .scale_check import scale_text as scale_text
-from .since import rows_since as rows_since
 from .verdict import Kind as Kind
 from .verdict import Outcome as Outcome
 from .verdict import Premise as Premise

@@ -1,20 +1,34 @@
-"""A calibration held against its limits: all that a verdict rests on."""
+"""A calibration held against its limits: all that a verdict rests on, at once and ever since."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
-from ..results import CalibrationDocument
-from .coverage import Coverage, coverage
-from .data_sufficiency import rows_of_the_fit
-from .errors import PlacementReport, RoleSummaries, placement_reports, role_summaries
-from .held_out import between_row, held_out_rows
-from .known_distances import KnownDistanceErrors, known_distance_errors
-from .limits import Limits, Options, limits_of
-from .predictions import Predictions, predict
+from msgspec import structs
+
+from ..data import Measurement
+from ..diagnostics import inspect_all
+from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
+from ..robot import Origin
+from .data_sufficiency import checks_row, rows_of_the_fit
+from .errors import (
+    KnownDistanceErrors,
+    PlacementReport,
+    RoleSummaries,
+    known_distance_errors,
+    placement_reports,
+    role_summaries,
+)
+from .held_out import between_row, error_rows, held_out_rows
+from .limits import LimitResult, Limits, Options, limits_of
+from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
 from .verdict import Verdict, judge
 
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
+FEW = 15
+"""Samples in a socket below which its mean is too unsure for a limit on means of many."""
+TRAINED = "all of these were trained on, so their errors prove nothing"
 
 
 @dataclass(frozen=True)
@@ -31,12 +45,7 @@ class Assessment:
 
 
 def assess(document: CalibrationDocument, source: str, options: Options) -> Assessment:
-    """Return the verdict on a calibration.
-
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-        options: Limits, known distances, the task's tolerance.
+    """Return the verdict on a calibration, whose file messages name by ``source``.
 
     Raises:
         DocumentError: Parts of the document do not fit each other; the line names the key.
@@ -57,3 +66,36 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     ]
     verdict = judge(rows, rests_on(document), document.hypotheses or ())
     return Assessment(predictions, limits, between, summary, placements, covered, verdict)
+
+
+def rows_since(
+    calibrated: CalibratedRobot,
+    new: Summary | None,
+    data: Sequence[Measurement],
+    limits: Limits,
+    *,
+    zeros: bool,
+    told: bool,
+) -> tuple[list[LimitResult], tuple[Hypothesis, ...]]:
+    """Return whether errors keep their limits and what else is seen, and explanations of it.
+
+    ``new`` are the errors of ``data``, None where all were trained on; with ``zeros`` the joints
+    have zeros of their own, as servos have. Where something else has ``told`` what changed, a few
+    samples, or an arm of which no limit is known, need not be held to one: it is a warning then, or
+    left out.
+    """
+    full = None if new is None or new.geometric is None else new.calibrated
+    rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)
+    if new is not None:
+        rows = rows if new.loaded.distance_error is not None else rows[:1]
+        rows = [row for row in rows if not told or row.limit is not None]
+        few = told and any(count < FEW for m in data for count in m.counts)
+        for i, row in enumerate(rows if few else ()):
+            if row.status == "fail":
+                text = f"{row.text}, by a few samples"
+                rows[i] = structs.replace(row, status="warning", text=text)
+    pairs = zip(calibrated.robot.joints, calibrated.origins.tolist(), strict=True)
+    joints = tuple(replace(joint, origin=Origin.of(numbers)) for joint, numbers in pairs)
+    robot = replace(calibrated.robot, joints=joints)
+    survey = inspect_all(robot, data, zeros=zeros, repeatability=limits.repeatability)
+    return [*rows, checks_row(survey.diagnostics)], survey.hypotheses

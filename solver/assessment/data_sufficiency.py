@@ -9,16 +9,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data import Measurement
-from ..results import Diagnostic
+from ..results import Diagnostic, DistanceDeviation, Scale, Uncertainty
 from ..robot import InverseKinematics
-from .accuracy import accuracy_rows, size_known_row
-from .coverage import Coverage, travels
-from .formatting import joined, plural
-from .limits import LimitResult, Limits, Status, limit_row
-from .predictions import Predictions
+from .formatting import joined, mm, plural
+from .limits import (
+    NEAR,
+    WORKSPACE,
+    Limit,
+    LimitResult,
+    Limits,
+    Status,
+    limit_row,
+    predicted_limit,
+    with_full,
+)
+from .predictions import Coverage, Predictions, travels
 from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
 from .steady_drift import drift_rows
 
+WELL_TURNED = math.radians(60)
+"""A joint that turned less is named where too little is known [rad]."""
+LINKS = 1e-3
+"""Links are machined, and a base of 50 mm is measured, to this share of their length. No distance
+is asked to be known better, which a large arm would need to be."""
+SIZE = 5e-3
+"""The paper's method must know an arm's size to this share of it, so that a distance of the sockets
+that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
 LEAST_SAMPLES = 10
 """In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""
 LEAST_HELD_OUT = 5
@@ -32,6 +48,64 @@ BESIDE = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
 """Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
 that rows of their own judge; and held-out placements whose base drifted, or moved by little: one
 that was trained on has an error there."""
+
+
+def accuracy_rows(
+    uncertainty: Uncertainty | None, limit: Limit, coverage: Coverage
+) -> list[LimitResult]:
+    """Return whether the errors that are predicted of distances are small beside the limit.
+
+    What is loaded is the URDF alone. Where the full model is another, how far the two are apart is
+    part of what the URDF alone is off by, and the figure of the full model stands beside.
+    """
+    if uncertainty is None:
+        words = "how well the calibration is known could not be computed; record more samples"
+        return [limit_row(WORKSPACE, "fail", words)]
+    near = [] if uncertainty.near is None else [_row(NEAR, uncertainty.near, limit, coverage)]
+    return [*near, _row(WORKSPACE, uncertainty.distance_deviation, limit, coverage)]
+
+
+def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Coverage) -> LimitResult:
+    found = predicted.median if predicted.alone is None else predicted.alone
+    if limit.value is None:
+        return limit_row(name, "not evaluated", limit.source, found)
+    allowed = predicted_limit(limit.value)
+    words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
+    if predicted.length is not None and LINKS * predicted.length > allowed:
+        allowed = LINKS * predicted.length
+        words = f"{100 * LINKS:g} % of {mm(predicted.length)}, their median length"
+    row = limit_row(name, "pass", words, found, allowed)
+    if found > allowed:
+        text = (
+            f"{row.title} are known to {mm(found)} only, where {mm(allowed)} is asked; record more "
+            f"varied samples{_turned_least(coverage)}, and a second placement far from the first"
+        )
+        row = limit_row(name, "not enough", text, found, allowed)
+    full = None if predicted.alone is None else predicted.median
+    return with_full(row, full, "not enough")
+
+
+def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
+    """Return whether the paper's method, which predicts no errors, knows the arm's size."""
+    deviation = scale.deviation if scale is not None else None
+    if deviation is None or deviation <= SIZE:
+        words = "the paper's method does not say how well it knows; --method auto does"
+        return limit_row(WORKSPACE, "not evaluated", words)
+    text = (
+        f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
+        f"sockets could hide in that; record more varied samples{_turned_least(coverage)}, with "
+        "sockets farther apart, or use --method auto"
+    )
+    return limit_row(WORKSPACE, "not enough", text)
+
+
+def _turned_least(coverage: Coverage) -> str:
+    """Return which joint turned least, where that was little."""
+    turned = travels(coverage)
+    name = min(turned, key=lambda joint: turned[joint], default="")
+    if not name or turned[name] >= WELL_TURNED:
+        return ""
+    return f" ({name} turned by {math.degrees(turned[name]):.0f} deg only)"
 
 
 def rows_of_the_fit(
@@ -59,25 +133,24 @@ def rows_of_the_fit(
 def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:
     """Return the row of the data checks: no PASS beside an error, or what bears on the model.
 
-    Args:
-        checks: What was found; None where nobody looked.
-        drift_doubted: What was held out is within its limits, so that a drift fails nothing.
+    ``checks`` are None where nobody looked. With ``drift_doubted``, what was held out is within its
+    limits, so that a drift fails nothing.
     """
-    name, title = "data_checks", "data checks"
+    name = "data_checks"
     if checks is None:
         words = "the calibration holds no checks of the recordings; run mukca check"
-        return limit_row(name, title, "not evaluated", words)
+        return limit_row(name, "not evaluated", words)
     errors, warnings = ([c for c in checks if c.level == level] for level in ("error", "warning"))
     reason = f"{plural(len(errors), 'error')} and {plural(len(warnings), 'warning')}"
     reason += " in the recordings"
     drifts = tuple(one.where for one in errors if one.code == "drift" and drift_doubted)
     if not all(drifts and one.where.startswith(drifts) for one in errors):
-        return limit_row(name, title, "fail", reason)
+        return limit_row(name, "fail", reason)
     doubts = [*errors, *(one for one in warnings if one.code not in BESIDE)]
     if not doubts:
-        return limit_row(name, title, "pass", reason)
+        return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{one.text}; {one.advice}" for one in doubts))
-    return limit_row(name, title, "not enough", reason, text=text)
+    return limit_row(name, "not enough", reason, text=text)
 
 
 def samples_row(
@@ -85,10 +158,8 @@ def samples_row(
 ) -> LimitResult:
     """Return whether enough samples lie in each socket.
 
-    Args:
-        trained: Placements to train on.
-        held_out: Those held out.
-        tied: Distances between placements were given to the fit, so that two sockets of any count.
+    ``tied`` if distances between placements were given to the fit, so that two sockets of any
+    count.
     """
     if all(m.kind == "points" for m in trained):
         return _points_row(trained, held_out)
@@ -109,12 +180,12 @@ def samples_row(
             f"only {plural(proving, 'sample')} in a socket held out; record at least "
             f"{LEAST_HELD_OUT} in each, better 30"
         )
-    return limit_row("samples", "samples in each socket", enough, text)
+    return limit_row("samples", enough, text)
 
 
 def _points_row(trained: Sequence[Measurement], held_out: Sequence[Measurement]) -> LimitResult:
     """Return whether an instrument measured enough points, where no socket was trained on."""
-    name, title = "samples", "measured points"
+    title = "measured points"
     for placements, part, least in (
         (trained, "trained on", 2 * LEAST_SAMPLES),
         (held_out, "held out", 2 * LEAST_HELD_OUT),
@@ -122,9 +193,10 @@ def _points_row(trained: Sequence[Measurement], held_out: Sequence[Measurement])
         count = sum(n for m in placements for n in m.counts)
         if 0 < count < least:
             text = f"only {plural(count, 'measured point')} {part}; measure {least} or more"
-            return limit_row(name, title, "not enough", text)
+            return limit_row("samples", "not enough", text, title=title)
     count = sum(n for m in trained for n in m.counts)
-    return limit_row(name, title, "pass", f"{plural(count, 'measured point')} trained on")
+    text = f"{plural(count, 'measured point')} trained on"
+    return limit_row("samples", "pass", text, title=title)
 
 
 def _second(sockets: Sequence[tuple[int, ...]]) -> int:
@@ -145,21 +217,14 @@ def _held(predictions: Predictions) -> list[str]:
 
 
 def travel_row(coverage: Coverage, held: Sequence[str] = ()) -> LimitResult:
-    """Return whether each joint that turns was turned enough while recording.
-
-    Args:
-        coverage: How far each joint turned.
-        held: Joints that cannot turn while the ball is in a socket.
-    """
+    """Return whether each joint turned enough, but those that a socket holds."""
     turned = {name: travel for name, travel in travels(coverage).items() if name not in held}
     still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
     least = math.degrees(min(turned.values(), default=0.0))
     if not still:
-        return limit_row(
-            "travel", "travel of each joint", "pass", f"each joint turned {least:.0f} deg or more"
-        )
+        return limit_row("travel", "pass", f"each joint turned {least:.0f} deg or more")
     text = (
         f"{joined(still)} turned by {least:.0f} deg or little more; record samples in which each "
         f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
     )
-    return limit_row("travel", "travel of each joint", "not enough", text)
+    return limit_row("travel", "not enough", text)

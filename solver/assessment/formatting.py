@@ -47,12 +47,7 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 
 def area(position: Sequence[float], *, brief: bool = False) -> str:
-    """Return where a point lies as the robot sees it: its x is ahead, its y to the left.
-
-    Args:
-        position: In its base frame [m].
-        brief: In fewer words, for a table.
-    """
+    """Return where a point [m] lies as the robot sees it: its x is ahead, its y to the left."""
     unit, own, below = ("", "", "down") if brief else (" m", "to its ", "below")
     ways = (("ahead", "behind"), (f"{own}left", f"{own}right"), ("up", below))
     words = [
@@ -69,11 +64,6 @@ def short_where(where: str) -> str:
 
 
 def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> float:
-    """Return the smallest round number that is not below a value, such as 2.5 for 2.1.
-
-    Args:
-        value: Above zero.
-        digits: What counts as round, times any power of ten.
-    """
+    """Return the smallest round number, a digit times a power of ten, not below one above zero."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(d * power for d in digits if d * power >= value * (1 - 1e-9))

@@ -7,16 +7,15 @@ coordinates that an instrument measured, which tell size as well.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import msgspec
 
 from ..data import Metrics, mean_metrics
 from ..results import PlacementErrors
+from .errors import KnownDistanceErrors
 from .formatting import joined, mm
-from .known_distances import KnownDistanceErrors
-from .limits import Limit, LimitResult, Limits, limit_row
+from .limits import TITLES, Limit, LimitResult, Limits, limit_row, with_full
 from .predictions import ModelName, PlacementPrediction, Predictions, norms
 from .verdict import INSTRUMENT
 
@@ -31,25 +30,11 @@ CHANCE = 0.05
 """Probability with which the distance errors of a sound calibration are called odd."""
 
 
-@dataclass(frozen=True)
-class HeldOut:
-    """Held-out placements: which of them prove something, and why others do not."""
+def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
+    """Return the held-out placements that prove something, and in words why others do not.
 
-    proving: tuple[str, ...]
-    """Names."""
-    others: tuple[str, ...]
-    """For each other, what it is, in words."""
-
-    @property
-    def missing(self) -> str:
-        """Reason that there is no held-out error."""
-        if not self.others:
-            return NOTHING_HELD_OUT
-        return f"{joined(self.others)}, which proves nothing; record another {NEAREST:g} m away"
-
-
-def held_out(predictions: Predictions) -> HeldOut:
-    """Return which held-out placements prove something: no copies, no parts of trained ones."""
+    Those are copies, or parts of placements that were trained on.
+    """
     reasons = {
         held.name: [
             words
@@ -58,10 +43,8 @@ def held_out(predictions: Predictions) -> HeldOut:
         ]
         for held in predictions.of_role("test")
     }
-    return HeldOut(
-        tuple(name for name, words in reasons.items() if not words),
-        tuple(words[0] for words in reasons.values() if words),
-    )
+    proving = [name for name, words in reasons.items() if not words]
+    return proving, [words[0] for words in reasons.values() if words]
 
 
 def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) -> str:
@@ -81,21 +64,21 @@ def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) ->
 
 def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the errors at placements that were not trained on are within their limits."""
-    document, which = predictions.document, held_out(predictions)
-    tested = [row for row in document.placements if row.role == "test"]
-    rows = [row for row in tested if row.name in which.proving]
+    document, (proving, others) = predictions.document, held_out(predictions)
+    rows = [row for row in document.placements if row.role == "test" and row.name in proving]
     by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
     full = mean_metrics([row.calibrated for row in rows]) if rows else None
-    if document.summary.test is not None and not which.others:
+    if document.summary.test is not None and not others:
         loaded, full = document.summary.test.loaded, document.summary.test.calibrated
     if full == loaded:
         full = None
-    found = error_rows(loaded, full, limits, which.missing, by_instrument=by_instrument)
-    if which.others:
-        status = "warning" if which.proving else "not evaluated"
-        words = f"{joined(which.others)}, which proves nothing"
-        found.append(limit_row("held_out", "what was held out", status, words, text=words))
+    words = f"{joined(others)}, which proves nothing"
+    missing = f"{words}; record another {NEAREST:g} m away" if others else NOTHING_HELD_OUT
+    found = error_rows(loaded, full, limits, missing, by_instrument=by_instrument)
+    if others:
+        status = "warning" if proving else "not evaluated"
+        found.append(limit_row("held_out", status, words, text=words))
     odd = _odd_distances(rows)
     return [*(_known_to(row, odd) for row in found), *odd]
 
@@ -120,19 +103,19 @@ def _odd_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     ]
     if not known:
         return []
-    name, title = "distance_deviations", "held-out distance by its own deviation"
+    name = "distance_deviations"
     allowed = NormalDist().inv_cdf(1 - CHANCE / 2 / len(known))
     z, worst = max(known, key=lambda pair: pair[0])
     off, deviation = abs(worst.calibrated.distance_error or 0.0), worst.distance_deviation or 0.0
     words = f"at most {allowed:.1f} standard deviations"
     if z <= allowed:
-        return [limit_row(name, title, "pass", words, off, allowed * deviation)]
+        return [limit_row(name, "pass", words, off, allowed * deviation)]
     text = (
         f"at {worst.name} the sockets come out {mm(off)} from what was said, {z:.1f} standard "
         "deviations: the data cannot tell which base's distance is wrong, or moved between its "
         "sockets, there or where it was trained; measure each again"
     )
-    return [limit_row(name, title, "not enough", text, off, allowed * deviation)]
+    return [limit_row(name, "not enough", text, off, allowed * deviation)]
 
 
 def error_rows(
@@ -143,30 +126,24 @@ def error_rows(
     *,
     by_instrument: bool = False,
 ) -> list[LimitResult]:
-    """Return whether errors are within their limits.
+    """Return whether errors by what is loaded are within their limits, or why they are ``missing``.
 
-    Args:
-        loaded: Errors by what is loaded; None without any.
-        full: By the full model, where that is another.
-        limits: What is allowed.
-        missing: Why there are no errors.
-        by_instrument: Whether all is held against points that an instrument measured.
+    Those by the ``full`` model stand beside, where that is another. With ``by_instrument`` all is
+    held against points that an instrument measured.
     """
     return [
         _length_row(
             "mean_absolute_error",
-            "held-out error (MAE)",
             limits.mean_absolute_error,
-            None if loaded is None else loaded.mean_absolute_error,
-            None if full is None else full.mean_absolute_error,
+            loaded and loaded.mean_absolute_error,
+            full and full.mean_absolute_error,
             missing,
         ),
         _length_row(
             "distance_error",
-            "held-out distance error",
             limits.distance_error,
-            None if loaded is None else loaded.distance_error,
-            None if full is None else full.distance_error,
+            loaded and loaded.distance_error,
+            full and full.distance_error,
             missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET,
         ),
     ]
@@ -185,7 +162,6 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
     two = bool(rows) and rows[0].geometric_error is not None
     return _length_row(
         "between_placements",
-        "distances between placements",
         limit,
         mean("geometric") if rows else None,
         mean("calibrated") if two else None,
@@ -194,18 +170,15 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
 
 
 def _length_row(
-    name: str, title: str, limit: Limit, reached: float | None, full: float | None, missing: str
+    name: str, limit: Limit, reached: float | None, full: float | None, missing: str
 ) -> LimitResult:
     """Return a limit on a length: the values reached [m], or why there is none."""
     if reached is None or limit.value is None:
         reason = missing if reached is None else limit.source
-        return limit_row(name, title, "not evaluated", reason, reached, limit.value)
-    text = f"{title} {mm(reached, 3)}, limit {mm(limit.value, 3)}"
+        return limit_row(name, "not evaluated", reason, reached, limit.value)
+    text = f"{TITLES[name]} {mm(reached, 3)}, limit {mm(limit.value, 3)}"
     if full is not None:
         text += f" (with corrected joint positions {mm(full, 3)})"
     status = "pass" if reached <= limit.value else "fail"
-    one = limit_row(name, title, status, limit.source, reached, limit.value, text)
-    if full is None:
-        return one
-    by_full = "pass" if full <= limit.value else "fail"
-    return msgspec.structs.replace(one, full=full, full_status=by_full)
+    row = limit_row(name, status, limit.source, reached, limit.value, text=text)
+    return with_full(row, full, "fail")

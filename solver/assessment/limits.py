@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from msgspec.structs import replace
+
 from ..data import KnownDistance
 from ..results import CalibrationDocument, Document, misfit
 from ..robot import Robot, shipped_robots
@@ -58,20 +60,51 @@ class LimitResult(Document, kw_only=True, frozen=True):
     """Origin of the limit, or what is missing."""
 
 
+WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
+"""Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
+TITLES = {
+    "mean_absolute_error": "held-out error (MAE)",
+    "distance_error": "held-out distance error",
+    "held_out": "what was held out",
+    "distance_deviations": "held-out distance by its own deviation",
+    "between_placements": "distances between placements",
+    "data_checks": "data checks",
+    "drift": "steady drift where it was trained",
+    "drift_held_out": "steady drift held out",
+    "distortion": "sockets' distance reproduced",
+    "distance_given": "distance of the sockets",
+    "scale": "size of the arm",
+    "samples": "samples in each socket",
+    "travel": "travel of each joint",
+    NEAR: "distances near the recorded places",
+    WORKSPACE: "distances in the workspace",
+}
+"""Every row of a verdict by its name."""
+
+
 def limit_row(
     name: str,
-    title: str,
     status: Status,
     reason: str,
     found: float | None = None,
     limit: float | None = None,
+    *,
     text: str = "",
+    title: str = "",
 ) -> LimitResult:
     """Return a row of the verdict; its text is its title and the reason, if not said otherwise."""
+    title = title or TITLES[name]
     text = text or (reason if status == "not enough" else f"{title}: {reason}")
     return LimitResult(
         name=name, title=title, status=status, reason=reason, found=found, limit=limit, text=text
     )
+
+
+def with_full(row: LimitResult, full: float | None, beyond: Status) -> LimitResult:
+    """Return a row with the full model's value, if any, and its status beyond the limit."""
+    if full is None or row.limit is None:
+        return row
+    return replace(row, full=full, full_status="pass" if full <= row.limit else beyond)
 
 
 @dataclass(frozen=True)
@@ -118,11 +151,7 @@ def predicted_limit(limit: float) -> float:
 
 
 def known_arm(names: list[str]) -> str | None:
-    """Return the shipped robot that a model's names stand for, if exactly one of ARMS does.
-
-    Args:
-        names: What the model and its file are called.
-    """
+    """Return the shipped robot that names of a model stand for, if exactly one of ARMS does."""
     for name in names:
         plain = _plain(name)
         inside = [robot for robot in shipped_robots() if _is_named(_plain(robot), plain)]
@@ -133,12 +162,7 @@ def known_arm(names: list[str]) -> str | None:
 
 
 def repeatability_of(robot: Robot, given: float | None) -> float | None:
-    """Return the repeatability of a robot [m]; None where nothing is known of it.
-
-    Args:
-        robot: The robot.
-        given: As the user says [mm]; None for the one that is known of this arm.
-    """
+    """Return the repeatability of a robot [m], as given [mm] or known of it; None for neither."""
     if given is not None:
         return given / 1e3
     name = known_arm([robot.name, Path(robot.source).stem])
@@ -184,12 +208,7 @@ def setting(document: CalibrationDocument, source: str, key: str) -> float | Non
 
 
 def limits_of(document: CalibrationDocument, source: str, options: Options) -> Limits:
-    """Return what a calibration is held against.
-
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-        options: What the user says; multiples of the arm's repeatability where that is nothing.
+    """Return what a calibration is held against: as the user says, or by the arm's repeatability.
 
     Raises:
         DocumentError: Its settings hold no number where one belongs.

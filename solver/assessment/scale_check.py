@@ -83,19 +83,14 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
 
 
 def distance_row(assumed: Sequence[float]) -> LimitResult:
-    """Return whether somebody measured the distances that the arm's size rests on.
-
-    Args:
-        assumed: Those that nobody did [m].
-    """
-    name, title = "distance_given", "distance of the sockets"
+    """Return whether the arm's size rests on distances that nobody measured, ``assumed`` [m]."""
     if not assumed:
-        return limit_row(name, title, "pass", "not assumed")
+        return limit_row("distance_given", "pass", "not assumed")
     text = (
         f"the distance was not given: {1e3 * assumed[0]:.5g} mm assumed; measure it with a "
         "caliper, and give --distance MEASURED"
     )
-    return limit_row(name, title, "not enough", text)
+    return limit_row("distance_given", "not enough", text)
 
 
 def assumed_distances(document: CalibrationDocument) -> list[float]:
@@ -116,14 +111,13 @@ def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | 
 
 def distortion_row(document: CalibrationDocument) -> LimitResult:
     """Return whether the model reproduces the sockets' distance where it was trained on."""
-    name, title = "distortion", "sockets' distance reproduced"
     if not document.distorted:
-        return limit_row(name, title, "pass", "within the scatter of the samples")
+        return limit_row("distortion", "pass", "within the scatter of the samples")
     text = (
         "the calibrated model does not reproduce the sockets' distance at "
         f"{', '.join(document.distorted)}; it has shrunk or bent to bring the samples together"
     )
-    return limit_row(name, title, "fail", text, text=text)
+    return limit_row("distortion", "fail", text, text=text)
 
 
 def scale_row(
@@ -136,7 +130,7 @@ def scale_row(
     moved = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
     if status == "pass" and moved:
         reason = f"{_MOVED[moved[0]]} while it was recorded, so nothing is known of it"
-        return limit_row("scale", "size of the arm", "not evaluated", reason)
+        return limit_row("scale", "not evaluated", reason)
     distance = next((row.distance for row in placements if row.role == "train" and row.distance), 0)
     if status != "pass" and joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
@@ -154,4 +148,4 @@ def scale_row(
             f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
             f"is {abs(100 * scale.value):.1f} % off: measure again and type what you read"
         )
-    return limit_row("scale", "size of the arm", status, f"{text[0].upper()}{text[1:]}", text=text)
+    return limit_row("scale", status, f"{text[0].upper()}{text[1:]}", text=text)

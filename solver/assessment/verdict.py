@@ -13,13 +13,11 @@ from msgspec.structs import replace
 from ..diagnostics import cause
 from ..results import Document, Hypothesis
 from .formatting import joined, mm
-from .limits import LimitResult, Status, predicted_limit
+from .limits import NEAR, WORKSPACE, LimitResult, Status, predicted_limit
 
 Outcome = Literal["pass", "fail", "incomplete"]
 Kind = Literal["not_enough", "not_validated"]
 Scope = Literal["workspace", "recorded_places"]
-WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
-"""Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
 INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
@@ -78,19 +76,14 @@ def worst(statuses: Iterable[int]) -> int:
 def judge(
     rows: Sequence[LimitResult], rests_on: Sequence[Premise] = (), causes: Sequence[Hypothesis] = ()
 ) -> Verdict:
-    """Return the verdict that follows from rows.
+    """Return the verdict that follows from rows; a PASS names beside them what it rests on.
 
     One row that fails is a FAIL, but for what a URDF, which cannot bend, breaks by little and the
     full model keeps: that narrows a PASS to corrected joint positions near the recorded places.
-    Where a row says that the data are not enough, or one of
-    :data:`NEEDED` is there and was not evaluated, the verdict is open. A predicted error in the
-    whole workspace that is too large only narrows a PASS to the recorded places, if the row on
-    these passes.
-
-    Args:
-        rows: Each a limit, and whether it is kept.
-        rests_on: What a PASS is to name beside them.
-        causes: Explanations of what is wrong, the most probable first, which no PASS needs.
+    Where a row says that the data are not enough, or one of :data:`NEEDED` is there and was not
+    evaluated, the verdict is open. A predicted error in the whole workspace that is too large only
+    narrows a PASS to the recorded places, if the row on these passes. No PASS needs the ``causes``,
+    explanations of what is wrong, the most probable first.
     """
     by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
     bent = _bent(rows) if by_full == "pass" else []

@@ -27,11 +27,7 @@ def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
 
 
 class FullModel:
-    """A calibrated robot, with all that was found beyond its geometry.
-
-    Args:
-        calibrated: The calibrated robot.
-    """
+    """A calibrated robot, with all that was found beyond its geometry."""
 
     def __init__(self, calibrated: CalibratedRobot) -> None:
         self.calibrated = calibrated
@@ -81,11 +77,9 @@ class FullModel:
     def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return positions at which ``calibrated.urdf`` has its flange where the full model has it.
 
-        A program that knows the URDF alone is then exact, tilts of the joints included.
-
-        Args:
-            q: Joint positions as the encoders read them, shape (..., m) [rad], as those returned.
-            setup: A payload, see :class:`Setup`.
+        A program that knows the URDF alone is then exact, tilts of the joints included. Positions
+        are as the encoders read them, shape (..., m) [rad], given and returned; of the setup a
+        payload counts.
 
         Raises:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.

@@ -23,8 +23,12 @@ from .known import Located as Located
 from .known import SocketAt as SocketAt
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
+from .known import in_placements as in_placements
 from .known import parse_known as parse_known
+from .known import parse_socket_at as parse_socket_at
 from .known import read_known as read_known
+from .known import read_sockets_at as read_sockets_at
+from .known import spaced as spaced
 from .measured_poses import HandEye as HandEye
 from .measured_poses import check_orientations as check_orientations
 from .measured_poses import hand_eye as hand_eye
@@ -49,7 +53,3 @@ from .observations import Observations as Observations
 from .observations import RobotRecordings as RobotRecordings
 from .observations import base_name as base_name
 from .observations import observe_all as observe_all
-from .sockets_at import in_placements as in_placements
-from .sockets_at import parse_socket_at as parse_socket_at
-from .sockets_at import read_sockets_at as read_sockets_at
-from .sockets_at import spaced as spaced

@@ -3,16 +3,19 @@
 A user names sockets and frames; a fit has their indices, ``Known[int]`` and ``Located[int, int]``.
 """
 
+import csv
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from ...errors import MukcaError
+from .frames import FrameError
+from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
 
 SEAT_DEVIATION = 1e-5
@@ -26,6 +29,15 @@ Label = tuple[str, int]
 """Placement and number of a socket."""
 Socket = TypeVar("Socket")
 Frame = TypeVar("Frame")
+UNITS = {"m": 1.0, "mm": 1e-3}
+COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
+LARGEST_DEVIATION = 1.0
+"""No coordinates are measured worse than this [m]."""
+_HEADER = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
+_COLUMN = re.compile(r"(\w+)\s*(?:\[(\w+)\])?")
+_SOCKET = re.compile(r"(.+):(\d+)")
+_WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
+_FRAME = re.compile(r"[\w.-]+(:base)?")
 
 
 class KnownError(MukcaError):
@@ -77,7 +89,7 @@ class SocketAt(Located[str, Label]):
     """
 
     def __str__(self) -> str:
-        """Return the words that :func:`.sockets_at.parse_socket_at` reads."""
+        """Return the words that :func:`parse_socket_at` reads."""
         (name, socket), (x, y, z) = self.socket, self.coordinates
         return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
 
@@ -137,3 +149,144 @@ def find_socket(
         kind = "is ambiguous" if fits else "is not there"
         raise error(f"{where}socket {name}:{socket} {kind}; sockets: {there}")
     return fits[0]
+
+
+def read_sockets_at(given: str | Path | Iterable[str | Path | SocketAt]) -> list[SocketAt]:
+    """Return measured coordinates of sockets that files, words, or they themselves give.
+
+    A CSV file; ``frame`` is a name of your own, ``base`` or ``NAME:base``; ``#`` begins a note::
+
+        frame,socket,x [mm],y [mm],z [mm],deviation [mm]
+        table,front:0,0,0,30,0.05
+    """
+    sockets: list[SocketAt] = []
+    owners: dict[str, Path] = {}
+    for one in [given] if isinstance(given, str | Path) else given:
+        if isinstance(one, SocketAt):
+            sockets.append(one)
+        elif "=" in str(one) and not Path(one).exists():
+            sockets.append(parse_socket_at(str(one)))
+        else:
+            rows = _rows(file := Path(one))
+            for frame in dict.fromkeys(row.frame for row in rows):
+                if frame in owners:
+                    raise FrameError(
+                        f"{file}: frame {frame!r} is named twice, here and in {owners[frame]}; "
+                        "give each frame a name of its own, or put its sockets into one file"
+                    )
+                owners[frame] = file
+            sockets += rows
+    return sockets
+
+
+def parse_socket_at(words: str) -> SocketAt:
+    """Return the coordinates in words like ``table/front:0=0.1,0.2,0.03+-0.00005`` (metres)."""
+    match = _WORDS.fullmatch(words.strip())
+    if match is None:
+        raise FrameError(
+            f"{words!r} is neither a file nor FRAME/PLACEMENT:0=X,Y,Z+-DEVIATION in metres"
+        )
+    frame, socket, *numbers = match.groups()
+    return _socket_at(words, frame, socket, numbers, [1.0] * 4)
+
+
+def _rows(file: Path) -> list[SocketAt]:
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise FrameError(f"{file}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise FrameError(f"{file}: cannot be read as text; write it as CSV") from None
+    kept = [(i, line) for i, line in enumerate(lines, 1) if line.split("#")[0].strip()]
+    if not kept:
+        raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
+    scales = _scales(file, *kept[0])
+    rows: list[SocketAt] = []
+    line_of: dict[tuple[str, str], int] = {}
+    for line, text in kept[1:]:
+        where = f"{file}:{line}"
+        cells = [cell.strip() for cell in next(csv.reader([text.split("#")[0]]))]
+        if len(cells) != len(COLUMNS):
+            raise FrameError(f"{where}: {len(cells)} columns where {len(COLUMNS)} are expected")
+        if (cells[0], cells[1]) in line_of:
+            raise FrameError(
+                f"{where}: socket {cells[1]} is twice in frame {cells[0]!r}, as in line "
+                f"{line_of[cells[0], cells[1]]}"
+            )
+        line_of[cells[0], cells[1]] = line
+        rows.append(_socket_at(where, cells[0], cells[1], cells[2:], scales))
+    if not rows:
+        raise FrameError(f"{file}: only a header; expected one socket a line below it")
+    return rows
+
+
+def _scales(file: Path, line: int, text: str) -> list[float]:
+    """Return the unit [m] of each number's column, from the header."""
+    cells = [_COLUMN.fullmatch(cell.strip()) for cell in next(csv.reader([text]))]
+    names = [None if cell is None else cell[1] for cell in cells]
+    if names != list(COLUMNS):
+        raise FrameError(f"{file}:{line}: expected a CSV file with the header {_HEADER}")
+    units = [cell[2] for cell in cells[2:] if cell is not None]
+    for name, unit in zip(COLUMNS[2:], units, strict=True):
+        if unit not in UNITS:
+            said = "no unit" if unit is None else f"unit {unit!r}"
+            raise FrameError(f"{file}:{line}: column {name} has {said}; write {name} [mm] or [m]")
+    return [UNITS[unit] for unit in units]
+
+
+def _socket_at(
+    where: str, frame: str, socket: str, numbers: Sequence[str], scales: Sequence[float]
+) -> SocketAt:
+    match = _SOCKET.fullmatch(socket)
+    if match is None:
+        raise FrameError(f"{where}: socket {socket!r}: expected PLACEMENT:0")
+    if not _FRAME.fullmatch(frame):
+        raise FrameError(f"{where}: frame {frame!r} is no name: letters, digits, and . _ -")
+    try:
+        values = [float(n) * scale for n, scale in zip(numbers, scales, strict=True)]
+    except ValueError:
+        values = [math.nan]
+    if not all(map(math.isfinite, values)) or values[3] <= 0:
+        raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
+    x, y, z, deviation = values
+    if deviation > LARGEST_DEVIATION:
+        raise FrameError(f"{where}: a deviation of {deviation:g} m tells nothing; check its unit")
+    return SocketAt(frame, (match[1], int(match[2])), (x, y, z), deviation, where)
+
+
+def in_placements(
+    sockets_at: Sequence[SocketAt], train: Sequence[str], test: Sequence[str]
+) -> list[SocketAt]:
+    """Return the coordinates of sockets in placements to train on; a fit is told of no others."""
+    for one in sockets_at:
+        if not any(_is(name, one) for name in (*train, *test)):
+            raise FrameError(
+                f"{one.where}: no placement is called {one.socket[0]!r}; there are: "
+                f"{', '.join((*train, *test))}"
+            )
+    return [one for one in sockets_at if any(_is(name, one) for name in train)]
+
+
+def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
+    """Return a placement, called ``name``, whose sockets are as far apart as their coordinates say.
+
+    Unless its distance was given otherwise, or the coordinates do not tell.
+    """
+    if not measured.has_distance or measured.distance_source != "default":
+        return measured
+    places = {(o.frame, o.socket[1]): o for o in sockets_at if _is(name, o)}
+    first, second = measured.sockets[:2]
+    for frame, socket in places:
+        if socket == first and (frame, second) in places:
+            a, b = places[frame, first], places[frame, second]
+            return replace(
+                measured,
+                distance=math.dist(a.coordinates, b.coordinates),
+                distance_source="located",
+                distance_deviation=math.hypot(a.deviation, b.deviation),
+            )
+    return measured
+
+
+def _is(placement: str, one: SocketAt) -> bool:
+    return one.socket[0] in (placement, placement.split("/")[-1])

@@ -1,5 +1,9 @@
+from .base_placement import Plan as Plan
+from .base_placement import curve_advice as curve_advice
 from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
+from .base_placement import picture as picture
+from .base_placement import plan as plan
 from .curve_route import CurveAnnealing as CurveAnnealing
 from .expected_accuracy import error_map as error_map
 from .expected_accuracy import joint_effects as joint_effects
@@ -12,10 +16,6 @@ from .information import expected_groups as expected_groups
 from .information import from_fit as from_fit
 from .information import from_prior as from_prior
 from .information import workspace_of as workspace_of
-from .plan_placements import Plan as Plan
-from .plan_placements import curve_advice as curve_advice
-from .plan_placements import picture as picture
-from .plan_placements import plan as plan
 from .pose_route import plan_poses as plan_poses
 from .reachability import Reach as Reach
 from .reachability import skeleton as skeleton

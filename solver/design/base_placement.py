@@ -1,13 +1,17 @@
-"""Places of the socket base, and the accuracy that recording there would bring."""
+"""Places of the socket base, the accuracy that recording there would bring, and plans of them."""
 
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..data import CALIPER_DEVIATION, SEAT_DEVIATION
-from .information import ParameterCovariance, Workspace
+from ..bayes.model import Noise, extend
+from ..bayes.model.effects import TYPES_WITH_CURVES
+from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
+from ..robot import Robot, SimulationError, choose_parameters
+from .information import ParameterCovariance, Workspace, expected_groups, from_prior, workspace_of
 from .reachability import Reach
 
 MANY = 200
@@ -26,6 +30,12 @@ NEAR = 0.015
 """A way that is shorter is not worth a word [m]."""
 KNOWN = 1e-4
 """Standard deviation of a measured distance between two bases [m]."""
+RADII = (0.5, 0.4, 0.3, 0.6)
+"""Distances of the first base from the robot's axis, as shares of the arm's length."""
+HEIGHT = 0.1
+"""Its height, likewise."""
+NOISE = Noise(1e-4, 0.0)
+"""Of a sample [m]."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +81,7 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
 
 
 def in_words(here: Sequence[float], there: Sequence[float]) -> str:
-    """Return the way from one place of the base to another, as seen from the robot.
-
-    Args:
-        here: In the robot's base frame, shape (3,) [m].
-        there: Likewise.
-    """
+    """Return the way from one place of the base to another [m], as seen from the robot."""
     (x, y, z), (u, v, w) = here, there
     before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
@@ -106,13 +111,9 @@ def with_site(
 ) -> ParameterCovariance:
     """Return the covariance after recording at another site.
 
-    Args:
-        known: The covariance so far.
-        site: The base's place.
-        where: Distances to be known.
-        samples: Number in each socket; they are chosen greedily among the site's poses.
-        before: Direction of the same base at an earlier site, whose sockets are the first two of
-            ``known``; its distance was measured there. None: it is measured here.
+    The ``samples`` in each socket are chosen greedily among the site's poses. ``before`` is the
+    direction of the same base at an earlier site, whose sockets are the first two of ``known``; its
+    distance was measured there. None: it is measured here.
     """
     first = known.sockets
     known = known.with_socket().with_socket()
@@ -145,12 +146,8 @@ def next_base_advice(
 ) -> tuple[str, ...]:
     """Return lines on the best next placement: its place, its gain, and ways to a larger one.
 
-    Args:
-        known: The covariance after this placement.
-        where: Distances to be known.
-        reach: Finds poses.
-        here: The centres of this placement's two sockets, shape (2, 3) [m].
-        distance: Between them [m].
+    ``known`` is the covariance after this placement, whose two sockets are ``here``, shape (2, 3)
+    [m], so far apart [m].
     """
     sites = sites_around(reach, here.mean(axis=0), distance)
     if not sites:
@@ -170,3 +167,104 @@ def next_base_advice(
         error = with_site(known, longer, where, SAMPLES).error(where)
         lines.append(f"with sockets {1e3 * LONG:g} mm apart there {1e3 * error:.2f} mm.")
     return tuple(lines)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Placements of one base, in the order in which they serve best."""
+
+    distance: float
+    """Between its sockets [m]."""
+    places: tuple[tuple[float, float, float], ...]
+    """Of its middle in the robot's base frame [m]."""
+    errors: tuple[float, ...]
+    """Predicted errors of distances after each placement [m]."""
+    turn: float | None = None
+    """Farthest that a joint turns from where a session began [deg]; None for any."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        return {
+            "distance": self.distance,
+            "turn": self.turn,
+            "places": self.places,
+            "predicted": self.errors,
+        }
+
+
+def plan(
+    robot: Robot, distance: float, placements: int, samples: int, turn: float | None = None
+) -> Plan:
+    """Return the best places of a base, so many at most, and the predicted errors.
+
+    The base has so many samples in each of two sockets so far apart [m]. No joint may turn farther
+    than ``turn`` [deg] from where a session began; None for any.
+
+    Raises:
+        SimulationError: The arm reaches no place for the base.
+    """
+    model = extend(robot, choose_parameters(robot))
+    where = workspace_of(model, np.zeros(model.size))
+    reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
+    first = _first(robot, reach, distance)
+    known = from_prior(model, expected_groups(model), NOISE, 0)
+    sites, after = [first], [with_site(known, first, where, samples)]
+    left = sites_around(reach, first.centres.mean(axis=0), distance)
+    while left and len(sites) < placements:
+        best, known = best_site(after[-1], left, where, samples, first.along)
+        left = [site for site in left if site is not best]
+        sites, after = [*sites, best], [*after, known]
+    return Plan(
+        distance,
+        tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
+        tuple(known.error(where) for known in after),
+        turn,
+    )
+
+
+def curve_advice(robot: Robot) -> str:
+    """Return what to record of an arm whose type has joint error curves; empty for others."""
+    if robot.name not in TYPES_WITH_CURVES:
+        return ""
+    return (
+        "Arms of this type have an error curve of each joint: turn every joint through many angles "
+        "and record at two places of the base at least, better four."
+    )
+
+
+def _first(robot: Robot, reach: Reach, distance: float) -> Site:
+    length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    for radius in RADII:
+        centre = np.array([radius * length, 0.0, HEIGHT * length])
+        site = site_at(reach, centre, distance, np.array([0.0, 1.0, 0.0]))
+        if site is not None:
+            return site
+    raise SimulationError(f"{robot.name}: found no place in front of it that it reaches well")
+
+
+def picture(robot: Robot, planned: Plan) -> str:
+    """Return the placements seen from above, as SVG: x is up, y to the left."""
+    size, middle = 480, 240
+    reach = 1.25 * max(float(np.hypot(x, y)) for x, y, _ in planned.places)
+    scale = middle / reach
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size} {size}" width="{size}" '
+        f'height="{size}" font-family="sans-serif" font-size="13">',
+        f'<rect width="{size}" height="{size}" fill="#ffffff"/>',
+        f'<circle cx="{middle}" cy="{middle}" r="14" fill="#444444"/>',
+        f'<text x="{middle + 20}" y="{middle + 5}">{robot.name}, from above</text>',
+        f'<path d="M{middle} {middle}V{middle - 60}m-5 9l5 -9 5 9" stroke="#444444" fill="none"/>',
+        f'<text x="{middle + 6}" y="{middle - 50}">x</text>',
+    ]
+    for number, ((x, y, _), error) in enumerate(
+        zip(planned.places, planned.errors, strict=True), start=1
+    ):
+        across, up = middle - scale * y, middle - scale * x
+        parts += [
+            f'<circle cx="{across:.0f}" cy="{up:.0f}" r="12" fill="#1f5fbf"/>',
+            f'<text x="{across:.0f}" y="{up + 5:.0f}" fill="#ffffff" text-anchor="middle">'
+            f"{number}</text>",
+            f'<text x="{across:.0f}" y="{up + 28:.0f}" text-anchor="middle">'
+            f"{1e3 * error:.2f} mm</text>",
+        ]
+    return "\n".join([*parts, "</svg>", ""])

@@ -39,12 +39,8 @@ def predicted_posterior(
     """Return the posterior of the model after recording the same base at another place.
 
     The sockets are as far apart as before, but for how the base bends: an error of their distance
-    is the same one, and recording more does not make it smaller.
-
-    Args:
-        posterior: Of the recordings so far.
-        by_socket: For each socket, joint positions, shape (N_k, m) [rad], and moments that hold
-            the joints, shape (N_k, 3 m) [N m].
+    is the same one, and recording more does not make it smaller. For each socket there are joint
+    positions, shape (N_k, m) [rad], and moments that hold the joints, shape (N_k, 3 m) [N m].
     """
     known = from_fit(posterior)
     old, first = len(known.covariance), known.sockets
@@ -106,13 +102,8 @@ def joint_effects(
     """Return the displacements of the ball by the numbers of each joint, and of the ball.
 
     It is the error that would come back if the calibration left this joint alone: the ball's
-    displacement, less its mean in each socket, or over all random poses.
-
-    Args:
-        model: The calibrated model.
-        x: Its unknowns, shape (size,).
-        poses: The same model in random poses.
-        by_socket: As for :func:`predicted_posterior`.
+    displacement, less its mean in each socket, or over random ``poses``. ``x`` are the model's
+    unknowns, shape (size,), and ``by_socket`` is that of :func:`predicted_posterior`.
     """
     owners = [name.rpartition(".")[0] for name in model.names]
     joints = list(dict.fromkeys(owners))

@@ -117,10 +117,8 @@ class ParameterCovariance:
     ) -> "ParameterCovariance":
         """Return the same with more samples in a socket (D1).
 
-        Args:
-            q: Their configurations, shape (N, m) [rad].
-            socket: The socket that the ball is in.
-            moments: Moments that hold the joints, shape (N, 3 m) [N m]; None for a rigid arm.
+        Their configurations q have shape (N, m) [rad], and moments that hold the joints (N, 3 m) [N
+        m]; None for a rigid arm.
         """
         return self._updated(self.whitened(q, socket, moments).reshape(-1, len(self.covariance)))
 
@@ -181,14 +179,7 @@ def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
 def from_prior(
     model: ExtendedModel, groups: tuple[PriorGroup, ...], noise: Noise, sockets: int
 ) -> ParameterCovariance:
-    """Return the covariance before the first sample in so many sockets.
-
-    Args:
-        model: A rigid arm.
-        groups: Priors of its unknowns.
-        noise: Noise of a sample.
-        sockets: Number of sockets.
-    """
+    """Return the covariance of a rigid arm before the first sample in so many sockets."""
     covariance = np.zeros((model.size, model.size))
     for group in groups:
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)

@@ -24,12 +24,9 @@ FOOT = 0.03
 
 
 class Reach:
-    """Finds poses that a hand can reach.
+    """Finds poses that a hand can reach, from random starts.
 
-    Args:
-        robot: The nominal robot.
-        seed: Of the random starts.
-        turn: Farthest that a joint may turn from where a session began [rad].
+    No joint turns farther than ``turn`` [rad] from where a session began.
     """
 
     def __init__(self, robot: Robot, seed: int = 0, turn: float = np.inf) -> None:
@@ -71,11 +68,8 @@ class Reach:
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return which poses are reached from one while the ball stays in its socket, shape (N,).
 
-        All joints turn evenly, as far as the ball lets them.
-
-        Args:
-            start: The pose now, shape (m,).
-            ends: Poses of the same socket, shape (N, m).
+        All joints turn evenly, as far as the ball lets them, from ``start``, shape (m,), to
+        ``ends``, shape (N, m).
         """
         q = np.tile(start, (len(ends), 1))
         seats = [self._guide.ball_and_neck(some)[0][:, :3] for some in (q, ends)]

@@ -8,8 +8,8 @@ import numpy as np
 from ..data import KnownDistance, Measurement
 from ..results import Diagnostic
 from ..robot import Robot
-from .diagnostic import row_of, where_of
 from .distances import named
+from .hypothesis import row_of, where_of
 
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""

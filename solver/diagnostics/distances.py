@@ -31,16 +31,13 @@ class Scale:
 def size_level(
     value: float, deviation: float | None
 ) -> Literal["error", "unknown", "warning"] | None:
-    """Return how doubtful an arm's size is, that came out so much larger; None for not at all.
+    """Return how doubtful an arm's size is; None for not at all.
 
+    It came out larger by a share ``value``, of some standard deviation where the method says it.
     Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
     what is known of it, which is 0.6 % with a caliper's distance, has most likely a wrong distance.
     An arm of servos whose gears have play may be off by more than any arm is, and be known so badly
     that this says nothing.
-
-    Args:
-        value: By how much it is larger, 0.02 for 2 %.
-        deviation: Standard deviation of that; None where the method does not say.
     """
     size, known = abs(value), deviation or 0.0
     allowed = DEVIATIONS * math.hypot(known, ARMS)

@@ -212,11 +212,8 @@ def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str,
 def standing_out(floors: Sequence[float]) -> list[float | None]:
     """Return, for each placement that stands out, the error that it should leave by the others [m].
 
-    Args:
-        floors: Errors that each leaves when fitted alone [m].
-
-    Returns:
-        None for each that leaves about as much as the others.
+    It is None for each that leaves about as much as the others. ``floors`` are the errors that each
+    leaves when fitted alone [m].
     """
     typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
     return [

@@ -1,8 +1,9 @@
-"""Explanations of recordings with their probabilities, and the first causes in words."""
+"""Codes and places of diagnostics, and explanations of recordings with their probabilities."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ..data import Measurement
 from ..results import Hypothesis
 from .hypotheses import Scene, probabilities
 
@@ -10,6 +11,10 @@ SECOND = 0.1
 """Probability from which the second explanation is told beside the first."""
 LISTED = 1e-3
 """Probability below which an explanation is not listed."""
+OF_JOINTS = ("sign", "swap", "zero", "model")
+"""Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
+EVERYWHERE = "all placements"
+"""Place of a diagnostic that concerns several placements."""
 
 
 @dataclass(frozen=True)
@@ -69,3 +74,16 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * min(share, 0.999):.3g} %"
+
+
+def where_of(measurements: Sequence[Measurement]) -> str:
+    """Return the name of some placements: the folder where it is one."""
+    if len(measurements) > 1:
+        return EVERYWHERE
+    return str(measurements[0].placement.path or measurements[0].name)
+
+
+def row_of(measured: Measurement, socket: int, sample: int) -> str:
+    """Return file and line of a sample, by its number from 0 in its socket."""
+    rows = [s for s in measured.placement.samples if s.socket == socket]
+    return rows[sample].where or f"{measured.name} socket {socket} sample {sample + 1}"

@@ -162,7 +162,7 @@ def what_changed(
         reason = f"not known; {rows[0].reason}."
     elif count < FEWEST_SAMPLES:
         reason = f"{count} samples say too little; record 6 in each of two sockets."
-        rows = [limit_row("samples", "samples", "not enough", reason, text=reason[:-1])]
+        rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
     else:
         then = document.summary.test or document.summary.train
         before = None if then is None else then.loaded.mean_absolute_error
@@ -170,7 +170,7 @@ def what_changed(
         small = document.summary.test and new.loaded.mean_absolute_error <= (before or 0.0)
         allowed = (repeatability or small) and all(row.status != "fail" for row in rows)
         status = "pass" if not weighed.changed else "warning" if allowed else "fail"
-        row = limit_row("validity", "what changed", status, reason[:-1], text=reason[:-1])
+        row = limit_row("validity", status, reason[:-1], text=reason[:-1], title="what changed")
         rows += [row] if weighed.probabilities else []
     length = distance_row(
         [] if any(map(_states_lengths, measured)) else assumed_distances(document)

@@ -46,7 +46,7 @@ class CalibratedRobot:
 
     It predicts the ball's centre as Phi(Theta, q'): the forward kinematics Phi with the calibrated
     origins Theta, at joint positions q' that are corrected for elasticity and transmission error,
-    see :mod:`mukca.solver.bayes.model.deflection`.
+    see :class:`.Deflection`.
     """
 
     robot: Robot
@@ -177,11 +177,7 @@ class CalibratedRobot:
         return self._points(self.geometry, self.positions(q), q)
 
     def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
-        """Return the orientations of the ball's link at a placement's samples by a model.
-
-        Returns:
-            Shape (N, 3, 3), in the base frame.
-        """
+        """Return orientations of the ball's link at samples, by a model, shape (N, 3, 3)."""
         q = self.positions(measured.positions)
         if model == "calibrated":
             q = self._corrected(q, measured.efforts)
@@ -238,9 +234,7 @@ class CalibratedRobot:
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.
 
-        Args:
-            folder: Where it will stand; relative mesh paths are rewritten to be found from
-                there. None leaves them.
+        Relative mesh paths are rewritten to be found from the folder where it will stand, if any.
         """
         joints = zip(self.robot.joints, self.origins.tolist(), strict=True)
         changed = {joint.name: Origin.of(numbers) for joint, numbers in joints}

@@ -40,9 +40,7 @@ _ROW = r"^\s*delta_{}\s*=\s*\[([^\]]*)\]"
 def ur_controller(robot: Robot, file: str | Path) -> Robot:
     """Return an arm as its controller computes it, in the controller's own base frame.
 
-    Args:
-        robot: A model of the arm's type.
-        file: The controller's ``calibration.conf``.
+    The file is the controller's ``calibration.conf``.
 
     Raises:
         ModelError: The file cannot be read, a row is missing, or the robot is of no type known.

@@ -49,12 +49,9 @@ class InverseKinematics:
     def reach(
         self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
     ) -> np.ndarray:
-        """Return one random configuration within the limits for each point, shape (N, m).
+        """Return a random configuration within the limits for each point, (N, 3) [m], shape (N, m).
 
-        Args:
-            points: Places of the ball, shape (N, 3) [m].
-            generator: Source of randomness.
-            rounds: Batches of random starts that may bring nothing.
+        So many ``rounds`` of random starts may bring nothing.
 
         Raises:
             SimulationError: A point is out of reach.

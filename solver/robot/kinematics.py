@@ -44,11 +44,8 @@ def rotation_rpy(rpy: Any) -> Any:
 def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, Any]]:
     """Return rotation and position of each joint's child link in the base frame.
 
-    Args:
-        joints: The chain's joints, from the base on.
-        origins: Their origins, one after the other: x y z [m] roll pitch yaw [rad] each.
-        q: Positions of the joints that move, in chain order [rad], [m] for a prismatic joint;
-            their tilts may follow.
+    Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
+    are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
     """
     m = sum(joint.actuated for joint in joints)
     turn, p, moving = ca.DM.eye(3), ca.DM.zeros(3), 0
@@ -180,9 +177,8 @@ class BallModel:
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centres in the base frame, shape (N, 3) [m].
 
-        Args:
-            parameters: Values of the free numbers, shape (n,) [m, rad].
-            positions: Joint positions, shape (N, m) [rad], or with tilts, shape (N, 3 m).
+        The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
+        [rad], or with tilts (N, 3 m).
         """
         return self._of(positions).points(positions, self._given, parameters)[0]
 

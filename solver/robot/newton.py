@@ -45,13 +45,7 @@ class NewtonStep:
 
 
 def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
-    """Return one step toward a pose of a tool on a joint's child link, without limits.
-
-    Args:
-        model: The robot's.
-        joint: Index of the chain's joint.
-        goal: What of the pose counts.
-    """
+    """Return a step of a tool on a joint's child link toward a pose or point, without limits."""
     m = model.q.numel()
     tool, target, prefer = (ca.SX.sym(*of) for of in (("tool", 12), ("target", 12), ("prefer", m)))
     R, p = model.frames[joint]

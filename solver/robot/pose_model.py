@@ -45,10 +45,8 @@ class PoseModel:
     ) -> "PoseModel":
         """Return the model of a robot; None for the origins of its URDF, and for a rigid one.
 
-        Args:
-            robot: The robot.
-            origins: Origins of its joints, shape (joints, 6).
-            correct: The true positions of joints that read q, and their tilts where there are any.
+        Origins have shape (joints, 6). ``correct`` makes the true positions of joints that read q,
+        and their tilts where there are any.
         """
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
@@ -116,14 +114,8 @@ def gravity_moments(
 ) -> np.ndarray:
     """Return the moments by which each joint holds the arm against gravity, about its three axes.
 
-    They are slopes of the potential energy of the URDF's masses and of a payload at the ball, by
-    the nominal model.
-
-    Args:
-        robot: The robot.
-        positions: Joint positions, shape (N, m).
-        gravity: Acceleration in the base frame [m/s^2].
-        payload: Mass at the ball's centre [kg].
+    They are slopes of the potential energy of the URDF's masses and of a payload [kg] at the ball,
+    by the nominal model at joint positions of shape (N, m), with gravity in the base frame [m/s^2].
 
     Returns:
         Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,

@@ -58,13 +58,9 @@ class Solutions:
 
 
 class PoseSolver:
-    """Solves for joint positions of one robot.
+    """Solves for joint positions of one robot, for goals of a tool on a joint's child link.
 
-    Args:
-        model: The robot's.
-        joint: Index of the chain's joint whose child link carries the tool.
-        limits: Least and largest positions of the joints, each of shape (m,) [rad].
-        goal: What of a pose counts.
+    The limits are the least and largest positions of the joints, each of shape (m,) [rad].
     """
 
     def __init__(

@@ -22,10 +22,7 @@ BLOCK = 1024
 class RowFunction:
     """A CasADi function whose last argument is one row; the other arguments serve all rows.
 
-    Args:
-        name: What CasADi calls it.
-        inputs: Its symbols, column vectors.
-        outputs: Its values, vectors or matrices.
+    Its inputs are column vectors of symbols, its outputs vectors or matrices.
     """
 
     def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:

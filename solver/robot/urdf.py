@@ -179,10 +179,8 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
 def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
     """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
 
-    Args:
-        robot: The robot.
-        link: Name of the link; that of the ball, too.
-        origins: Origins of the chain's joints, shape (joints, 6).
+    The link may be that of the ball, too; origins are those of the chain's joints, shape (joints,
+    6).
 
     Raises:
         ModelError: No such link, or one that moves against the flange.

@@ -62,11 +62,7 @@ class UrdfText:
 
 
 def scan(data: bytes, name: str) -> UrdfText:
-    """Find the tags that may be edited, and refuse a file that is no plain URDF.
-
-    Args:
-        data: The file's bytes.
-        name: The file's name, for messages.
+    """Find the tags that may be edited, and refuse a file that is no plain URDF; messages name it.
 
     Raises:
         ModelError: Not UTF-8, not XML, a document type or entity declaration, a xacro file, no
@@ -208,13 +204,7 @@ def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
 
 
 def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
-    """Return the text with relative mesh paths rewritten to be found from another folder.
-
-    Args:
-        text: The model.
-        source: The folder from which the paths are relative now.
-        target: The folder from which they are to be relative.
-    """
+    """Return the text with relative mesh paths from one folder rewritten to be from another."""
 
     def moved(match: re.Match[bytes]) -> bytes:
         filename = match[3].decode()
@@ -232,13 +222,9 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
 
 
 def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
-    """Return the text with one more link, fixed to one of the robot's.
+    """Return the text with one more link, fixed at an origin to the link ``parent``.
 
-    Args:
-        text: The model.
-        parent: The link that carries the new one.
-        origin: The new link's place in that link's frame.
-        link: Its name; ``tool_link`` gets a joint called ``tool_joint``, so does ``tool``.
+    Its joint is called ``tool_joint`` for ``tool`` and ``tool_link``.
 
     Raises:
         ModelError: The model already has such a link or joint, or the name has blanks.

@@ -61,12 +61,8 @@ def estimate(
 ) -> JointPosterior:
     """Find the most probable unknowns of one robot or several, fitted together.
 
-    Args:
-        models: The unknowns of each robot.
-        data: What was measured.
-        joint_noise: Whether the joint angles' noise may be other than zero.
-        near: A result for the same robots from which to start, instead of the nominal ones.
-        movements: Of placements while they were recorded.
+    It starts from a result ``near`` for the same robots, or else from the nominal ones. Without
+    ``joint_noise`` that of the joint angles is zero.
 
     Raises:
         NotConverged: The widths and the noise did not settle.

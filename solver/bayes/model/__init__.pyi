@@ -1,4 +1,4 @@
-from .deflection import Deflection as Deflection
+from .extended_model import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
 from .movement import Movement as Movement

@@ -1,4 +1,4 @@
-"""Predicts the ball from joint origins, elasticity and transmission error together."""
+"""Joint origins, elasticity and transmission error together: true joint positions, and the ball."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -7,12 +7,84 @@ from functools import cached_property
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, workspace
-from .deflection import Deflection, deflected, design_matrix
-from .effects import CURVE, EFFECTS, JOINT_OFFSET, Effect
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
+
+
+def design_matrix(
+    effects: Sequence[Effect], q: np.ndarray, moments: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the axes that the coefficients of some effects turn, and the turns per unit."""
+    m = int(q.shape[1])
+    own: np.ndarray = np.arange(m)
+    turned = [own[:0], *(m * axis + own for e in effects for axis in e.axes.values())]
+    parts = [np.zeros((len(q), 0)), *(effect.derivatives(q, moments) for effect in effects)]
+    return np.concatenate(turned), np.concatenate(parts, axis=1)
+
+
+def deflected(
+    q: np.ndarray, turned: np.ndarray, turns: np.ndarray, coefficients: np.ndarray
+) -> np.ndarray:
+    """Return the true joint positions, followed by the tilts where there are any."""
+    m = q.shape[1]
+    onto = np.eye(3 * m if (turned >= m).any() else m)[turned]
+    true = ((turns * coefficients) @ onto).astype(np.result_type(turns, q))  # q may be symbols
+    true[:, :m] += q
+    return true
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """The effects of an arm beyond its geometry, as calibrated."""
+
+    extensions: tuple[str, ...] = ()
+    """Names of the effects, in the order of :data:`.EFFECTS`."""
+    coefficients: tuple[np.ndarray, ...] = ()
+    """Their coefficients, see :meth:`.Effect.coefficient_names`."""
+
+    @property
+    def joint_offsets(self) -> np.ndarray | None:
+        """Corrections of the encoders' readings, shape (m,) [rad]; None if not looked for."""
+        return dict(zip(self.extensions, self.coefficients, strict=True)).get(JOINT_OFFSET.name)
+
+    @property
+    def without_joint_offsets(self) -> "Deflection":
+        """The rest, for a geometry that holds the joint offsets in its origins."""
+        if JOINT_OFFSET.name not in self.extensions:
+            return self
+        return Deflection(self.extensions[1:], self.coefficients[1:])
+
+    @property
+    def curves(self) -> np.ndarray | None:
+        """Coefficients of the joints' error curves, shape (KNOTS, m) [rad]; None without any."""
+        if CURVE.name not in self.extensions:
+            return None
+        return self.coefficients[-1].reshape(KNOTS, -1)
+
+    @property
+    def without_curves(self) -> "Deflection":
+        """The rest."""
+        if CURVE.name not in self.extensions:
+            return self
+        return Deflection(self.extensions[:-1], self.coefficients[:-1])
+
+    def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+        """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
+
+        Arguments are those of :func:`design_matrix`.
+        """
+        own = dict(zip(self.extensions, self.coefficients, strict=True))
+        effects = [EFFECTS[name] for name in own if EFFECTS[name].shift is None]
+        coefficients = np.concatenate([np.zeros(0), *(own[e.name] for e in effects)])
+        true = deflected(q, *design_matrix(effects, q, moments), coefficients)
+        for name, values in own.items():
+            shift = EFFECTS[name].shift
+            if shift is not None:
+                true[:, : q.shape[1]] += shift(q, values)
+        return true
 
 
 @dataclass(frozen=True)
@@ -156,13 +228,7 @@ class ExtendedModel:
 def extend(
     robot: Robot, parameters: Sequence[Parameter], extensions: Sequence[str] = ()
 ) -> ExtendedModel:
-    """Return the model of a robot with some extensions.
-
-    Args:
-        robot: The nominal robot.
-        parameters: What of its geometry is free.
-        extensions: Names of effects, among :data:`.EFFECTS`, in any order.
-    """
+    """Return the model of a robot with free parameters and some of :data:`.EFFECTS`."""
     ball = BallModel(robot, [p.index for p in parameters])
     ordered = tuple(name for name in EFFECTS if name in extensions)
     return ExtendedModel(robot, tuple(parameters), ball, ordered)

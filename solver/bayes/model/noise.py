@@ -101,11 +101,7 @@ class Noise:
 
 
 def degrees_of_freedom(squares: np.ndarray) -> float:
-    """Return the most plausible nu of errors, by their distribution, however large they are.
-
-    Args:
-        squares: e_i^T C_i^-1 e_i, shape (N,), or anything in proportion to them.
-    """
+    """Return the most plausible nu of errors by (anything in proportion to) e^T C^-1 e, (N,)."""
     nu, grown, errors = TAILS[:, None], np.zeros(len(TAILS)), squares[None]
     if not squares.any():
         return NU

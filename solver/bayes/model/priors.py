@@ -26,9 +26,7 @@ SHARED_DEVIATION = 0.3
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
     """Return the groups of a model's unknowns, at the widths from which the estimation starts.
 
-    Args:
-        model: The model.
-        data: What was measured: the torques tell the size of a plausible compliance.
+    The torques of the data tell the size of a plausible compliance.
     """
     kinds = np.array(
         [

@@ -9,7 +9,7 @@ from ...data import Load
 from ...results import DistanceDeviation
 from ...robot import workspace
 from ..inference import Posterior
-from .projection_poses import poses_near
+from .geometric_projection import poses_near
 from .uncertainty import distance_deviations
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0

@@ -1,11 +1,12 @@
-"""The mean of several models of one arm, each as probable as the data make it."""
+"""Several models of one arm: their held-out errors, their probabilities, and their mean."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import log
 
 import numpy as np
 
+from ...data import FrameError, MultiRobotObservations, fit_pose
 from ..inference import JointPosterior, Posterior
 from ..model import ExtendedModel, MultiRobotModel, PriorGroup, extend
 from ..model.effects import COMPLIANCE, TILT
@@ -14,6 +15,12 @@ ALSO_TILTS = 4.0
 """Odds that an arm whose joints twist under load also tilts, before the data: all three types of
 arms that were measured in three axes did (Panda, FR3, iiwa 14), and Laplace's rule of succession
 then expects it of the next in four cases of five."""
+PARTS = 5
+"""Placements are divided into at most this many parts, and each part is left out of a fit once. One
+fit for each placement would take too long where there are many."""
+
+Refit = Callable[[JointPosterior, MultiRobotObservations], JointPosterior]
+"""Fits a model again, to other data of the same robots."""
 
 
 def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
@@ -119,3 +126,41 @@ def _of_arm(
         weights=probabilities @ [arm.weights for arm in arms],
         iterates=tuple(padded),
     )
+
+
+def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Return the mean fall of held-out errors from model to model, and its standard error [m]."""
+    fall = before - after
+    fall = fall[np.isfinite(fall)]
+    return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
+
+
+def held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
+    """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
+    names = whole.scene.placements
+    errors = np.full(len(names), np.nan)
+    for part in range(min(PARTS, len(names))):
+        try:
+            found = refit(whole, whole.scene.without(names[part::PARTS]))
+        except FrameError:
+            continue
+        errors[part::PARTS] = [_mean_error(found, whole.scene, p) for p in names[part::PARTS]]
+    return errors
+
+
+def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: str) -> float:
+    """Return the mean distance of balls from their socket's mean or measured place [m]."""
+    distances: list[np.ndarray] = []
+    for arm, own in zip(found.arms, data.arms, strict=True):
+        for socket, (name, _) in enumerate(own.labels):
+            rows = own.sockets == socket
+            if name == placement and rows.any():
+                points = arm.predict(own.positions[rows], own.torques[rows])
+                distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
+        rows = own.rows_of(placement) & (own.sockets < 0)
+        if own.instrument is not None and rows.any():
+            points = arm.predict(own.positions[rows], own.torques[rows])
+            measured = own.instrument.points[rows]
+            placed = fit_pose(measured, points).apply(measured)
+            distances.append(np.linalg.norm(points - placed, axis=1))
+    return float(np.concatenate(distances).mean())

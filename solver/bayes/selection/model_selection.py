@@ -14,8 +14,7 @@ from ..inference import JointPosterior, estimate, may_have_curves, with_joint_cu
 from ..model import Expected, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
-from .leave_one_out import held_out_errors, mean_fall
-from .model_averaging import averaged, model_probabilities
+from .model_averaging import averaged, held_out_errors, mean_fall, model_probabilities
 from .moved_places import FoundMovement, movements_by_evidence
 
 LOG_BAYES_FACTOR = log(150)
@@ -64,8 +63,8 @@ def select_models(
         robots: The robots, and what of their geometry is free.
         data: Training placements.
         stages: Extensions that may be tried, among :data:`.EXTENSIONS`.
-        joint_noise: Whether joint angles may be noisy.
-        zeros: Whether joint offsets may be degrees, as in arms made of servos.
+        joint_noise: False if joint angles are exact.
+        zeros: True if joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, see
             :attr:`.ExtendedModel.of_type`; each model is then tried with that, too. Or what an
             earlier calibration of a single robot left known: its effects are there, not tried.

@@ -41,12 +41,10 @@ class Terms:
 class LinearEvidence:
     """Residuals and nuisances.
 
-    Args:
-        r: The residuals, shape (R,) [m].
-        B: Their derivatives by the nuisances, each in units of its prior's width, shape (R, n).
-        share: How much of the errors counts as independent.
-        whitening: Inverse root of each sample's covariance beside the noise's square, shape
-            (N, 3, 3); None where all are noisy alike.
+    Residuals r have shape (R,) [m]; their derivatives B by the nuisances, each in units of its
+    prior's width, (R, n). Only a ``share`` of the errors counts as independent. ``whitening`` is
+    the inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3); None
+    where all are noisy alike.
     """
 
     def __init__(

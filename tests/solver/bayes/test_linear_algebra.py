@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix, active_set_step
-from mukca.solver.bayes.inference.truncated_gaussian import expectation_propagation
+from mukca.solver.bayes.inference.laplace import expectation_propagation
 
 
 def random_arrowhead(seed, sockets, known):
