@@ -1,14 +1,13 @@
 """A calibration held against its limits: all that a verdict rests on, at once and ever since."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from msgspec import structs
 
 from ..data import Measurement
 from ..diagnostics import inspect_all
 from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
-from ..robot import Origin
 from .data_sufficiency import checks_row, rows_of_the_fit
 from .errors import (
     KnownDistanceErrors,
@@ -94,8 +93,6 @@ def rows_since(
             if row.status == "fail":
                 text = f"{row.text}, by a few samples"
                 rows[i] = structs.replace(row, status="warning", text=text)
-    pairs = zip(calibrated.robot.joints, calibrated.origins.tolist(), strict=True)
-    joints = tuple(replace(joint, origin=Origin.of(numbers)) for joint, numbers in pairs)
-    robot = replace(calibrated.robot, joints=joints)
+    robot = calibrated.robot.with_origins(calibrated.origins)
     survey = inspect_all(robot, data, zeros=zeros, repeatability=limits.repeatability)
     return [*rows, checks_row(survey.diagnostics)], survey.hypotheses

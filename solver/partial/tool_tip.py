@@ -11,7 +11,7 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
-from ..robot import InverseKinematics, Origin, SimulationError
+from ..robot import InverseKinematics, SimulationError
 from .evidence import another_arm
 from .fit import FAR, NoiseBelief, System, fit
 from .prior import ArmPrior, prior_of
@@ -199,12 +199,7 @@ def _elsewhere(system: System) -> float | None:
     prior, x = system.task.prior, system.state.x
     model = prior.model
     x, generator = x[: model.size], np.random.default_rng(0)
-    values = model.ball.origins(model.values(x)).tolist()
-    joints = tuple(
-        replace(joint, origin=Origin.of(own))
-        for joint, own in zip(prior.robot.joints, values, strict=True)
-    )
-    robot = replace(prior.robot, joints=joints)
+    robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
     guide, P = InverseKinematics(robot), system.posterior_covariance(np.arange(model.size))
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):

@@ -91,6 +91,11 @@ class Robot:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
         return np.array([joint.origin.xyz + joint.origin.rpy for joint in self.joints], dtype=float)
 
+    def with_origins(self, origins: np.ndarray) -> "Robot":
+        """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
+        each = zip(self.joints, origins, strict=True)
+        return replace(self, joints=tuple(replace(j, origin=Origin.of(own)) for j, own in each))
+
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
         """Return the robot with one more mass [kg] at a point of the flange, x y z [m].
 

@@ -1,12 +1,12 @@
 """Simulated arms whose true kinematics are known, with imperfections as real arms have them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
-from ...solver.robot import STANDARD_GRAVITY, Origin, Robot, choose_parameters
+from ...solver.robot import STANDARD_GRAVITY, Robot, choose_parameters
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,7 @@ def perturb(
         turning = [joint.actuated for joint in robot.joints]
         for _ in range(4):  # fixed joints keep their lengths, so the others take their part
             origins[turning, :3] *= 1 - larger(origins)
-    joints = tuple(
-        replace(joint, origin=Origin((x, y, z), (roll, pitch, yaw)))
-        for joint, (x, y, z, roll, pitch, yaw) in zip(robot.joints, origins.tolist(), strict=True)
-    )
-    return replace(robot, joints=joints)
+    return robot.with_origins(origins)
 
 
 def _larger_than(robot: Robot) -> Callable[[np.ndarray], float]:
