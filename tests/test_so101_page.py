@@ -47,7 +47,7 @@ def lead(folder):
 
 
 @pytest.mark.slow
-@pytest.mark.waits
+@pytest.mark.usefixtures("virtual_time")
 def test_the_page_leads_to_a_pass(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     lead(tmp_path / "hand")

@@ -20,7 +20,7 @@ BLOCK = 6
 """So many samples are taken in a socket before it is the other's turn."""
 CHANGES = (BLOCK, 2 * BLOCK, LEAST + BLOCK)
 """Numbers of samples after which the ball is moved over."""
-BEGUN = 2 * BLOCK + 2
+BEGUN = 2 * BLOCK - 2
 """So many samples a session has that is continued."""
 ASTRAY = 0.5
 """So far the first joint is turned to where no socket is [rad]."""
@@ -30,7 +30,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 @pytest.fixture(scope="module")
 def hands(shared):
-    """Where a hand leads the arm: all of a session, its begin, its rest, and once astray."""
+    """Where a hand leads the arm: a session's begin, its rest, and all of one, once astray."""
 
     def make(folder):
         panda = mukca.load_robot("panda")
@@ -41,7 +41,6 @@ def hands(shared):
         whole = first[:BLOCK] + second[:BLOCK] + first[BLOCK:] + second[BLOCK:]
         astray = BLOCK + 2
         for name, way in {
-            "all": whole,
             "begin": whole[:BEGUN],
             "rest": whole[BEGUN:],
             "astray": [*whole[:astray], elsewhere, *whole[astray:]],
@@ -70,29 +69,23 @@ def led(steps, hand, out, pace, *more):
     ]
 
 
-@pytest.mark.parametrize("part", ["all", "rest"])
-def test_a_guided_session_by_keys(hands, tmp_path, scripted, part):
-    """A new one, and one that goes on: it changes sockets, says where to go next, and ends."""
-    done = 0 if part == "all" else BEGUN
+def test_a_guided_session_goes_on_by_keys(hands, tmp_path, scripted):
+    """It changes sockets, says where to go next, and ends."""
     out = tmp_path / "front"
-    if done:
-        keys = f"a*{BLOCK} 1 a*{BLOCK} 0 a*{BEGUN - 2 * BLOCK} q"
-        assert scripted(out, keys, hand=hands / "begin.csv").status == 0
+    keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
+    assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     steps = tmp_path / "steps"
-    words = led(steps, hands / f"{part}.csv", out, "rate=250&move=0.25")
+    words = led(steps, hands / "rest.csv", out, "rate=250&move=0.25")
     with TerminalSession(words) as terminal:
-        if done:
-            terminal.wait_for("GO ON?", f"Continues {BEGUN - BLOCK} in socket 0, {BLOCK} in socket")
-            terminal.press("y")
-        for number in range(done + 1, 2 * LEAST + 1):
+        terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
+        terminal.press("y")
+        for number in range(BEGUN + 1, 2 * LEAST + 1):
+            if number - 1 == 2 * BLOCK:
+                terminal.wait_for("SOCKET 0 NOW: enough here: ball to socket 0, then press s")
             if number - 1 in CHANGES:
-                to = 0 if number == 2 * BLOCK + 1 else 1
-                if number <= 2 * BLOCK + 1:
-                    words = f"SOCKET {to} NOW: enough here: ball to socket {to}, then press s"
-                    terminal.wait_for(words)
                 terminal.press("s")
-                terminal.wait_for(f"socket {to} is active")
-            if number > done + 1:
+                terminal.wait_for(f"socket {int(number > 2 * BLOCK + 1)} is active")
+            if number > BEGUN + 1:
                 lead_on(steps)
             terminal.wait_for(f"PRESS: space captures sample {number}")
             terminal.press(" ")

@@ -1,14 +1,10 @@
 """What is recorded of an emulated arm, and what the verbs that hold a calibration say of it."""
 
 import html
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from calibrated_arm import simulate
-from record_commands import capture, command
-from terminal_session import MUKCA, TerminalSession
 
 import mukca
 from mukca.tools.cli import main
@@ -16,13 +12,10 @@ from mukca.tools.cli import main
 TIP = np.array([0.03, -0.02, 0.2])
 
 
-@pytest.fixture(scope="module")
-def simulated():
-    return simulate()
-
-
 @pytest.mark.slow
-def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, scripted, capsys):
+def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(tmp_path, scripted, capsys):
+    simulated = simulate()
+
     def recorded(name, rows, keys):
         hand = tmp_path / f"{name}.csv"
         hand.write_text("\n".join(",".join(map(str, row)) for row in rows.tolist()))
@@ -44,29 +37,6 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, 
     assert main(["check", str(since), "--calibration", str(new)]) == 0
     spike = recorded("spike", simulated.touched(TIP, 8).positions, "a*8 q")
     words = ["tool", str(tmp_path / "cal"), str(spike), "--out", str(tmp_path / "tip")]
-    assert main(words) == 0
-    found = mukca.load_calibration(tmp_path / "tip").document.tools[-1]
-    assert np.array(found.xyz[:2]) == pytest.approx(TIP[:2], abs=1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.waits
-def test_a_point_touched_at_a_real_terminal_gives_the_tip(simulated, tmp_path):
-    hand, out, steps = (tmp_path / name for name in ("hand.csv", "spike", "steps"))
-    rows = simulated.touched(TIP, 6).positions.tolist()
-    hand.write_text("\n".join(",".join(map(repr, row)) for row in rows))
-    steps.touch()
-    led = [sys.executable, str(Path(__file__).parents[2] / "led_arm.py"), str(steps)]
-    with TerminalSession([*led, *command(hand, out)[len(MUKCA) :]]) as terminal:
-        for number in range(1, len(rows) + 1):
-            terminal.wait_for(f"PRESS: space captures sample {number}")
-            capture(terminal, " ", f"captured sample {number}: {number} in socket 0")
-            with steps.open("a") as file:
-                file.write(".")
-        terminal.press("q")
-        assert terminal.wait() == 0
-    simulated.calibration.save(tmp_path / "cal")
-    words = ["tool", str(tmp_path / "cal"), str(out), "--out", str(tmp_path / "tip")]
     assert main(words) == 0
     found = mukca.load_calibration(tmp_path / "tip").document.tools[-1]
     assert np.array(found.xyz[:2]) == pytest.approx(TIP[:2], abs=1e-3)
