@@ -24,11 +24,11 @@ from mukca.recorder import read_stream_log
 from mukca.tools.cli import main
 
 
-def record(folder, seed):
+def record(folder, seed, script="a*500"):
     """Capture one configuration after the other, as fast as it goes."""
     hand, keys = folder.parent / "hand.csv", folder.parent / "keys.txt"
     hand.write_text("\n".join(",".join(map(repr, q)) for q in configurations(500, seed)))
-    keys.write_text("a*500")
+    keys.write_text(script)
     rate = 1000 if seed % 2 else 50  # a block of the stream has 1000 states
     driver = f"mock:{hand}?rate={rate}&speed=20&hold=0.65&move=0.35"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(folder)]
@@ -81,6 +81,7 @@ def counted_in(folder):
 if __name__ == "__main__":
     folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
     generator = random.Random(5)
+    record(folder.with_name("first"), 1, "a q")  # what it imports, every round has then
     for number in range(rounds):
         before = counted_in(folder)
         shown = killed(folder, number, generator)

@@ -1,6 +1,5 @@
 """What samples would teach: the gain that is promised is the gain that is had."""
 
-import json
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +14,6 @@ from mukca.solver.design import (
     workspace_of,
 )
 from mukca.solver.robot import choose_parameters, load_robot, workspace
-from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -62,16 +60,6 @@ def test_samples_and_lengths_never_make_it_worse(known, where):
     along = np.array([0.0, 1.0, 0.0])
     errors.append(known.with_lengths({0: -along, 1: along}, 3e-5).error(where))
     assert all(later < earlier for earlier, later in pairwise(errors))
-
-
-def test_a_longer_base_and_another_place_teach_more(capsys):
-    errors = {}
-    for distance in ("0.05", "0.15"):
-        words = ["plan", "--robot", "so101", "--distance", distance, "--samples", "6", "--json"]
-        assert main(words) == 0
-        (errors[distance],) = (p["predicted"] for p in json.loads(capsys.readouterr().out)["plans"])
-    assert errors["0.15"][0] < errors["0.05"][0]
-    assert all(later < earlier for earlier, later in pairwise(errors["0.05"]))
 
 
 def test_what_poses_are_chosen_by_leaves_the_scale_out(known, where):

@@ -88,7 +88,8 @@ def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, command):
         pytest.skip("needs the shared tracker recordings")
     for arm in ("a", "b"):
         (tmp_path / "fleet" / arm / "points").mkdir(parents=True)
-        shutil.copy(points, tmp_path / "fleet" / arm / "points")
+        rows = points.read_text().splitlines(keepends=True)
+        (tmp_path / "fleet" / arm / "points/points.csv").write_text("".join(rows[:1] + rows[1::8]))
     words = ["fleet", tmp_path / "fleet", "--out", tmp_path / "out", "--robot", "ur10", "--json"]
     words += ["--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1"]
     (pair,) = json.loads(command(*words)[1])["curves"]
