@@ -5,6 +5,7 @@ import importlib
 import importlib.util
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,11 @@ READING = {"dataset", "csv_files", "placement", "samples"}
 """Files of the recorder that read recordings; :mod:`mukca.recorder.dataset` is their door."""
 
 
+@cache
+def parsed(file):
+    return ast.parse(file.read_text())
+
+
 def face(folder):
     """The names that a folder offers, each with the module that it comes from."""
     tree = ast.parse((folder / "__init__.pyi").read_text())
@@ -31,11 +37,12 @@ def face(folder):
     return {alias.name: node.module or "" for node in rows for alias in node.names}
 
 
+@cache
 def imports(file):
     """The package's modules that a file imports anywhere, as dotted paths below the root."""
     package = file.relative_to(ROOT).parts[:-1]
     modules = []
-    for node in ast.walk(ast.parse(file.read_text())):
+    for node in ast.walk(parsed(file)):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = package[: len(package) - node.level + 1]
             path = [word for word in [*base, *(node.module or "").split(".")] if word]
@@ -50,13 +57,13 @@ def imports(file):
     return [module.strip(".") for module in modules]
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.relative_to(ROOT)))
-def test_data_flows_one_way_through_the_rooms(file):
-    room = file.relative_to(ROOT).parts[0]
-    for module in imports(file):
-        other = module.split(".")[0]
-        if other in ROOMS:
-            assert ROOMS.index(other) <= ROOMS.index(room), f"{file}: {module} is above {room}"
+def test_data_flows_one_way_through_the_rooms():
+    for file in FILES:
+        room = file.relative_to(ROOT).parts[0]
+        for module in imports(file):
+            other = module.split(".")[0]
+            if other in ROOMS:
+                assert ROOMS.index(other) <= ROOMS.index(room), f"{file}: {module} is above {room}"
 
 
 def test_the_solver_takes_from_the_recorder_what_reads_recordings():
@@ -70,7 +77,7 @@ def test_the_solver_takes_from_the_recorder_what_reads_recordings():
     names = {
         alias.name
         for file in sorted((ROOT / "solver").rglob("*.py"))
-        for node in ast.walk(ast.parse(file.read_text()))
+        for node in ast.walk(parsed(file))
         if isinstance(node, ast.ImportFrom) and re.fullmatch(r"\.*recorder", node.module or "")
         for alias in node.names
     }
@@ -134,10 +141,9 @@ def test_the_root_holds_no_other_module():
     }
 
 
-@pytest.mark.slow
 def test_only_the_command_line_prints():
     for file in FILES:
-        calls = [n for n in ast.walk(ast.parse(file.read_text())) if isinstance(n, ast.Call)]
+        calls = [n for n in ast.walk(parsed(file)) if isinstance(n, ast.Call)]
         printing = [c for c in calls if isinstance(c.func, ast.Name) and c.func.id == "print"]
         assert not printing, file
 
@@ -145,8 +151,8 @@ def test_only_the_command_line_prints():
 def test_no_message_points_into_a_folder_that_is_not_installed():
     """The pages of docs/ come with the repository, not with the package."""
     for file in FILES:
-        if "docs/" in (source := file.read_text()):
-            values = [n.value for n in ast.walk(ast.parse(source)) if isinstance(n, ast.Constant)]
+        if "docs/" in file.read_text():
+            values = [n.value for n in ast.walk(parsed(file)) if isinstance(n, ast.Constant)]
             shown = [v for v in values if isinstance(v, str) and "\n" not in v]
             assert not [text for text in shown if re.search(r"\bdocs/", text)], file
 

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 HEAVY = ("yourdfpy", "trimesh", "scipy", "networkx", "lxml", "shapely", "matplotlib", "PIL")
 EXTRAS = (*HEAVY, "manifold3d", "rtde_receive", "roslibpy", "mujoco", "pinocchio", "OCP", "dask",
           "distributed", "isotp")  # fmt: skip
@@ -54,7 +56,6 @@ def run_without(absent, names, *words, cwd):
     )
 
 
-@pytest.mark.slow
 def test_solve_and_report_need_no_extra_and_no_posix(session, tmp_path):
     out = tmp_path / "calibrated"
     words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out), "--json")
@@ -65,7 +66,6 @@ def test_solve_and_report_need_no_extra_and_no_posix(session, tmp_path):
     assert (out / "report.html").stat().st_size > 10_000
 
 
-@pytest.mark.slow
 def test_check_needs_no_extra_and_no_posix(session):
     absent = (*EXTRAS, *DRIVERS, *POSIX)
     result = run_without(absent, WINDOWS_HAS_NOT, "check", "front", "--robot", "panda", cwd=session)
@@ -73,7 +73,6 @@ def test_check_needs_no_extra_and_no_posix(session):
     assert not result.stderr.startswith("imported")
 
 
-@pytest.mark.slow
 def test_recording_needs_no_extra_and_nothing_that_macos_has_not(session, tmp_path):
     driver, out = f"mock:{session / 'front'}?speed=20", str(tmp_path / "again")
     keys = tmp_path / "keys.txt"
@@ -98,7 +97,6 @@ assert main([*sys.argv[1:], "second"]) == 0 and locked
 """
 
 
-@pytest.mark.slow
 def test_recording_asks_windows_for_what_it_has(session, tmp_path):
     (tmp_path / "keys.txt").write_text("wait=1 !a q")
     driver = f"mock:{session / 'front'}?speed=20"
@@ -109,7 +107,6 @@ def test_recording_asks_windows_for_what_it_has(session, tmp_path):
     assert len((tmp_path / "second" / "samples.csv").read_text().splitlines()) == 2
 
 
-@pytest.mark.slow
 def test_parts_without_their_kernel_name_the_extra(tmp_path):
     result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1

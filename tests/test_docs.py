@@ -41,6 +41,7 @@ def test_every_page_is_in_the_navigation():
     assert {page.name for page in PAGES} == set(re.findall(r"[\w-]+\.md", nav))
 
 
+@pytest.mark.slow
 def test_every_cause_has_the_page_that_the_program_names(tmp_path):
     copy = shutil.copytree(ROOT / "docs/causes", tmp_path / "causes")
     subprocess.run([sys.executable, str(copy / "pages.py")], check=True)

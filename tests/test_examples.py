@@ -17,6 +17,8 @@ import pytest
 import mukca
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 
@@ -49,7 +51,6 @@ def test_an_example_is_short_and_uses_the_public_face_alone(script):
     assert 15 <= len(text.splitlines()) <= 40
 
 
-@pytest.mark.slow
 def test_calibrate_from_csv(run, tmp_path):
     shown = run("calibrate_from_csv.py")
     placements = mukca.read_placements(tmp_path / "recordings")
@@ -60,7 +61,6 @@ def test_calibrate_from_csv(run, tmp_path):
     assert "held out" in shown and "report.html" in shown
 
 
-@pytest.mark.slow
 def test_own_urdf(run, tmp_path):
     shown = run("own_urdf.py")
     assert "6 joints, base_link -> ball_link" in shown
@@ -71,7 +71,6 @@ def test_own_urdf(run, tmp_path):
     assert re.search(r"\w+\.[xyz] changed most: by [+-]\d\.\d\d mm", shown)
 
 
-@pytest.mark.slow
 def test_stream_arm(tmp_path):
     """As a program of its own."""
     words = [sys.executable, "-W", "error", str(EXAMPLES / "stream_arm.py")]
@@ -85,7 +84,6 @@ def test_stream_arm(tmp_path):
     assert np.all(np.ptp(rows[:, 1:], axis=0) > 1)
 
 
-@pytest.mark.slow
 def test_use_in_pinocchio(run):
     pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
     shown = run("use_in_pinocchio.py")
@@ -95,7 +93,6 @@ def test_use_in_pinocchio(run):
     assert again == shown
 
 
-@pytest.mark.slow
 def test_monte_carlo(run):
     _, *rows = run("monte_carlo.py", "1", "5", "20").splitlines()
     few, many = ([float(word) for word in row.split()] for row in rows)
@@ -110,7 +107,6 @@ def snippets(page):
     return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
 
 
-@pytest.mark.slow
 def test_the_code_in_the_documents_runs(tmp_path, session, monkeypatch):
     for name in ("front", "left", "right"):
         shutil.copytree(session / name, tmp_path / "recordings" / name)
@@ -133,7 +129,6 @@ def test_the_code_in_the_documents_runs(tmp_path, session, monkeypatch):
     assert names["calibration"].robot.name == "panda"
 
 
-@pytest.mark.slow
 def test_the_tours_run_from_top_to_bottom(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (EXAMPLES.parent / "docs" / "tours.md").read_text().replace("range(1, 7)", "range(1, 3)")
@@ -149,7 +144,6 @@ def test_the_tours_run_from_top_to_bottom(tmp_path, monkeypatch):
     assert Path("fleet-report/fleet.html").exists() and Path("my_arm_new.json").exists()
 
 
-@pytest.mark.slow
 def test_the_notebook_runs_from_top_to_bottom(tmp_path, monkeypatch):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")

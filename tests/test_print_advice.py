@@ -42,7 +42,6 @@ def test_its_mounts_are_those_that_are_made(name):
     assert payload[1:] == _payload(name)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "mounts"),
     [

@@ -98,6 +98,7 @@ def rejected(decode, *arguments):
         decode(*arguments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DECODERS)
 @hostile
 @given(
@@ -246,6 +247,7 @@ messages = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @hostile
 @given(messages | json_values)
 def test_ros_takes_no_odd_message(message):

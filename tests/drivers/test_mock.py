@@ -64,7 +64,6 @@ def test_a_reader_that_is_late_misses_nothing_without_a_buffer_s_limit(arm):
         assert driver.missed == 0
 
 
-@pytest.mark.slow
 def test_a_reader_that_is_late_misses_what_a_buffer_cannot_hold(arm):
     with arm("&buffer=10") as driver:
         time.sleep(1.0)  # twenty seconds of the arm's time

@@ -104,6 +104,7 @@ def test_messages_of_others_and_odd_ones_are_counted():
         assert driver.rejected >= 9 * len(ODD)
 
 
+@pytest.mark.slow
 @pytest.mark.waits
 def test_a_joint_that_nobody_publishes_is_named():
     with rosbridge() as bridge, refused("WRONG_ROBOT") as caught:

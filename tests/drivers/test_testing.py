@@ -67,7 +67,6 @@ def test_a_sound_driver_passes():
     contract.test_a_late_reader_loses_nothing(Mock(arm=arm()), sent)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("driver", [Degrees, Zeros, Turned, Twice])
 def test_states_that_were_not_sent_are_found(driver):
     with pytest.raises(AssertionError):

@@ -108,7 +108,6 @@ def test_the_threshold_of_stillness_is_the_one_asked_for(still, share, at_rest):
     assert at_rest or monitor.moving.startswith("still moving: b by")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
@@ -164,7 +163,6 @@ def test_an_arm_that_rounds_its_noise_away_is_not_frozen(sent, noise):
         assert "frozen" not in str(monitor.trouble(moment))
 
 
-@pytest.mark.slow
 def test_an_arm_that_rounds_and_freezes_in_mid_move_is_noticed(sent):
     states = ((moment, rounded(state)) for moment, state in sent(4.0, "freeze@3.4+3", noise=0.0))
     assert "frozen" in str(fed(states).trouble(4.0))
@@ -200,7 +198,6 @@ def test_states_that_come_later_and_later_are_stale(live, told):
     assert trouble is None if told is None else told in str(trouble)
 
 
-@pytest.mark.slow
 def test_a_clock_that_runs_a_little_fast_is_not_stale():
     monitor = StreamMonitor(JOINTS)
     for k in range(10_000):

@@ -18,6 +18,8 @@ from mukca.solver.design import (
 )
 from mukca.solver.robot import choose_parameters, load_robot, workspace
 
+pytestmark = pytest.mark.slow
+
 ORDER = [0] * 4 + [1] * 4
 
 
@@ -69,7 +71,6 @@ def test_curves_are_in_the_covariance_as_they_are_drawn(known):
     assert np.diag(joint)[:9] == pytest.approx(np.diag(drawn), rel=0.12)
 
 
-@pytest.mark.slow
 def test_poses_for_curves_leave_less_unknown(known, pools):
     order, along = ORDER * 3, np.array([0.0, 1.0, 0.0])
     known = known.with_lengths({0: -along, 1: along}, 3e-5)

@@ -63,6 +63,7 @@ def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
             assert driver.read(1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka", "ur", "xarm", "feetech"])
 def test_a_client_that_reads_nothing_does_no_harm(name, tmp_path):
     with emulated(name, tmp_path) as emulation:

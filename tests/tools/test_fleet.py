@@ -11,6 +11,8 @@ import pytest
 import mukca
 from mukca.recorder import sample_files
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def fleet(session, tmp_path_factory):
@@ -31,7 +33,6 @@ def fleet(session, tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
 def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, answer):
     out = tmp_path / "out"
     words = ("--robot", "panda", "--method", "paper", "--out", out, "--processes", "1")
@@ -81,7 +82,6 @@ def test_a_folder_that_is_no_fleet_is_told(fleet, tmp_path, refused, place, told
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
 def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, command):
     points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
     if not points.exists():

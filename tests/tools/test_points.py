@@ -12,6 +12,8 @@ import mukca
 from mukca.solver.data import Pose, turn
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def write_points(placement, folder):
     folder.mkdir(parents=True)
@@ -46,7 +48,6 @@ def solved(measured, tmp_path_factory):
     return out, json.loads(text.getvalue())
 
 
-@pytest.mark.slow
 def test_solve_judges_held_out_points_in_the_frame_trained_on(solved):
     out, result = solved
     train, test = result["placements"]
@@ -59,7 +60,6 @@ def test_solve_judges_held_out_points_in_the_frame_trained_on(solved):
     assert "measured points" in (out / "report.json").read_text()
 
 
-@pytest.mark.slow
 def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, command):
     """The instrument stood elsewhere, and the error is that of the other held-out points."""
     out, result = solved
@@ -106,7 +106,6 @@ def test_the_papers_method_refuses_points(measured, refused):
     refused("--method paper knows sockets only", *words)
 
 
-@pytest.mark.slow
 def test_true_errors_within_their_limit_pass_without_any_socket(solved):
     out, _ = solved
     verdict = json.loads((out / "report.json").read_text())["verdict"]
@@ -115,7 +114,6 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved):
     assert row["status"] == "not evaluated" and "measured coordinates" in row["reason"]
 
 
-@pytest.mark.slow
 def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, command, tmp_path):
     write = (measured / "train/points.csv").read_text().splitlines()
     rows = [line.split(",") for line in write[1:]]
@@ -132,7 +130,6 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, com
     assert [step for step in report["todo"] if step["command"].startswith("mukca record")] == []
 
 
-@pytest.mark.slow
 def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
     solved, measured, tmp_path, command, refused
 ):

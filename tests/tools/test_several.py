@@ -13,6 +13,8 @@ from mukca.solver.data import Pose, turn
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, perturb
 
+pytestmark = pytest.mark.slow
+
 ROBOTS = ["--robot", "left=panda", "--robot", "right=ur5e", "--without", "compliance", "tilt"]
 ROBOTS += ["transmission", "joint-noise"]
 
@@ -37,7 +39,6 @@ def cell(true_panda, shared):
     return shared("cell", make)
 
 
-@pytest.mark.slow
 def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused):
     for name in ("left", "right"):  # one by its own word, the other by the command's
         for folder in (cell / name).iterdir():
@@ -105,7 +106,6 @@ def used_again(out, cell, command):
         mukca.rezero(arms, since)
 
 
-@pytest.mark.slow
 def test_one_base_is_said_in_words(cell, command):
     words = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
     _, out, err = command("solve", *words, *ROBOTS, "--json")
@@ -136,7 +136,6 @@ def test_what_cannot_be_is_one_line(cell, refused, words, said):
     refused(said, "solve", *(word.replace("CELL", str(cell)) for word in words))
 
 
-@pytest.mark.slow
 def test_two_arms_of_one_type_need_no_extension():
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)

@@ -11,6 +11,8 @@ import pytest
 
 import mukca
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def run(command, monkeypatch, session):
@@ -19,7 +21,6 @@ def run(command, monkeypatch, session):
     return command
 
 
-@pytest.mark.slow
 def test_json_is_one_object_with_the_agreed_keys(run):
     status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
     assert status == 0
@@ -44,14 +45,12 @@ def test_json_is_one_object_with_the_agreed_keys(run):
     assert result["outputs"] == {}
 
 
-@pytest.mark.slow
 def test_without_held_out_data_the_test_is_null(run):
     _, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert json.loads(out)["summary"]["test"] is None
     assert "Not validated" in err
 
 
-@pytest.mark.slow
 def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
@@ -60,7 +59,6 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     assert sorted(session.rglob("*")) == before
 
 
-@pytest.mark.slow
 def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path):
     out = tmp_path / "deep" / "calibrated"
     words = ("solve", "front", "--test", "left", "--robot", "panda", "--out", str(out))
@@ -81,7 +79,6 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path):
         assert row["calibrated"] == again["calibrated"] and row["nominal"] == again["nominal"]
 
 
-@pytest.mark.slow
 def test_calibration_json_needs_no_other_file(run, tmp_path):
     run("solve", "front", "--test", "left", "--robot", "panda", "--out", str(tmp_path / "c"))
     document = json.loads((tmp_path / "c/calibration.json").read_text())
@@ -105,7 +102,6 @@ def test_calibration_json_needs_no_other_file(run, tmp_path):
     assert len(names) == 48 and ("ball_joint", "z", "m") in names
 
 
-@pytest.mark.slow
 def test_results_are_overwritten_only_by_force(run, tmp_path):
     words = ("solve", "front", "--robot", "panda", "--out", str(tmp_path))
     status, _, err = run(*words)
@@ -117,7 +113,6 @@ def test_results_are_overwritten_only_by_force(run, tmp_path):
     assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
 
 
-@pytest.mark.slow
 def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     # Regularisation holds the nominal lengths, so the base cannot come out 20 mm longer.
     words = ("solve", "front", "--robot", "panda", "--distance", "0.07")
@@ -142,7 +137,6 @@ def test_not_converged_is_status_1_and_no_result(run, tmp_path):
     assert "did not converge" in err and not (tmp_path / "c").exists()
 
 
-@pytest.mark.slow
 def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     _, out, err = run("solve", "front", "--test", ".", "--robot", "panda", "--json")
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
@@ -150,7 +144,6 @@ def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     assert "warning" not in err  # it is what a folder of placements is for
 
 
-@pytest.mark.slow
 def test_each_placement_has_its_own_distance(run, session, tmp_path):
     shutil.copytree(session / "left", tmp_path / "left")
     (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')
@@ -162,7 +155,6 @@ def test_each_placement_has_its_own_distance(run, session, tmp_path):
     assert "not the recording's 0.0502" in err
 
 
-@pytest.mark.slow
 def test_free_and_fix_are_obeyed(run):
     words = ("--free", "*.xyz", "--fix", "panda_joint2")
     _, out, _ = run("solve", "front", "--robot", "panda", "--json", *words)
@@ -244,7 +236,6 @@ def test_unknown_words_are_usage_errors(run):
     assert run()[0] == 2
 
 
-@pytest.mark.slow
 def test_a_full_disk_is_told(session, tmp_path):
     """A limit on the size of files stands for the disk; the URDF alone is larger."""
     command = f"ulimit -f 4; {sys.executable} -m mukca solve front --robot panda --out {tmp_path}/c"
@@ -255,7 +246,6 @@ def test_a_full_disk_is_told(session, tmp_path):
     assert list((tmp_path / "c").iterdir()) == []
 
 
-@pytest.mark.slow
 def test_as_a_module_and_to_a_closed_pipe(session):
     command = f"{sys.executable} -m mukca solve front --robot panda | head -1"
     result = subprocess.run(
@@ -288,7 +278,6 @@ def test_the_help_names_the_defaults_that_are_used(run):
 PAPER = ("solve", "front", "--test", "left", "--robot", "panda", "--method", "paper")
 
 
-@pytest.mark.slow
 def test_fail_is_status_1_and_the_files_are_there(run, tmp_path):
     out = ("--out", str(tmp_path / "c"), "--json")
     status, text, err = run(*PAPER, "--repeatability-mm", "0.3", *out)
@@ -329,7 +318,6 @@ def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, meta
     assert "if the sockets are 50 mm apart (typed; 0.1 mm more is 0.2 %" in verdict["title"]
 
 
-@pytest.mark.slow
 def test_validate_says_which_joint_drifted(run, session, tmp_path):
     out = tmp_path / "c"
     run(*PAPER, "--out", str(out))
@@ -358,7 +346,6 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch):
     assert "did not converge" in err
 
 
-@pytest.mark.slow
 def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(run, monkeypatch, tmp_path):
     monkeypatch.setattr("mukca.solver.calibration.results._is_known", lambda _: False)
     out = ("--out", str(tmp_path / "c"))

@@ -13,6 +13,8 @@ from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def stream(capsys):
@@ -39,7 +41,6 @@ def test_json_is_one_object_a_state(tmp_path, stream):
         assert state["status"] == "guiding"
 
 
-@pytest.mark.slow
 def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path, stream):
     with emulated("ur", tmp_path, "--noise", "0", "--hold", "99") as emulation:
         out = stream("--driver", f"ur:{emulation.address}", "--seconds", "2.5").out
@@ -86,7 +87,6 @@ def screens(monkeypatch):
     return run
 
 
-@pytest.mark.slow
 def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
     faults = ("--fault", "drop:0.1@0+2", "--fault", "hangup@3+1")
     with emulated("franka", tmp_path, *faults) as emulation:
@@ -99,7 +99,6 @@ def test_the_screen_shows_angles_rate_gaps_and_a_drop(tmp_path, screens):
     assert "Hz" in shown[-1] and "closed" not in shown[-1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("columns", [80, 50])
 def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     """However long it is, and that no state comes any more."""
@@ -110,7 +109,6 @@ def test_the_screen_tells_all_of_a_trouble(tmp_path, columns, screens):
     assert any(all(word in screen for word in told) for screen in shown), shown[-1]
 
 
-@pytest.mark.slow
 def test_a_real_terminal_shows_the_screen_until_ctrl_c(tmp_path):
     """Two programs, in real time."""
     with emulated_program("franka", tmp_path) as emulation:
@@ -158,7 +156,6 @@ def test_bad_usage_is_one_line(words, told, refused):
     refused(told, *words)
 
 
-@pytest.mark.slow
 def test_an_emulator_of_another_arms_recording(tmp_path, session):
     words = ["emulate", "ur", "--recording", str(session / "front")]
     done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=60)
@@ -166,7 +163,6 @@ def test_an_emulator_of_another_arms_recording(tmp_path, session):
     assert "7 joints, but this controller's arm has 6" in done.stderr
 
 
-@pytest.mark.slow
 def test_an_emulator_tells_how_to_read_it():
     process = subprocess.Popen([*MUKCA, "emulate", "kinova"], stdout=subprocess.PIPE, text=True)
     assert process.stdout

@@ -18,6 +18,8 @@ import pytest
 from mukca import MukcaError
 from mukca.tools.parallel import Workers
 
+pytestmark = pytest.mark.slow
+
 TESTS = Path(__file__).parents[1]
 
 
@@ -32,7 +34,6 @@ def test_one_worker_is_this_process():
     assert Workers(1).map(lambda x: 2 * x, [3, 1]) == [6, 2]
 
 
-@pytest.mark.slow
 def test_a_lost_process_costs_nothing_but_time(tmp_path):
     done = []
     work = partial(pieces_of_work.square_after_one_death, tmp_path / "died")
@@ -41,20 +42,17 @@ def test_a_lost_process_costs_nothing_but_time(tmp_path):
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.slow
 def test_work_that_ends_every_process_ends_itself():
     with pytest.raises(MukcaError, match="2 of 2 left to do"):
         Workers(2).map(pieces_of_work.die, range(2))
 
 
-@pytest.mark.slow
 def test_what_a_piece_raises_is_raised_and_nothing_is_left():
     with pytest.raises(ValueError, match="no "):
         Workers(2).map(pieces_of_work.refuse, range(4))
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_outlives_the_one_who_asked(how, tmp_path):
     code = (
@@ -130,7 +128,6 @@ def ran(*words):
     )
 
 
-@pytest.mark.slow
 def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(cluster, recordings, tmp_path):
     address, _ = cluster
     for name in ("frontcenter", "frontleft", "frontright"):
@@ -145,7 +142,6 @@ def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(cluster, record
     assert by_cluster.stdout == by_processes.stdout
 
 
-@pytest.mark.slow
 def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path):
     address, workers = cluster
     code = (
@@ -167,7 +163,6 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path):
     until(lambda: sum(worker.poll() is not None for worker in workers) == 1)
 
 
-@pytest.mark.slow
 def test_a_cluster_that_is_not_there_is_told():
     pytest.importorskip("distributed")
     code = (

@@ -27,6 +27,8 @@ from mukca.solver.results import (
     agreement_words,
 )
 
+pytestmark = pytest.mark.slow
+
 _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
 UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
 
@@ -56,7 +58,6 @@ def test_a_curve_is_its_derivatives_times_its_coefficients():
     assert np.allclose(curve_values(q + 2 * np.pi, coefficients), each)
 
 
-@pytest.mark.slow
 def test_curves_are_found_in_sockets():
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
@@ -102,7 +103,6 @@ def some(points, rows):
     return replace(points, name=str(rows), files=(), samples=points.samples[rows])
 
 
-@pytest.mark.slow
 def test_a_measured_ur10_has_curves(ur10):
     train, test = some(ur10, slice(0, None, 4)), some(ur10, slice(1, None, 4))
     found = mukca.calibrate(mukca.load_robot("ur10"), train, test=test)
@@ -117,7 +117,6 @@ def test_a_measured_ur10_has_curves(ur10):
         )
 
 
-@pytest.mark.slow
 def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, tmp_path):
     robot = mukca.load_robot("ur10")
     old, new, test = (some(ur10, slice(*ends, step)) for *ends, step in _PARTS)

@@ -21,7 +21,7 @@ UNLOADED = 0.02
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_derivatives_are_those_of_the_ball(name, panda):
-    """Against finite differences by every coefficient; where there are hundreds, by many at once."""
+    """By every coefficient, or many at once, against finite differences."""
     model = extend(panda, choose_parameters(panda), [name])
     q = workspace(panda, 4)
     moments = gravity_moments(panda, q)

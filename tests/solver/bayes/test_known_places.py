@@ -7,6 +7,8 @@ import pytest
 
 import mukca
 
+pytestmark = pytest.mark.slow
+
 WITHOUT = ["compliance", "tilt", "transmission", "joint-noise"]
 ROTATION = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
 ROTATION *= np.linalg.det(ROTATION)
@@ -61,7 +63,6 @@ def poses(robot, count, seed=0):
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "gen3", "lite6", "ur3e"])
 def test_exact_sockets_on_a_table_give_every_place_back(name, tmp_path):
     """Where the ball is in the table's frame, at sockets held out, to a nanometre."""
@@ -90,7 +91,6 @@ def rotation(rpy):
     return R
 
 
-@pytest.mark.slow
 def test_an_anchored_base_is_known_within_its_interval(robot, noisy, tmp_path):
     """The base's pose and joint 1's offset: where the ball is in the base frame."""
     truth, placements = noisy
@@ -122,7 +122,6 @@ def test_coordinates_in_the_wrong_base_frame_are_refused(robot, noisy, tmp_path)
             mukca.calibrate(robot, placements, sockets_at=at, without=WITHOUT)
 
 
-@pytest.mark.slow
 def test_two_sockets_in_the_base_leave_it_a_turn(robot, noisy, tmp_path):
     truth, placements = noisy
     at = write_at(
@@ -133,7 +132,6 @@ def test_two_sockets_in_the_base_leave_it_a_turn(robot, noisy, tmp_path):
     assert "leave it a turn" in found.document.uncertainty.cannot_see[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "ur5", "xarm7", "so101", "iiwa14"])
 def test_exact_points_give_the_arm_and_the_frame_back(name):
     """All distances, and where the tool is in the instrument's frame, to a nanometre."""
@@ -147,7 +145,6 @@ def test_exact_points_give_the_arm_and_the_frame_back(name):
     assert np.abs(seen - in_frame(truth.ball(q))).max() < 1e-8
 
 
-@pytest.mark.slow
 def test_sockets_and_points_together_know_each_its_own_noise(robot):
     truth, (seated,) = mukca.simulate_recordings(robot, 1, samples=12, seed=4, noise=5e-5)
     points = as_points(truth, poses(robot, 30), 2e-5)
@@ -166,7 +163,6 @@ def test_sockets_and_points_together_know_each_its_own_noise(robot):
     assert error < min(fit(seated)[1], 3e-4)
 
 
-@pytest.mark.slow
 def test_stated_deviations_are_those_that_gaussian_noise_leaves(robot):
     """Such errors show that they have no tails; to claim more than they tell would be too sure."""
     truth, _ = mukca.simulate_recordings(robot, 1, samples=2, seed=3)

@@ -9,6 +9,8 @@ import mukca
 from mukca.recorder import Sample
 from mukca.tools.simulation import Session, SessionFault, with_faults
 
+pytestmark = pytest.mark.slow
+
 IN_TURN = [*range(6), *range(12, 18), *range(6, 12), *range(18, 24)]
 
 

@@ -8,6 +8,8 @@ import pytest
 import mukca
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 OFFSETS = np.radians([3.0, -4.0, 5.0, -2.0, 0.0])
 DECIDED = np.radians(0.2)
 
@@ -50,7 +52,6 @@ def found(robot, recorded):
     return mukca.calibrate(robot, placement, zeros=True, sockets_at=at, without=without)
 
 
-@pytest.mark.slow
 def test_joint_offsets_are_found(found):
     values, deviations = coefficients(found, "zero")
     error = np.degrees(values - OFFSETS)
@@ -62,14 +63,12 @@ def test_joint_offsets_are_found(found):
     assert "wrist_roll" in line.rpartition(", ")[2] and line.endswith("(not decided)")
 
 
-@pytest.mark.slow
 def test_a_joint_offset_makes_no_arm_longer(found):
     scale = found.document.scale
     assert scale is not None and scale.deviation is not None
     assert abs(scale.value) < 2e-3 and scale.deviation < 5e-3
 
 
-@pytest.mark.slow
 def test_a_urdf_holds_the_joint_offsets(found, recorded):
     positions = recorded[0].positions
     assert found.document.deflection == {}
@@ -79,7 +78,6 @@ def test_a_urdf_holds_the_joint_offsets(found, recorded):
     assert found.calibrated.exported is None
 
 
-@pytest.mark.slow
 def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):
     """0.7 degrees of play; measured efforts say on which side each joint rests."""
     placement, at = recorded
@@ -110,7 +108,6 @@ def test_offsets_need_angles_that_are_free(robot, recorded):
         mukca.calibrate(robot, recorded[0], zeros=True, method="paper")
 
 
-@pytest.mark.slow
 def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path, capsys):
     """Readings off by degrees are an error, unless offsets may be."""
     for name, part in (("a", slice(None, None, 2)), ("b", slice(1, None, 2))):

@@ -13,6 +13,8 @@ from mukca.solver.data import Pose, turn
 from mukca.solver.robot import BallModel, rotation_rpy
 from mukca.tools.simulation import Base, perturb
 
+pytestmark = pytest.mark.slow
+
 HOME = Pose(np.eye(3), np.zeros(3))
 FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
 BASES = [
@@ -59,7 +61,6 @@ def relative(found):
     return Pose(rotation_rpy(told.rpy).full(), np.array(told.xyz)), told
 
 
-@pytest.mark.slow
 def test_exact_recordings_tie_the_tools_exactly(exact):
     """At the sockets and away from them, though the base frame is known to millimetres only."""
     found = exact.fit(distance_deviation=1e-7)
@@ -77,7 +78,6 @@ def test_exact_recordings_tie_the_tools_exactly(exact):
     assert np.abs(pose.translation - FACING.translation).max() > 1e-4
 
 
-@pytest.mark.slow
 def test_noise_makes_errors_as_large_as_stated(noisy, found):
     pose, told = relative(found)
     assert told.shared_sockets == 4
@@ -89,7 +89,6 @@ def test_noise_makes_errors_as_large_as_stated(noisy, found):
     assert np.linalg.norm(errors, axis=1).max() < 3 * told.tool_deviation
 
 
-@pytest.mark.slow
 def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
     generator, at = np.random.default_rng(2), np.array([[0.6, 0.1, 0.3], [0.5, -0.2, 0.4]])
     seen = {
@@ -112,7 +111,6 @@ def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
         assert np.linalg.norm(FACING.apply(b) - a) < 3 * told.tool_deviation
 
 
-@pytest.mark.slow
 def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact):
     told = exact.fit(("front",)).document.between["A_to_B"]
     assert told.xyz is None and "turn" in told.text
@@ -124,7 +122,6 @@ def test_arms_that_share_nothing_are_refused(exact):
         mukca.calibrate(exact.robots, train, without=WITHOUT)
 
 
-@pytest.mark.slow
 def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path):
     found.save(tmp_path / "out")
     (file,) = (tmp_path / "out").glob("arms.urdf")
@@ -138,7 +135,6 @@ def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path):
         assert BallModel(chain, []).points(np.empty(0), q) == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.slow
 def test_each_arm_is_a_prior_of_its_own(noisy, found, tmp_path):
     found.save(tmp_path / "out")
     for name, robot in noisy.robots.items():

@@ -9,6 +9,8 @@ import pytest
 import mukca
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 FLAWS = {"compliance": 8e-5, "tilt": 4e-5}
 
 
@@ -48,7 +50,6 @@ def told(file, folder, values):
     return folder / "told.json"
 
 
-@pytest.mark.slow
 def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
     robot, recorded, other, tmp_path
 ):
@@ -71,7 +72,6 @@ def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
     assert error(told(other, tmp_path, reverse)) < 1.05 * alone
 
 
-@pytest.mark.slow
 def test_solve_says_how_much_it_counts(robot, recorded, other):
     documents = [
         mukca.calibrate(robot, recorded[1][2], type_prior=words).document
@@ -82,14 +82,12 @@ def test_solve_says_how_much_it_counts(robot, recorded, other):
     assert counts == [True, False, True]
 
 
-@pytest.mark.slow
 def test_an_effect_that_is_not_to_be_tried_is_not_told_either(robot, recorded, other):
     train = recorded[1][2]
     found = mukca.calibrate(robot, train, type_prior=[other], without=["tilt", "transmission"])
     assert found.document.deflection.keys() == {"compliance"}
 
 
-@pytest.mark.slow
 def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
     """As means weighted by precision; two arms alike are known better than one."""
     for arm in ("a", "b"):
@@ -112,7 +110,6 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
         assert c["standard_deviation"] == pytest.approx(expected, rel=1e-3, abs=1e-9)
 
 
-@pytest.mark.slow
 def test_what_tells_nothing_of_this_arm_is_refused(recorded, other, tmp_path):
     ur5e = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(ur5e, 1, samples=12)

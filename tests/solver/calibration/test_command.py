@@ -29,6 +29,7 @@ def bent_panda():
     return arm("panda")
 
 
+@pytest.mark.slow
 def test_the_jacobian_is_the_derivative_of_the_pose(model):
     q, step = workspace(model.robot, 30), 1e-6
     for setup in ({}, SETUP):
@@ -66,6 +67,7 @@ def test_other_starts_are_tried_where_the_first_leads_nowhere(model):
     assert np.abs(model.flange(model.command(T)) - T).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_fold_at_a_limit_is_left_from_one_start():
     model = arm("openarm")  # whose elbow is straight at its limit
     q = np.clip(0.7 * workspace(model.robot, 200), model.robot.lower, model.robot.upper)
@@ -77,6 +79,7 @@ def test_a_fold_at_a_limit_is_left_from_one_start():
     assert np.abs(model.flange(found.positions) - model.flange(q)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda):
     q, loaded = np.array(POSTURE), {"payload": (3.0, (0.0, 0.0, 0.1))}
     T = bent_panda.flange(q)
@@ -84,6 +87,7 @@ def test_a_payload_is_held_and_the_command_makes_up_for_it(bent_panda):
     assert np.abs(bent_panda.flange(bent_panda.command(T, q, **loaded), **loaded) - T).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda):
     with pytest.raises(CommandError, match=r"^pose: not reached; .* mm and 0 mrad") as stopped:
         bent_panda.command((3.0, 0.0, 0.3), POSTURE)
@@ -115,6 +119,7 @@ def circles(start, radius, rounds=10):
     return poses
 
 
+@pytest.mark.slow
 def test_a_closed_path_of_the_tool_is_one_of_the_joints(bent_panda):
     path = bent_panda.command_path(circles(bent_panda.flange(POSTURE), 0.1), POSTURE)
     assert path.reached.all() and not path.jumps and path.rounds.max() <= 6
@@ -212,6 +217,7 @@ def by_table(q):
     return T
 
 
+@pytest.mark.slow
 def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path):
     model, file, q = (
         arm("ur10e"),
@@ -230,6 +236,7 @@ def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path):
             arm(name).corrected_pose(np.eye(4), controller=file)
 
 
+@pytest.mark.slow
 def test_via_points_keep_a_line_straight(bent_panda):
     ends = np.tile(bent_panda.flange(POSTURE), (2, 1, 1))
     ends[1, 1, 3] += 0.2

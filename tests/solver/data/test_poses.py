@@ -123,6 +123,7 @@ def test_the_turns_of_the_link_are_its_derivatives(panda):
         assert np.allclose(rotation_vectors(turned), 1e-6 * linear.by_joints[:, :, k], atol=1e-11)
 
 
+@pytest.mark.slow
 def test_poses_calibrate_and_judge_places_and_turns(true_panda):
     """The instrument stands anywhere, and its probe is turned by 100 degrees on the flange."""
     from mukca.solver.calibration import quaternion_of

@@ -13,6 +13,8 @@ from mukca.solver.results import Diagnostic
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, record
 
+pytestmark = pytest.mark.slow
+
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -20,14 +22,12 @@ def codes(seen: Survey) -> list[str]:
     return [finding.code for finding in seen.diagnostics]
 
 
-@pytest.mark.slow
 def test_good_data_raise_no_alarm(look, placements) -> None:
     seen = look(placements)
     assert codes(seen) == []
     assert all(5e-5 < one.floor < 2e-4 for one in seen.placements)
 
 
-@pytest.mark.slow
 def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements) -> None:
     generator = np.random.default_rng(1)
     moved = Base("front", np.array([0.5012, 0.0009, 0.1]), ALONG_Y)
@@ -58,7 +58,6 @@ def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> N
     assert "lies in socket 0" in " ".join(map(str, seen.placements[0].diagnostics))
 
 
-@pytest.mark.slow
 def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
     front = placements[0]
     samples = list(front.samples)
@@ -92,7 +91,6 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     assert "First mend left" in hint and "serve best" not in hint
 
 
-@pytest.mark.slow
 def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     found = {}
     for arm in ("panda_3", "kuka_14", "dinova_2"):
@@ -104,7 +102,6 @@ def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
     assert not [name for name, _, _ in found if not name.startswith("dinova_2")]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("noise", [2e-3, 1e-2, 5e-2])
 def test_what_leaves_far_more_than_arms_repeat_is_never_sound(
     look, change, placements, noise: float

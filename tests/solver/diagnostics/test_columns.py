@@ -11,12 +11,13 @@ from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
+pytestmark = pytest.mark.slow
+
 
 def flipped(joint):
     return lambda q: np.where(np.arange(len(q)) == joint, -q, q)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mistake", "code", "words"),
     [
@@ -34,7 +35,6 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
     assert words in finding.text, finding.text
 
 
-@pytest.mark.slow
 def test_a_mistake_in_one_placement_is_found_there(look, change, placements):
     seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])
     (finding,) = seen.diagnostics
@@ -44,7 +44,6 @@ def test_a_mistake_in_one_placement_is_found_there(look, change, placements):
     assert seen.placements[0].sound and not seen.shared
 
 
-@pytest.mark.slow
 def test_what_no_single_mistake_explains_is_told(look, change, placements):
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
@@ -64,7 +63,6 @@ def test_a_few_samples_accuse_no_joint(look, panda):
     assert [(f.level, f.code) for f in look([few]).diagnostics] == [("warning", "few")] * 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["iiwa14", "ur5e", "gen3_lite"])
 def test_only_a_flipped_last_joint_looks_flipped(name, change):
     """Its ball is near its axis, so it sees the mistake weakly."""

@@ -16,6 +16,8 @@ from mukca.solver.results import Diagnostic
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
+pytestmark = pytest.mark.slow
+
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -29,7 +31,6 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
         (0.5, "error", "900."),
     ],
 )
-@pytest.mark.slow
 def test_a_wrong_distance_is_found(look, placements, given, level, words) -> None:
     seen = look(placements, given)
     (finding,) = seen.diagnostics
@@ -41,14 +42,12 @@ def test_a_wrong_distance_is_found(look, placements, given, level, words) -> Non
     assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
 
 
-@pytest.mark.slow
 def test_samples_that_any_model_fits_accuse_no_placement(look, placements) -> None:
     """Of three in each socket the fit leaves nothing but rounding."""
     few = [replace(p, samples=(*p.samples[:3], *p.samples[20:23])) for p in placements]
     assert not [f for one in look(few).placements for f in one.diagnostics if f.level == "error"]
 
 
-@pytest.mark.slow
 def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
     long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
@@ -58,7 +57,6 @@ def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     assert "nothing but the default" in finding.advice
 
 
-@pytest.mark.slow
 def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     look, true_panda, placements
 ) -> None:
@@ -75,7 +73,6 @@ def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     )
 
 
-@pytest.mark.slow
 def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> None:
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
     again = record(true_panda, base, np.random.default_rng(4), samples=20, noise=1e-4)
@@ -98,7 +95,6 @@ def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
 
 
 @pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])
-@pytest.mark.slow
 def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int, change) -> None:
     """The distance alone is never the cause of errors that a zero takes away."""
     robot, generator = load_robot(name), np.random.default_rng(5)
@@ -121,7 +117,6 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     assert [finding.code for finding in seen(sound, 0.055)] == ["scale"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("distance", [None, 0.055])
 def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) -> None:
     """With zeros off by degrees, which are sought, only a wrong distance is told."""
@@ -139,7 +134,6 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
     assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3])
 def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count) -> None:
     wrong = [placements[0], replace(placements[1], distance=0.0508), *placements[2:count]]

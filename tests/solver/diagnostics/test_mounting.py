@@ -14,6 +14,7 @@ from mukca.tools.simulation import perturb, reachable_bases, record
 G, SLOPE = 9.80665, 9.80665 / 2**0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda", "ur5e"])
 @pytest.mark.parametrize(
     ("gravity", "option"),

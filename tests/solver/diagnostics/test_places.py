@@ -10,6 +10,8 @@ from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
+pytestmark = pytest.mark.slow
+
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -20,7 +22,6 @@ def elsewhere(true_panda):
     return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("first", [3, 7, 10, 14, 17])
 def test_a_base_that_moved_far_is_told_by_the_first_row(look, placements, elsewhere, first):
     front = placements[0]
@@ -32,7 +33,6 @@ def test_a_base_that_moved_far_is_told_by_the_first_row(look, placements, elsewh
     assert change.jump == pytest.approx(0.371, abs=1e-3)
 
 
-@pytest.mark.slow
 def test_a_base_that_moved_far_before_a_socket_was_entered_has_a_size(look, placements, elsewhere):
     before, after = placements[0].samples, elsewhere.samples
     samples = (*before[:10], *after[20:30], *after[10:20], *after[30:])
@@ -41,7 +41,6 @@ def test_a_base_that_moved_far_before_a_socket_was_entered_has_a_size(look, plac
     assert "moved" in told and "nan" not in told
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("many", [1, 2, 5, 9])
 @pytest.mark.parametrize("begin", [0, 6])
 def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many):
@@ -63,7 +62,6 @@ def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begi
         assert all(f"socket 1 sample {begin + k + 1}:" in told for k in range(many))
 
 
-@pytest.mark.slow
 def test_samples_of_another_placement_are_told(look, true_panda, placements):
     base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
@@ -87,7 +85,6 @@ def test_a_base_that_moved_amid_the_only_placement_is_no_wrong_model(look, place
     assert finding.code == "moved" and finding.where.endswith("sample 11")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("moved", "seeds"), [(0.0, (1, 3)), (0.0045, (1,)), (0.012, (1, 3))])
 def test_play_moves_samples_together_and_is_no_moved_base(moved, seeds):
     """Nor is a move that play makes as well; one by more is an error still, by whatever name."""
@@ -113,7 +110,6 @@ def test_play_moves_samples_together_and_is_no_moved_base(moved, seeds):
             assert not any("say --zeros" in finding.advice for finding in seen.diagnostics)
 
 
-@pytest.mark.slow
 def test_what_may_be_play_is_told_before_the_distance_of_the_sockets():
     """Zeros and play, if not spoken of, make an arm seem 5 % shorter: the distance is right."""
     robot, generator = load_robot("so101"), np.random.default_rng(301)

@@ -13,6 +13,8 @@ from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.data import Pose, turn
 from mukca.tools.extract import joints_of
 
+pytestmark = pytest.mark.slow
+
 
 def pose(rotation, place):
     T = np.eye(4)

@@ -11,6 +11,8 @@ from mukca import MukcaError
 from mukca.recorder import sample_files
 from mukca.solver.results import write_files
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("offsets", [{}, {3: 5e-3}, {1: -0.08, 4: 4e-3}])
 def test_the_evidence_names_the_joints_whose_zeros_changed(simulated, offsets):

@@ -10,6 +10,8 @@ import mukca
 from mukca import MukcaError
 from mukca.tools.simulation import Imperfection, reachable_bases, record
 
+pytestmark = pytest.mark.slow
+
 TIP, SHAFT = np.array([0.03, -0.02, 0.2]), np.array([0.03, -0.02, 0.15])
 
 

@@ -9,6 +9,8 @@ import pytest
 import mukca
 from mukca.tools.simulation import Base, record
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def calibration(panda, session):
@@ -76,7 +78,6 @@ def drawn(placement, generator):
     return replace(placement, samples=tuple(first[i] for i in picked))
 
 
-@pytest.mark.slow
 def test_answers_are_right_as_often_as_they_say(calibration, session, put_on_again):
     """Forty draws of ten poses: the same arm, its ball put on again, and a joint off by 0.2 deg."""
     generator = np.random.default_rng(2)
@@ -111,7 +112,6 @@ def test_what_one_socket_cannot_show_is_not_ruled_out(ask):
         assert valid(found) and 0.02 < 1 - unchanged(found) < 0.3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("arm", ["panda_3", "kuka_14", "dinova_2"])
 def test_real_arms_are_still_valid_at_other_placements(recordings, arm):
     robot = mukca.load_robot(str(recordings / arm / "nominal.urdf"))

@@ -31,6 +31,7 @@ def test_a_tool_that_was_moved_is_told(simulated):
     assert "mukca tool" in found.text
 
 
+@pytest.mark.slow
 def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated):
     first, second = simulated.calibration.document.data[:2]
     q = np.array([s.position for s in second.samples])
@@ -41,6 +42,7 @@ def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated):
     assert elsewhere.likeliest != "nothing"
 
 
+@pytest.mark.slow
 def test_the_command_says_what_to_do_next(simulated, tmp_path, command):
     write_files(tmp_path / "since", sample_files(simulated.read({3: 3e-3})))
     simulated.calibration.save(tmp_path / "cal")
@@ -107,11 +109,13 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(simulated, told, 
     assert [row.status for row in rows[:2]] == [status] * 2
 
 
+@pytest.mark.slow
 def test_a_distance_so_wrong_that_the_fit_diverges_is_named(simulated):
     found = mukca.what_changed(simulated.calibration, simulated.read({}), distance=0.01)
     assert found.verdict.status == "fail" and "sockets' distance is off by" in found.text
 
 
+@pytest.mark.slow
 def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
     simulated, tmp_path, command
 ):

@@ -5,6 +5,8 @@ from shutil import copytree
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def run(command):
@@ -27,7 +29,6 @@ def thinned(folder, *counts):
         file.write_text("\n".join(lines) + "\n") if lines else file.unlink()
 
 
-@pytest.mark.slow
 def test_good_recordings_are_told_by_what_they_would_bring(session, run):
     status, told = run("check", str(session), "--robot", "panda")
     assert status == 0 and "Nothing wrong was seen" in told
@@ -35,7 +36,6 @@ def test_good_recordings_are_told_by_what_they_would_bring(session, run):
     assert "sockets 50 mm apart (by the recording)" in told
 
 
-@pytest.mark.slow
 def test_a_wrong_distance_is_told_before_the_fit(session, run, answer):
     words = ["check", str(session), "--robot", "panda", "--distance", "0.12"]
     status, told = run(*words)
@@ -46,7 +46,6 @@ def test_a_wrong_distance_is_told_before_the_fit(session, run, answer):
     assert found["placements"][0]["distance_source"] == "given"
 
 
-@pytest.mark.slow
 def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     """Front's and left's sockets 0 are 427.2 mm apart in truth."""
     robot = ("--robot", "panda")
@@ -68,7 +67,6 @@ def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     assert run(*words)[0] == 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("counts", "status", "words"),
     [
@@ -85,7 +83,6 @@ def test_too_little_is_told(copy, run, counts, status, words):
     assert "Nothing wrong" not in told and "mukca check" not in told
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "paper"])
 def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     generator = np.random.default_rng(0)
@@ -99,7 +96,6 @@ def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     assert "Mend or leave out session/left and run this again" in told
 
 
-@pytest.mark.slow
 def test_crossval_ends_with_advice(session, run, answer):
     words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
     status, told = run(*words)

@@ -109,6 +109,7 @@ def pipe(folder):
             one.wait()
 
 
+@pytest.mark.slow
 def test_a_stream_gives_each_row_at_once_as_a_file_does(folder, command, pipe, tmp_path):
     poses, joints = tmp_path / "poses.csv", tmp_path / "joints.csv"
     assert command("poses", folder / "it", folder / "joints.csv", "--out", poses)[0] == 0
@@ -130,6 +131,7 @@ def test_a_stream_gives_each_row_at_once_as_a_file_does(folder, command, pipe, t
         assert asked.wait(60) == 0 and not asked.stderr.read()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "said"),
     [

@@ -9,6 +9,8 @@ import pytest
 import mukca
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def listed(what):
     with redirect_stdout(io.StringIO()) as printed:
@@ -21,7 +23,6 @@ def robots():
     return listed("robots")
 
 
-@pytest.mark.slow
 def test_every_shipped_robot_is_described(robots):
     assert len(robots) > 20
     for name, row in robots.items():
@@ -53,7 +54,6 @@ def test_the_reach_is_about_the_data_sheets(robots, name, low, high):
     assert low < robots[name]["reach"] < high
 
 
-@pytest.mark.slow
 def test_for_people(command):
     _, shown, _ = command("robots")
     assert "so101      TheRobotStudio SO-101\n" in shown

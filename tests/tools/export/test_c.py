@@ -171,13 +171,11 @@ def test_it_compiles_without_a_warning(arm, tmp_path, compiler: str):
     compile_(compiler, *COMPILERS[compiler], *STRICT, "-O2", "-c", arm.file, "-o", tmp_path / "o")
 
 
-@pytest.mark.slow
 def test_what_is_no_number_is_said(arm):
     q, out = (ctypes.c_double * 7)(*[0.1] * 6, float("nan")), (ctypes.c_double * 7)()
     assert arm.compiled.arm_command(q, out) == -1
 
 
-@pytest.mark.slow
 def test_it_needs_nothing_and_keeps_nothing(arm):
     text = arm.file.read_text()
     assert re.findall(r"#include .*", text) == ['#include "arm.h"', "#include <math.h>"]

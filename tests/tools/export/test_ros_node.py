@@ -45,6 +45,7 @@ def module(monkeypatch):
     return runpy.run_path(str(SCRIPT))
 
 
+@pytest.mark.slow
 def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations, monkeypatch):
     file = calibrations / "panda.json"
     monkeypatch.setenv("CALIBRATION", str(file))

@@ -14,6 +14,8 @@ from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 from rosbags.rosbag2 import Writer as Writer2  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 START = 1_700_000_000
 TYPE = "sensor_msgs/msg/JointState"
@@ -73,7 +75,6 @@ def busy_bag(path, kind, moves):
     bag.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
 def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
     path = tmp_path / ("session.bag" if kind == "bag" else "session")
@@ -93,7 +94,6 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
     assert svg.count("<rect") == len(moves.places) and "panda_joint7" in svg
 
 
-@pytest.mark.slow
 def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path):
     bag = Bag(tmp_path / "session", "mcap")
     for state in moves.states:
@@ -117,7 +117,6 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
     assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 14e-6
 
 
-@pytest.mark.slow
 def test_two_arms_in_one_message(extract, refused, moves, tmp_path):
     bag = Bag(tmp_path / "two", "db3")
     names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
@@ -132,7 +131,6 @@ def test_two_arms_in_one_message(extract, refused, moves, tmp_path):
     assert len(mukca.read_placements(tmp_path / "out" / "placement_1")[0].samples) == count
 
 
-@pytest.mark.slow
 def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path):
     bag = Bag(tmp_path / "one", "db3")
     for state in moves.states[:1500]:
@@ -190,7 +188,6 @@ def test_a_bag_that_cannot_be_used_gets_one_line(refused, tmp_path, write, said)
     assert not out.exists()
 
 
-@pytest.mark.slow
 def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     extract, refused, moves, tmp_path
 ):

@@ -58,6 +58,7 @@ def images(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("camera", "off"), [(NUMBERS, 5e-4), ((), 5e-3)])
 def test_a_board_is_where_it_was(images, camera, off):
     found = read_images(images, Board(), camera)

@@ -7,6 +7,8 @@ import pytest
 
 import mukca
 
+pytestmark = pytest.mark.slow
+
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 
 
@@ -37,7 +39,6 @@ def foreign(file, moves):
     file.write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
 
 
-@pytest.mark.slow
 def test_a_foreign_csv_log(extract, moves, tmp_path):
     foreign(tmp_path / "log.csv", moves)
     words = ("--robot", "panda", "--out", tmp_path / "out")
@@ -120,7 +121,6 @@ def data_set(folder, moves, version, values, names):
         parquet.write_table(table, chunk / f"episode_{episode:06}.parquet")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
 def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
@@ -139,7 +139,6 @@ def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     check(tmp_path / "out" / "placement_1", moves)
 
 
-@pytest.mark.slow
 def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     # as drivers/arms/servos/joint_maps.py has it, in true ticks
@@ -173,7 +172,6 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
     assert status == 2 and "info.json" in err
 
 
-@pytest.mark.slow
 def test_servos_with_coarse_encoders(extract, moves, tmp_path):
     """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")

@@ -85,6 +85,7 @@ def test_a_full_disk_tears_no_block(tmp_path, room):
     assert thousands(file) == ([0, 1], ())
 
 
+@pytest.mark.slow
 def test_a_block_that_is_damaged_costs_itself_alone(tmp_path):
     """Wherever it is, and whether bytes changed, are missing, or too many."""
     file = tmp_path / "a.stream"

@@ -65,7 +65,6 @@ def test_what_cannot_be_is_refused(plate, told):
         AnchoredBase(arm="so101", **plate)
 
 
-@pytest.mark.slow
 def test_the_command_writes_what_solve_reads(tmp_path, command, refused):
     words = ["print-parts", "--out", tmp_path, "--mount", "none", "--format", "stl", "--json"]
     words += ["--anchor", "so101"]

@@ -20,12 +20,13 @@ from mukca.tools.printables import (
     grip,
 )
 
+pytestmark = pytest.mark.slow
+
 ISO = MOUNTS["iso-50-4-m6"]
 CIRCLES = {"iiwa14": (50, 8, "M6", 0), "gen3-lite": (32, 4, "M5", 10)}
 PRINTED = [name for name, part in printed_parts.BALLS.items() if not part.bought]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_ball_is_where_its_position_says(name):
     part, mesh = printed_parts.BALLS[name], printed_parts.ball_mesh(name)
@@ -83,7 +84,6 @@ def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name):
         assert 2 * reach.max() == pytest.approx(diameter, abs=0.01)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "base"),
     [
@@ -106,7 +106,6 @@ def test_the_ball_part_leans_in_its_socket_without_collision(name, base):
         assert not mesh_checks.collide(moving, fixed, seated(part, socket_base, *where)), where
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka-hand", "iso-50-4-m6"])
 def test_leaning_much_farther_collides(name):
     part, base = printed_parts.BALLS[name], printed_parts.BASES["default"]
@@ -143,7 +142,6 @@ def seated(part, base, socket, tilt, azimuth, spin):
     return pose
 
 
-@pytest.mark.slow
 def test_too_short_a_reach_is_refused_with_one_that_works():
     short = BallPart(ISO, reach=45)
     with pytest.raises(PrintableError, match="take a reach of 70 mm or more"):
@@ -163,7 +161,6 @@ def test_the_jaws_of_an_so101_lie_in_grooves():
             assert (inside == filled).all(), (z, filled)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("diameter", "count", "screw", "slot"), [(50, 6, "M5", 0), (50, 8, "M6", 0), (32, 4, "M5", 10)]
 )

@@ -13,8 +13,9 @@ import trimesh
 from mukca.solver.robot import shipped_robots
 from mukca.tools.printables import MOUNTS, PrintableError, bolt_circle, encode, find_mount
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_an_stl_file_has_the_length_that_it_announces():
     content = encode("stl", printed_parts.base("default"))
     assert not content.startswith(b"solid")
@@ -29,7 +30,6 @@ def test_an_stl_file_has_the_length_that_it_announces():
     assert facets["n"][large] == pytest.approx(unit, abs=1e-3)
 
 
-@pytest.mark.slow
 def test_a_3mf_file_has_no_date_that_changes():
     """The same part makes the same file."""
     content = encode("3mf", printed_parts.base("default"))
@@ -38,7 +38,6 @@ def test_a_3mf_file_has_no_date_that_changes():
         assert {entry.date_time[0] for entry in archive.infolist()} == {1980}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("part", ["base", "ball"])
 def test_a_3mf_file_holds_the_same_body_in_millimetres(part):
     made = printed_parts.base("three") if part == "base" else printed_parts.ball("franka-hand")
@@ -56,7 +55,6 @@ def test_a_3mf_file_holds_the_same_body_in_millimetres(part):
     assert mesh.bounds == pytest.approx(same.bounds, abs=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka-hand", "strap", "iso-80-6-m8"])
 def test_a_drawing_has_the_dimensions_of_its_part(name):
     made, ball = printed_parts.ball(name), printed_parts.BALLS[name]

@@ -34,7 +34,6 @@ def touching_planes(mesh, base, socket):
     return normals[near], offsets[near]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_bowls_are_spheres_about_the_sockets_centres(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)
@@ -94,7 +93,6 @@ def test_a_ball_touches_the_seat_and_does_not_cut_into_it(name):
     assert mesh_checks.collide(pressed, mesh)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_caliper_faces_stand_where_the_readings_say(name):
     base, mesh = printed_parts.BASES[name], printed_parts.base_mesh(name)

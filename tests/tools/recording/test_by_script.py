@@ -12,8 +12,9 @@ from record_commands import PANDA_HOME, assert_true, configurations, fast, read
 import mukca
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_a_script_gives_the_same_file_every_time(tmp_path, scripted):
     keys = "a*3 s a*2 u a  # one is taken back\n0 a q"
     first = scripted(tmp_path / "first", keys)
@@ -25,7 +26,6 @@ def test_a_script_gives_the_same_file_every_time(tmp_path, scripted):
     assert_true(a.positions, configurations(40), 75)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("virtual_time")
 def test_a_script_that_waits_in_vain_fails(tmp_path):
     hand, keys = tmp_path / "hand.csv", tmp_path / "keys.txt"
@@ -53,7 +53,6 @@ def test_refused_captures_of_a_script_fail_it(tmp_path, scripted, keys, told):
     assert "1 captures were refused" in done.output
 
 
-@pytest.mark.slow
 def test_the_closing_words_run_as_they_are_printed(session, tmp_path, scripted, monkeypatch):
     urdf = tmp_path / "arm.urdf"
     (shipped,) = Path(mukca.__file__).parent.glob("solver/**/panda.urdf")
@@ -94,7 +93,6 @@ def test_bad_usage_is_one_line(tmp_path, scripted, more, told):
     assert not (tmp_path / "front").exists()
 
 
-@pytest.mark.slow
 def test_neither_keys_nor_a_terminal_is_told(hand, tmp_path):
     words = fast(hand, tmp_path / "front")
     done = subprocess.run(
@@ -104,7 +102,6 @@ def test_neither_keys_nor_a_terminal_is_told(hand, tmp_path):
     assert "standard input holds no keys; run it in a terminal" in done.stderr
 
 
-@pytest.mark.slow
 def test_a_closed_standard_input_is_told(hand, tmp_path):
     """As under some service managers; a key script needs none."""
     words = fast(hand, tmp_path / "front")
@@ -125,7 +122,6 @@ def test_a_word_that_is_no_key_is_told(tmp_path, scripted):
     assert "'x' is no word of a key script" in done.errors
 
 
-@pytest.mark.slow
 def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, capsys):
     """What was recorded through the recorder solves as well as the true configurations do."""
     for name in ("front", "left"):
@@ -150,7 +146,6 @@ def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, c
     assert found == pytest.approx(true, abs=5e-6)
 
 
-@pytest.mark.slow
 def test_keys_can_be_piped(hand, tmp_path):
     out = tmp_path / "front"
     done = subprocess.run(
@@ -161,7 +156,6 @@ def test_keys_can_be_piped(hand, tmp_path):
     assert read(out).sockets.tolist() == [0, 0, 1]
 
 
-@pytest.mark.slow
 def test_two_minutes_tell_whether_to_calibrate(session, tmp_path, scripted):
     done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
     assert done.status == 0, done.errors
@@ -180,7 +174,6 @@ def test_two_minutes_tell_whether_to_calibrate(session, tmp_path, scripted):
     assert done.status == 1 and "Verdict: FAIL" in done.output, done.output
 
 
-@pytest.mark.slow
 def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripted, capsys):
     out = tmp_path / "calibrated"
     words = ["solve", str(session / "front"), "--test", str(session / "left"), "--method", "paper"]
@@ -199,7 +192,6 @@ def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripte
     assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2
 
 
-@pytest.mark.slow
 def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(tmp_path, scripted):
     seen = scripted(tmp_path / "front", "a q", "--page", "--page-host", "127.0.0.2")
     assert seen.status == 0 and "page: http://127.0.0.2:" in seen.output

@@ -54,6 +54,7 @@ def test_a_distance_that_nobody_stated_is_written_nowhere(tmp_path, scripted, ca
     assert (read(out).distance, read(out).distance_assumed) == (0.1, False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("typed", "distance"), [("far\r1\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
 )

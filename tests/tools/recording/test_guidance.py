@@ -22,6 +22,8 @@ from mukca.solver.robot import BallModel, Robot, load_robot
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BLOCK, BackgroundGuidance, PoseSelector, goal_for
 
+pytestmark = pytest.mark.slow
+
 LEAST = 10
 """So many samples in a socket are the fewest to be enough."""
 
@@ -88,7 +90,6 @@ def test_error_curves_are_known_of_types_that_have_them(
         assert [(k, len(q)) for q, k in taken] == [(0, 2), (1, 1), (2, 3), (3, 2)]
 
 
-@pytest.mark.slow
 def test_the_prediction_falls_and_each_socket_has_its_turn(
     coach: PoseSelector, samples: list[Sample]
 ) -> None:
@@ -105,7 +106,6 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert turned.last_error != pytest.approx(whole.last_error, rel=1e-3)
 
 
-@pytest.mark.slow
 def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
     easy = PoseSelector(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
@@ -115,7 +115,6 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
     assert done.enough and not done.leave
 
 
-@pytest.mark.slow
 def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
     panda: Robot, samples: list[Sample]
 ) -> None:
@@ -136,7 +135,6 @@ def test_the_goal_is_what_solve_asks(name: str, goal: float) -> None:
     assert goal_for(load_robot(name)) == pytest.approx(goal)
 
 
-@pytest.mark.slow
 def test_what_is_predicted_and_asked_is_what_solve_says(
     panda: Robot, samples: list[Sample]
 ) -> None:
@@ -149,7 +147,6 @@ def test_what_is_predicted_and_asked_is_what_solve_says(
     assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
 
 
-@pytest.mark.slow
 def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
     panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -165,7 +162,6 @@ def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
     assert [advice.near_only for advice in told] == [False, False, True, False]
 
 
-@pytest.mark.slow
 def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]) -> None:
     words = coach.closing(samples)
     assert (
@@ -193,7 +189,6 @@ def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
     assert "this moves like a panda" in told
 
 
-@pytest.mark.slow
 def test_no_joint_is_led_farther_than_the_cables_allow(panda: Robot, samples: list[Sample]) -> None:
     def farthest(turn: float) -> float:
         selector = PoseSelector(panda, 0.05, 1e-6, turn=turn)
@@ -219,7 +214,6 @@ def background() -> Iterator[BackgroundGuidance]:
         yield background
 
 
-@pytest.mark.slow
 def test_a_process_beside_the_recorder_answers(
     background: BackgroundGuidance, samples: list[Sample], coach: PoseSelector
 ) -> None:

@@ -58,6 +58,7 @@ def test_samples_of_the_other_socket_are_told_and_no_others(session, tmp_path, s
     assert not SessionAlarms(load_robot("panda"))([unmeasured])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "told"),
     [

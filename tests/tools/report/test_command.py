@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def run(command):
@@ -29,7 +31,6 @@ def test_solve_writes_the_same_report(run, copy):
     assert (copy / "report.html").read_bytes() == before
 
 
-@pytest.mark.slow
 def test_another_report_is_overwritten_only_by_force(run, copy):
     words = (str(copy / "calibration.json"), "--tolerance-mm", "1")
     before = (copy / "report.html").read_bytes()
@@ -41,14 +42,12 @@ def test_another_report_is_overwritten_only_by_force(run, copy):
     assert (copy / "report.html").read_bytes() != before
 
 
-@pytest.mark.slow
 def test_json_is_the_report(run, copy):
     _, out, err = run(str(copy / "calibration.json"), "--json")
     assert json.loads(out) == json.loads((copy / "report.json").read_text())
     assert "Verdict" in err
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="screens are told by the environment")
 def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path):
     browser, seen = tmp_path / "browser", tmp_path / "seen"
@@ -83,7 +82,6 @@ def test_bad_usage_gets_one_line(refused, copy, words):
     refused("", "report", *file, *words)
 
 
-@pytest.mark.slow
 def test_known_distances_come_from_a_file_too(run, copy, tmp_path):
     lines = tmp_path / "known.txt"
     lines.write_text("# measured with a caliper\nfront:0-left:0=0.43+-0.0001  # long one\n\n")

@@ -106,7 +106,6 @@ def test_bad_usage_gets_one_line(refused, calibrated, words):
     refused("", "compare", calibrated / "calibration.json", *words)
 
 
-@pytest.mark.slow
 def test_other_robots_and_twice_the_same_are_refused(run, refused, calibrated, document, written):
     file = calibrated / "calibration.json"
     assert run(file, file)[0] == 2

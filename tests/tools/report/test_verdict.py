@@ -13,6 +13,8 @@ from mukca.solver.assessment.scale_check import scale_row
 from mukca.solver.results import Diagnostic, Scale
 from mukca.tools.cli import main
 
+pytestmark = pytest.mark.slow
+
 KNOWN = "front:0-left:0="
 
 
@@ -128,7 +130,6 @@ def test_an_unknown_arm_is_told_what_is_needed(document, report):
     assert report(document, "--repeatability-mm", "0.1")["verdict"]["status"] == "pass"
 
 
-@pytest.mark.slow
 def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows):
     assert rows(extended)[1]["data_checks"] == "pass"  # a sample that hardly counts is no matter
     extended["checks"][1]["code"] = "scale"
@@ -168,7 +169,6 @@ def test_the_report_says_what_a_pass_rests_on(document, report):
     assert all(one["text"] in title for one in by_name.values())
 
 
-@pytest.mark.slow
 def test_known_distances_are_judged(document, report, rows):
     centres = [row["sockets"][0]["centre"] for row in report(document)["placements"]]
     length = float(np.linalg.norm(np.subtract(*centres[:2])))
@@ -185,7 +185,6 @@ def test_distances_that_the_fit_was_told_prove_nothing(document, rows):
     assert rows(document, "--known", *known)[1]["between_placements"] == "not evaluated"
 
 
-@pytest.mark.slow
 def test_limits_are_no_finer_than_a_printed_socket_resolves(document, report):
     for name, limit in (("ur5e", 3e-4), ("iiwa14", 4.5e-4), ("gen3_lite", 3e-3)):
         document["model"]["name"] = name
@@ -220,7 +219,6 @@ def test_an_arm_is_known_by_its_name(document, written, name, arm):
     assert (limits.repeatability is not None) == (arm is not None)
 
 
-@pytest.mark.slow
 def test_the_command_says_by_its_status_whether_limits_are_kept(calibrated, tmp_path):
     words = ["report", str(calibrated / "calibration.json"), "--out", str(tmp_path)]
     assert main(words) == 0
@@ -332,7 +330,6 @@ def test_few_samples_are_not_enough_to_say(session, tmp_path):
     assert "record at least 10 in each" in rows["samples"]["text"]
 
 
-@pytest.mark.slow
 def test_the_twelve_most_alike_samples_do_not_pass(recordings):
     """They are too few and too alike to show what the arm does elsewhere."""
     folder = recordings / "panda_3"
@@ -386,7 +383,6 @@ def test_arms_that_repeat_worse_may_not_know_distances_ever_worse(extended, repo
         assert row["status"] == expected and row["limit"] == pytest.approx(allowed)
 
 
-@pytest.mark.slow
 def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows):
     known = {"median": 1.4e-3, "worst": 9e-3}
     for length, expected in ((0.8, "not enough"), (1.3, "not enough"), (1.5, "pass")):
@@ -394,7 +390,6 @@ def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows):
         assert rows(extended)[1]["predicted_distance"] == expected, length
 
 
-@pytest.mark.slow
 def test_whatever_is_not_a_pass_says_what_to_do_next(
     document, report, tmp_path, monkeypatch, capsys
 ):
@@ -422,7 +417,6 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(
             assert "usage" not in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_each_step_says_what_it_should_bring(extended, report):
     extended["outlook"] = {
         "joints": [{"joint": "panda_joint1", "recorded": 1e-3, "workspace": 2e-3}],
@@ -444,7 +438,6 @@ def test_each_step_says_what_it_should_bring(extended, report):
     assert "not told" in report(extended, "--limit-mae-mm", "0.001")["todo"][-1]["expected"]
 
 
-@pytest.mark.slow
 def test_no_step_is_to_train_on_what_is_wrong(document, report):
     document["checks"] = [
         {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
@@ -464,7 +457,6 @@ def judged(verdict):
     return {row.name: row.status for row in verdict.limits}
 
 
-@pytest.mark.slow
 def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
     """An arm that repeats to 1 mm knows the distance of two means far better."""
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
