@@ -3,7 +3,7 @@ from .stationarity import WINDOW as WINDOW
 from .stationarity import ContactDetector as ContactDetector
 from .stationarity import JointLimits as JointLimits
 from .stationarity import StationaryPose as StationaryPose
+from .stream import JUMP as JUMP
+from .stream import SILENT as SILENT
 from .stream import Stream as Stream
-from .stream_monitor import JUMP as JUMP
-from .stream_monitor import SILENT as SILENT
-from .stream_monitor import StreamMonitor as StreamMonitor
+from .stream import StreamMonitor as StreamMonitor

@@ -1,7 +1,7 @@
 from .display import Lines as Lines
 from .display import Screen as Screen
+from .key_bindings import Script as Script
 from .key_bindings import keys_with as keys_with
-from .key_script import Script as Script
 from .keyboard import ConsoleKeyboard as ConsoleKeyboard
 from .keyboard import Keyboard as Keyboard
 from .record import Outcome as Outcome

@@ -1,5 +1,10 @@
-"""Bindings of keys to actions, also of a foot pedal's or a presenter's keys."""
+"""Bindings of keys to actions, of a foot pedal or a presenter as well, and scripts of keys."""
 
+import os
+import re
+import select
+import sys
+from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -90,3 +95,118 @@ class TypedLine:
             return replace(self, typed=self.typed[:-1])
         key = " " if key == "space" else key
         return replace(self, typed=self.typed + key) if key in "0123456789 " else self
+
+
+PATIENCE = 30.0
+"""Longest wait of a step for the arm [s]."""
+_WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
+_NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d")
+_WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
+
+
+class ScriptError(MukcaError):
+    """A script cannot be read, or waited too long for the arm."""
+
+    def __init__(self, message: str, *, failed: bool = False) -> None:
+        super().__init__(message)
+        self.failed = failed
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One key press, or a pause."""
+
+    key: str = ""
+    at_once: bool = True
+    """True to press the key without waiting for a new rest."""
+    pause: float = 0.0
+    """[s]"""
+
+
+class Script:
+    """The steps of a key script, read as they come from a file or pipe, not closed here."""
+
+    def __init__(self, descriptor: int, name: str = "standard input") -> None:
+        self._descriptor = descriptor
+        self.name = name
+        self._steps: deque[Step] = deque()
+        self._rest = ""
+        self._read_all = False
+        self._empty = True
+        self._begun: tuple[float, float] | None = None
+        if sys.platform == "win32":  # where it is nothing to wait on
+            self.read()
+
+    def fileno(self) -> int:
+        """The descriptor to wait on."""
+        return self._descriptor
+
+    @property
+    def hungry(self) -> bool:
+        """True while more is to be read before the script can go on."""
+        return not self._steps and not self._read_all
+
+    @property
+    def over(self) -> bool:
+        """True once nothing is left to do."""
+        return not self._steps and self._read_all
+
+    def due(self, now: float, stamp: float, trouble: str | None) -> str | None:
+        """Return the next key if its time has come, and go on to the step after it."""
+        while self._steps:
+            self._begun = self._begun or (now, stamp)
+            step = self._steps[0]
+            paused = stamp - self._begun[1] >= step.pause
+            if not paused or (trouble and not step.at_once):
+                self._check_patience(now, step, trouble)
+                return None
+            self._begun = None
+            self._steps.popleft()
+            if step.key:
+                return step.key
+        return None
+
+    def _check_patience(self, now: float, step: Step, trouble: str | None) -> None:
+        if self._begun and now - self._begun[0] > PATIENCE + step.pause:
+            reason = f"the arm came to no new rest ({trouble})" if step.key else "no state came"
+            raise ScriptError(
+                f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is saved",
+                failed=True,
+            )
+
+    def read(self) -> None:
+        """Read all that there is; call it when the descriptor is ready.
+
+        Raises:
+            ScriptError: A word that means nothing.
+        """
+        while not self._read_all and (
+            sys.platform == "win32" or select.select([self], [], [], 0)[0]
+        ):
+            data = os.read(self._descriptor, 65536)
+            self._read_all = not data
+            self._rest += data.decode(errors="replace")
+        *lines, self._rest = self._rest.split("\n")
+        if self._read_all:
+            lines.append(self._rest)
+            self._rest = ""
+        for line in lines:
+            for word in line.partition("#")[0].split():
+                self._steps.extend(self._parse(word))
+                self._empty = False
+        if self._read_all and self._empty:
+            raise ScriptError(
+                f"{self.name} holds no keys; run it in a terminal, or use --keys FILE"
+            )
+
+    def _parse(self, word: str) -> list[Step]:
+        if pause := _WAIT.fullmatch(word):
+            return [Step(pause=float(pause[1]))]
+        if _NUMBERED.fullmatch(word):
+            return [Step(word)]
+        if keys := _WORD.fullmatch(word):
+            steps = [Step(key, at_once=key != "a" or bool(keys[1])) for key in keys[2]]
+            return steps * int(keys[3] or 1)
+        raise ScriptError(
+            f"{self.name}: {word!r} is no word of a key script; see mukca record --help"
+        )

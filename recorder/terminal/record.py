@@ -22,9 +22,8 @@ from ..session import (
 )
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Lines, Screen
-from .key_bindings import KEYS, capture_key
+from .key_bindings import KEYS, Script, capture_key
 from .key_handler import RESUME, KeyHandler
-from .key_script import Script
 from .keyboard import HANG_UP, HangUp, Keyboard, Signals
 
 FRAME = 1 / 15

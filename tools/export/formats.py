@@ -27,12 +27,12 @@ class Format:
 
 FORMATS: dict[str, Format] = {
     "urdf": Format(
-        "urdf.write", "calibrated URDF, with tools that --tool adds", ("flange", "tools")
+        "ros.write_urdf", "calibrated URDF, with tools that --tool adds", ("flange", "tools")
     ),
-    "xacro": Format("urdf.write_xacro", "macro for the joint origins of any robot's xacro, .xacro"),
-    "ur": Format("vendor_yaml.write", "kinematics file of ur_description, .yaml", ("like",)),
-    "franka": Format("vendor_yaml.write", "kinematics.yaml of franka_description, .yaml"),
-    "xarm": Format("vendor_yaml.write", "kinematics file of xarm_description, .yaml"),
+    "xacro": Format("ros.write_xacro", "macro for the joint origins of any robot's xacro, .xacro"),
+    "ur": Format("ros.write", "kinematics file of ur_description, .yaml", ("like",)),
+    "franka": Format("ros.write", "kinematics.yaml of franka_description, .yaml"),
+    "xarm": Format("ros.write", "kinematics file of xarm_description, .yaml"),
     "lerobot": Format(
         "lerobot.write",
         "lerobot's calibration file (--like), its zeros shifted, .json",

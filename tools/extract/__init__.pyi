@@ -5,9 +5,9 @@ from .boards import read_images as read_images
 from .log import Log as Log
 from .log import Question as Question
 from .log import read_log as read_log
-from .picture import rests_picture as rests_picture
 from .rests import Proposal as Proposal
 from .rests import assign as assign
 from .rests import find_rests as find_rests
 from .rests import placements_of as placements_of
 from .rests import propose_samples as propose_samples
+from .rests import rests_picture as rests_picture

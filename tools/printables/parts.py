@@ -12,8 +12,7 @@ import numpy as np
 from ..._version import __version__
 from .anchor import ARMS, AnchoredBase
 from .ball import BallPart
-from .drawing import drawing_bytes, templates
-from .kernels import Mesh, step_bytes, to_manifold, to_mesh
+from .kernels import Mesh, drawing_bytes, step_bytes, templates, to_manifold, to_mesh
 from .socket_base import SCREW_HOLE, SocketBase
 from .solid import BED, TILT, PrintableError, Solid, Sphere
 
