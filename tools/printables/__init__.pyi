@@ -1,7 +1,5 @@
 from .anchor import ARMS as ARMS
 from .anchor import AnchoredBase as AnchoredBase
-from .ball import BEND_LIMIT as BEND_LIMIT
-from .ball import FORCE as FORCE
 from .ball import BallPart as BallPart
 from .mounts import MOUNTS as MOUNTS
 from .mounts import SCREWS as SCREWS

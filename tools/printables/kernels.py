@@ -214,6 +214,12 @@ def templates() -> "Environment":
     return Environment(loader=folder, trim_blocks=True)  # noqa: S701 (texts are escaped one by one)
 
 
+def rendered(template: str, **values: Any) -> list[str]:
+    """Return the lines of a template of text, without those that are empty."""
+    text = templates().get_template(template).render(**values)
+    return [line for line in text.splitlines() if line]
+
+
 def drawing_bytes(
     title: str,
     solid: Solid,

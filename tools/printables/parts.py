@@ -11,8 +11,8 @@ import numpy as np
 
 from ..._version import __version__
 from .anchor import ARMS, AnchoredBase
-from .ball import BallPart
-from .kernels import Mesh, drawing_bytes, step_bytes, templates, to_manifold, to_mesh
+from .ball import BEND_LIMIT, FORCE, BallPart
+from .kernels import Mesh, drawing_bytes, rendered, step_bytes, templates, to_manifold, to_mesh
 from .socket_base import SCREW_HOLE, SocketBase
 from .solid import BED, TILT, PrintableError, Solid, Sphere
 
@@ -55,6 +55,12 @@ class Part:
         return (
             f"{masses}, solid; printed in some {self.facts['print_time'] / 3600:.1f} h at 5 mm3/s"
         )
+
+    @property
+    def lines(self) -> list[str]:
+        """The facts that its user needs, a line each."""
+        limits = {"force": FORCE, "bend_limit": BEND_LIMIT, "degrees": math.degrees(1)}
+        return rendered("part.txt.j2", part=self.facts, **limits)
 
 
 def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Part]:
@@ -242,20 +248,8 @@ def threemf_bytes(part: Part, author: str) -> bytes:
 
 def svg_bytes(part: Part) -> bytes:
     """Return a drawing of a part with its dimensions."""
-    notes = [f"{part.name}, millimetres, from the front and from above", part.making]
-    if place := part.facts.get("ball"):
-        x, y, z = (f"{1000 * value:g}" for value in place)
-        diameter = 1000 * part.facts["ball_diameter"]
-        notes.append(f"ball of {diameter:g}, its centre at ({x}, {y}, {z}) from the flange's frame")
-        thin, thick = (1000 * value for value in part.facts["neck"])
-        notes.append(f"neck of {thin:g} at the ball, {thick:g} at its foot, straight between")
-        middle = ", ".join(f"{1000 * value:.0f}" for value in part.facts["centre_of_mass"])
-        notes.append(f"its mass has its centre at ({middle}) from there, without screws")
-    if part.circles:
-        notes.append("flat below: it needs neither centring nor pin, for the fit finds the ball")
-    if holes := part.facts.get("holes"):
-        places = ", ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in holes)
-        notes.append(f"holes of {SCREW_HOLE:g} for M6 at {places} from the sockets' middle")
+    values = {"making": part.making, "circles": part.circles, "screw_hole": SCREW_HOLE}
+    notes = rendered("notes.txt.j2", part=part.facts, **values)
     return drawing_bytes(part.name, part.solid, part.levels, part.circles, notes)
 
 

@@ -1,6 +1,5 @@
 """``mukca print-parts``: the socket base and the ball as files for a 3D printer."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -87,7 +86,7 @@ def run_print_parts(options: Options, terminal: Terminal) -> int:
         volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
         terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
         terminal.say(f"  {part.making}")
-        terminal.say(*(f"  {line}" for line in _lines(part.facts)))
+        terminal.say(*(f"  {line}" for line in part.lines))
     outputs = [str(options.out / name) for name in names]
     terminal.emit({"parts": [dict(part.facts) for part in parts], "outputs": outputs})
     return 0
@@ -147,49 +146,3 @@ def _mounts(options: Options) -> dict[str, printables.Mount]:
     if "none" in options.mount and (own or len(options.mount) > 1):
         raise printables.PrintableError("--mount none stands alone")
     return {name: printables.find_mount(name) for name in options.mount if name != "none"} | own
-
-
-def _lines(facts: Mapping[str, Any]) -> list[str]:
-    """Return the facts of a part that its user needs."""
-    lines: list[str] = []
-    if caliper := facts.get("caliper"):
-        holes = "  ".join(f"({1000 * x:g}, {1000 * y:g})" for x, y in facts["holes"])
-        lines += [
-            f"{len(facts['sockets'])} sockets, {1000 * facts['distance']:g} mm apart, for a ball "
-            f"of {1000 * facts['ball_diameter']:g} mm, {1000 * facts['sockets'][0][2]:g} mm above "
-            "the table",
-            f"a caliper reads {1000 * caliper['outside']:.2f} mm around two waists and "
-            f"{1000 * caliper['inside']:.2f} mm between them; the distance is the mean of the two",
-            f"M6 holes at {holes} mm from the sockets' middle",
-        ]
-    if places := facts.get("sockets_in_base"):
-        named = ("(" + ", ".join(f"{1000 * x:.1f}" for x in place) + ")" for place in places)
-        lines += [
-            f"sockets at {'  '.join(named)} mm in the arm's base frame: record as `anchored`, and "
-            "solve with --sockets-at and the CSV file",
-            "z counts from the arm's base frame: the second joint's axis should be "
-            f"{1000 * facts['second_axis_height']:.1f} mm above the table; add what yours is lower",
-        ]
-    if ball := facts.get("ball"):
-        # Options of `mukca solve` for this ball: a shipped model holds that of one mount already.
-        where = "--ball " + " ".join(f"{x:g}" for x in ball)
-        centre = ", ".join(f"{1000 * x:.0f}" for x in facts["centre_of_mass"])
-        robots: dict[str, list[str]] = {}
-        for robot, link in facts["flanges"].items():
-            robots.setdefault(link, []).append(robot)
-        places = [
-            f"place: --robot {'|'.join(names)} --flange {link or 'LINK'} {where} --tip printed_ball"
-            for link, names in robots.items()
-        ]
-        lines += [
-            *(places or [f"place: --flange LINK {where}"]),
-            f"its mass has its centre at ({centre}) mm in that link's frame, without screws: for "
-            "the payload that the arm is told",
-            f"bends {1000 * facts['bend']:.3f} mm under {printables.FORCE:g} N sideways at the "
-            f"ball (limit {printables.BEND_LIMIT:g} mm)",
-            f"leans {math.degrees(facts['tilt']):.0f} degrees to all sides in all sockets of this "
-            "base",
-            *([facts["note"]] if facts["note"] else []),
-            *(f"overhang beyond 45 degrees: {where}" for where in facts["overhangs"]),
-        ]
-    return lines or ["a slice of the clip: print it first, and see that it sits on the arm's plate"]
