@@ -26,8 +26,7 @@ from .rows import Rows, flanges, linearise
 FAR, ANY_TURN = 1.0, 3.0
 """Standard deviations of what is not known at all [m], [rad]."""
 ROUNDS, SETTLED = 40, 0.01
-"""Most steps, and the last one's: of samples in standard deviations of the noise, and of scales
-and weights."""
+"""Most steps, and the last one's: of samples in deviations of the noise, of scales and weights."""
 STEPS = (0.8, 0.93, 1.0, 1.07, 1.25)
 """Factors by which the scales of noise are tried."""
 
@@ -187,7 +186,7 @@ def fit(task: Task) -> System:
     state = _start(task)
     for round_ in range(ROUNDS):
         system = linear(task, state)
-        moved = _moved(system, system.solved())
+        moved = _moved(system)
         state = replace(moved, noise=_noise(system), weights=_weights(system, round_ > 1))
         change = _change(system, moved) / system.state.noise.place
         scales = abs(np.log(state.noise.place / system.state.noise.place))
@@ -195,6 +194,11 @@ def fit(task: Task) -> System:
         if round_ > 2 and max(change, scales, weights) < SETTLED:
             break
     return linear(task, state)
+
+
+def settled(system: System) -> bool:
+    """Return whether another step would move samples and places by less than the noise."""
+    return _change(system, _moved(system)) < system.state.noise.place
 
 
 def linear(task: Task, state: State) -> System:
@@ -249,9 +253,9 @@ def _start(task: Task) -> State:
     return State(x, tool, places, task.noise, np.ones(len(rows.q)))
 
 
-def _moved(system: System, y: np.ndarray) -> State:
-    """Return the state at y less mu."""
-    task, state = system.task, system.state
+def _moved(system: System) -> State:
+    """Return the state at the most probable unknowns."""
+    task, state, y = system.task, system.state, system.solved()
     n = len(task.prior.mean)
     x, tool, places = task.prior.mean + y[:n], state.tool.copy(), state.places.copy()
     tool[:3, 3] = x[task.prior.ball] + task.prior.model.ball.nominal[task.prior.ball]

@@ -28,8 +28,7 @@ from ..assessment import (
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
 from .evidence import EVERYTHING, NOTHING, NearestCause, explanations, probabilities
-from .fit import System, fit
-from .prior import ArmPrior
+from .fit import fit, settled
 from .sockets import known_of, socket_task
 
 CHANGED = 0.85
@@ -47,8 +46,6 @@ PUT_ON_AGAIN = 2e-3
 """Standard deviation of where a ball sits that was taken off and put on again [m]."""
 ZERO = 0.2
 """Standard deviation of a joint's zero that is to be found [rad], [m]."""
-ASTRAY = 1.0
-"""A joint's zero beyond which a fit did not converge [rad], [m]."""
 LEAST_SAID = 0.01
 """Probability below which an explanation is not shown."""
 _NEXT = {
@@ -196,7 +193,7 @@ def _weigh(
     single = [one for one in each if one.name != EVERYTHING]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
     system = fit(replace(task, free={**wide, **task.free}))
-    if _astray(prior, system):
+    if not settled(system):  # what did not converge is no evidence
         return Weighed({}), None
     odds = probabilities(system, each).tolist()
     weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
@@ -205,7 +202,7 @@ def _weigh(
         j = joints.index(weighed.likeliest)
         own = prior.zeros.start + j
         system = fit(replace(task, free={**task.free, own: ZERO}))
-        if _astray(prior, system):
+        if not settled(system):
             return Weighed({}), None
         offset = float(system.state.x[own] - prior.mean[own])
         rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
@@ -234,11 +231,6 @@ def _states_lengths(measured: Measurement) -> bool:
     """Return whether somebody measured a length of a recording."""
     seated = measured.has_distance and measured.distance_source != "default"
     return measured.kind == "points" or seated
-
-
-def _astray(prior: ArmPrior, system: System) -> bool:
-    """Return whether a fit left the range of joints: it is no evidence then."""
-    return not (abs(system.state.x - prior.mean)[prior.zeros] < ASTRAY).all()
 
 
 def _said(

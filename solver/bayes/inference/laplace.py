@@ -19,6 +19,7 @@ from .normal_equations import (
 from .objective import Objective, State, free_unknowns, prior_gradient, prior_precision, priors
 from .posterior import JointPosterior, Posterior
 from .state import moved
+from .uncertain_widths import over_widths, widths_held
 
 SWEEPS = 200
 DAMPING = 0.5
@@ -89,10 +90,11 @@ def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> JointPosterior:
     """Return the posterior at a state where the iteration has settled."""
     gaussian = _gaussian(objective, state)
-    widened = prior_precision(objective, gaussian.state, widened=True) + np.diag(gaussian.bounds)
+    held = widths_held(gaussian.state)
+    widened = prior_precision(objective, held, widened=True) + np.diag(gaussian.bounds)
     precision = _of_data(objective, gaussian.state, gaussian.normal).plus(widened)
     free = free_unknowns(objective, gaussian.state)[: objective.dense]
-    covariance = precision.inverse(free).whole()
+    covariance = over_widths(objective, gaussian.state, precision.inverse(free).whole())
     mean = gaussian.state
     if gaussian.change.any():
         mean = moved(objective, gaussian.state, gaussian.change)

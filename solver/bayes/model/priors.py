@@ -14,7 +14,7 @@ BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
 FARTHEST, MOST_OFF = 3.0, 0.1
 """A tool is nearer to the flange, and poses nearer to the nominal robot [m], if units are right."""
-TRANSLATION_WIDTH, ROTATION_WIDTH = 1e-3, 5e-3
+GEOMETRY_WIDTHS = {"translation": 1e-3, "rotation": 5e-3}
 """Widths of lengths [m] and angles [rad] at the start of the estimation."""
 COMMON_SCALE = 2e-3
 """Standard deviation of the whole robot's scale, 0.2 %. A caliper on a base of 50 mm gives the
@@ -41,8 +41,8 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     place = _ball_by_poses(model, data)
     expected = None if place is None else (place[ball], 0 * place[ball])
     geometry = [
-        PriorGroup("translation", "m", lengths, TRANSLATION_WIDTH, common=by_scale),
-        PriorGroup("rotation", "rad", angles, ROTATION_WIDTH),
+        PriorGroup("translation", "m", lengths, GEOMETRY_WIDTHS["translation"], common=by_scale),
+        PriorGroup("rotation", "rad", angles, GEOMETRY_WIDTHS["rotation"]),
         PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected),
     ]
     groups = [group for group in geometry if len(group.members)]
