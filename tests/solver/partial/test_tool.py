@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca import MukcaError
-from mukca.tools.simulation import Imperfection, reachable_bases, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 
@@ -138,3 +139,16 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     more = ("--axis", tmp_path / "spike.csv")
     status, _, error = command(*words[:3], *more)
     assert status == 2 and "tells no direction" in error and error.count("\n") == 1
+
+
+def test_an_arm_whose_samples_leave_open_if_lengths_or_angles_are_wrong_is_held_loosely():
+    robot, generator = mukca.load_robot("ur5e"), np.random.default_rng([7, 12])
+    arm, how = perturb(robot, generator, TRANSLATION, TURN), realistic_flaws(robot, generator)
+    bases = reachable_bases(arm, generator, 2)
+    train = [record(arm, base, generator, imperfection=how) for base in bases]
+    found = mukca.calibrate(robot, train).document.parameters
+    axes = ("x", "y", "z", "roll", "pitch", "yaw")
+    rows = ((joint.name, [*joint.origin.xyz, *joint.origin.rpy]) for joint in arm.joints)
+    true = {f"{name}.{axis}": v for name, own in rows for axis, v in zip(axes, own, strict=True)}
+    off = [(p.calibrated - true[p.name], p.standard_deviation) for p in found]
+    assert max(abs(one) / deviation for one, deviation in off if deviation) < 6
