@@ -196,9 +196,9 @@ def fit(task: Task) -> System:
     return linear(task, state)
 
 
-def settled(system: System) -> bool:
-    """Return whether another step would move samples and places by less than the noise."""
-    return _change(system, _moved(system)) < system.state.noise.place
+def next_step(system: System) -> float:
+    """Return by how much another step would move samples and places [m], [rad]."""
+    return _change(system, _moved(system))
 
 
 def linear(task: Task, state: State) -> System:

@@ -28,7 +28,7 @@ from ..assessment import (
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
 from .evidence import EVERYTHING, NOTHING, NearestCause, explanations, probabilities
-from .fit import fit, settled
+from .fit import fit, next_step
 from .sockets import known_of, socket_task
 
 CHANGED = 0.85
@@ -46,6 +46,8 @@ PUT_ON_AGAIN = 2e-3
 """Standard deviation of where a ball sits that was taken off and put on again [m]."""
 ZERO = 0.2
 """Standard deviation of a joint's zero that is to be found [rad], [m]."""
+ASTRAY = 1e-2
+"""A next step beyond which a fit did not converge [m]."""
 LEAST_SAID = 0.01
 """Probability below which an explanation is not shown."""
 _NEXT = {
@@ -193,7 +195,7 @@ def _weigh(
     single = [one for one in each if one.name != EVERYTHING]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
     system = fit(replace(task, free={**wide, **task.free}))
-    if not settled(system):  # what did not converge is no evidence
+    if next_step(system) > ASTRAY:  # what did not converge is no evidence
         return Weighed({}), None
     odds = probabilities(system, each).tolist()
     weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
@@ -202,7 +204,7 @@ def _weigh(
         j = joints.index(weighed.likeliest)
         own = prior.zeros.start + j
         system = fit(replace(task, free={**task.free, own: ZERO}))
-        if not settled(system):
+        if next_step(system) > ASTRAY:
             return Weighed({}), None
         offset = float(system.state.x[own] - prior.mean[own])
         rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
