@@ -6,17 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from ....recorder import (
-    METADATA,
-    SAMPLES,
-    find_placements,
-    placement_name,
-    read_keys,
-    read_metadata,
-    read_placement,
-    read_samples,
-    set_distance,
-)
+from .... import recorder
 from .. import JsonOption, Terminal, argument, option
 
 
@@ -34,12 +24,12 @@ class Options(JsonOption):
 
 def run_info(options: Options, terminal: Terminal) -> int:
     """Read and describe all placements."""
-    folders = find_placements(options.paths)
+    folders = recorder.find_placements(options.paths)
     if options.set_distance is not None:
         for folder in folders:
-            before = set_distance(folder, options.set_distance)
+            before = recorder.set_distance(folder, options.set_distance)
             if not options.json:
-                to = f"to {_length(options.set_distance)} in {folder / METADATA}"
+                to = f"to {_length(options.set_distance)} in {folder / recorder.METADATA}"
                 terminal.say(f"distance changed from {_length(before)} {to}")
     placements = [describe(folder) for folder in folders]
     terminal.emit({"placements": placements})
@@ -50,19 +40,20 @@ def run_info(options: Options, terminal: Terminal) -> int:
 
 def describe(folder: Path) -> dict[str, Any]:
     """Return what a placement holds, in SI units."""
-    content = read_samples(folder / SAMPLES) if (folder / SAMPLES).exists() else None
+    samples = folder / recorder.SAMPLES
+    content = recorder.read_samples(samples) if samples.exists() else None
     facts: dict[str, Any] = {
-        "name": placement_name(folder),
-        "files": [str(folder / SAMPLES)],
+        "name": recorder.placement_name(folder),
+        "files": [str(samples)],
         "taken_back": len(content.withdrawn) if content else 0,
-        "distance": read_keys(folder / METADATA).distance,
-        "metadata": read_metadata(folder / METADATA),
+        "distance": recorder.read_keys(folder / recorder.METADATA).distance,
+        "metadata": recorder.read_metadata(folder / recorder.METADATA),
     }
     if content and not content.live:
         nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
         joints = list(content.joint_names)
         return facts | nothing | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
-    placement = read_placement(folder)
+    placement = recorder.read_placement(folder)
     positions, sockets = placement.positions, placement.sockets.tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]

@@ -3,16 +3,7 @@
 from dataclasses import replace
 
 from ....errors import MukcaError
-from ....solver.assessment import (
-    DRAWN,
-    Options,
-    PlacementPrediction,
-    Predictions,
-    assess,
-    distance_text,
-    sample_errors,
-    setting,
-)
+from ....solver import assessment
 from ....solver.data import evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.results import CalibrationDocument, FitResult, fields_of
@@ -23,12 +14,14 @@ from .recommendations import solve_command, steps
 from .types import REPORT, CrossPlacement, ReportDocument, ReportProvenance
 
 
-def report_figures(document: CalibrationDocument, source: str, options: Options) -> ReportDocument:
+def report_figures(
+    document: CalibrationDocument, source: str, options: assessment.Options
+) -> ReportDocument:
     """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
-    found = assess(document, source, options)
+    found = assessment.assess(document, source, options)
     predictions, placements = found.predictions, found.placements
-    samples = sample_errors(predictions, DRAWN)
-    matrix = cross_placement(predictions, setting(document, source, "regularization"))
+    samples = assessment.sample_errors(predictions, assessment.DRAWN)
+    matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
     return ReportDocument(
         **{name: getattr(document, name) for name in FitResult.__struct_fields__},
         format=REPORT,
@@ -41,7 +34,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
         samples=samples,
         cross_placement=matrix,
         coverage=found.coverage,
-        distance_text=distance_text(document.placements),
+        distance_text=assessment.distance_text(document.placements),
         provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
         command=solve_command(document),
         verdict=found.verdict,
@@ -54,7 +47,7 @@ def report_figures(document: CalibrationDocument, source: str, options: Options)
 
 
 def cross_placement(
-    predictions: Predictions, regularization: float | None
+    predictions: assessment.Predictions, regularization: float | None
 ) -> CrossPlacement | None:
     """Return the errors everywhere by models trained on each placement alone; None for only one."""
     if len(predictions.placements) < 2:
@@ -74,7 +67,7 @@ def cross_placement(
     )
 
 
-def _row(problem: Problem, trained_on: PlacementPrediction) -> tuple[float, ...] | None:
+def _row(problem: Problem, trained_on: assessment.PlacementPrediction) -> tuple[float, ...] | None:
     if not trained_on.measured.has_distance:
         return None
     try:
