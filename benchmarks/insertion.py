@@ -29,11 +29,16 @@ from mukca.recorder import write_holes
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.cli import main as mukca
 from mukca.tools.experiments import Drawing, Insertions
-from mukca.tools.experiments.drawing import drawing_results, retrace
-from mukca.tools.experiments.insertion import insert_at_centre, insert_on_cross, insertion_results
 from mukca.tools.experiments.motion import ROWS_PER_SECOND, Cell
 from mukca.tools.experiments.runs import record_placements
 from mukca.tools.experiments.scene import urdf_of
+from mukca.tools.experiments.tasks import (
+    drawing_results,
+    insert_at_centre,
+    insert_on_cross,
+    insertion_results,
+    retrace,
+)
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import DEMO_SEED, demo_arm
 

@@ -21,20 +21,14 @@ _NAME = re.compile(r"[\w.-]+")
 
 @dataclass(frozen=True)
 class PlacementKeys:
-    """Those keys of ``placement.json`` that a recording is read by, where it has them."""
+    """Those keys of ``placement.json`` that a recording is read by: fields of a Placement."""
 
     distance: float | None = None
-    """Distance between the centres of sockets 0 and 1 [m]."""
     distance_assumed: bool = False
-    """True where nobody is known to have measured it."""
     frame: str | None = None
-    """Name of the instrument's frame."""
     robot_name: str | None = None
-    """Name of the robot among several."""
     place: str | None = None
-    """Name of the socket base's position."""
     poses_of: str | None = None
-    """Content of ``poses.csv``, see :attr:`.Placement.poses_of`."""
 
 
 @dataclass(frozen=True)

@@ -123,13 +123,8 @@ def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
 
-def self_motion(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
-    """Return evenly spaced configurations that hold a pose like q, over the elbow's range."""
-    return np.array([*_walk(model, q, pose, -1.0)[::-1], q, *_walk(model, q, pose, +1.0)])
-
-
 def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.ndarray]:
-    """Return the steps along the null vector of J until a joint is near its limit."""
+    """Return the steps of a self-motion, along the null vector of J, until a limit is near."""
     lower = np.asarray(model.model.lowerPositionLimit) + MARGIN
     upper = np.asarray(model.model.upperPositionLimit) - MARGIN
     walked: list[np.ndarray] = []
@@ -200,7 +195,9 @@ class Cell:
         self, point: np.ndarray, fraction: float, generator: np.random.Generator
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
-        postures = self_motion(self.truth, self.guide(point), pose_above(point))
+        q, pose = self.guide(point), pose_above(point)
+        back, on = (_walk(self.truth, q, pose, sense) for sense in (-1.0, 1.0))
+        postures = np.array([*back[::-1], q, *on])  # evenly spaced, over the elbow's range
         q = postures[int(fraction * len(postures))]
         aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
         return reach(self.truth, q, pose_above(point + aside))

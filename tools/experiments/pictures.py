@@ -12,13 +12,12 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from ...errors import MukcaError
-from .drawing import CENTRE as PAPER
-from .drawing import figure
-from .insertion import CENTRE as HOLE
 from .motion import ROWS_PER_SECOND, Trial
 from .results import Insertion
 from .runs import ExperimentRun
 from .scene import HOLE_DEPTH, OPEN_TO, TABLE, Scene
+from .tasks import CENTRE as HOLE
+from .tasks import PAPER, figure
 
 WIDTH, HEIGHT = 320, 240
 """Of one picture [pixels]."""

@@ -11,11 +11,16 @@ from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot
 from ..simulation import SEAT_NOISE, Base, demo_bases, record
-from .drawing import drawing_results, retrace
-from .insertion import insert_at_centre, insert_on_cross, insertion_results
 from .motion import Cell, Result, Trial
 from .results import ModelTrials
 from .scene import Scene, urdf_of
+from .tasks import (
+    drawing_results,
+    insert_at_centre,
+    insert_on_cross,
+    insertion_results,
+    retrace,
+)
 
 WORDS = ("nominal", "calibrated", "true")
 FAR = Base("far", np.array([0.6, 0.0, 0.1]), np.array([1.0, 0.0, 0.0]))

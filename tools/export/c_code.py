@@ -13,29 +13,17 @@ from typing import Any
 import casadi as ca
 from jinja2 import Environment, FileSystemLoader
 
+from ...solver import robot as robots
 from ...solver.results import CalibratedRobot
-from ...solver.robot import (
-    AWAY,
-    LAST,
-    MARGIN,
-    NEAR,
-    NO_TOOL,
-    ROUNDS,
-    SETTLED,
-    SHORTEST,
-    STILL,
-    STUCK,
-    TINY,
-    TOLERANCE,
-    PoseModel,
-    Robot,
-    limited_step,
-    moments_function,
-    newton_step,
-)
+from ...solver.robot import PoseModel, Robot, limited_step, moments_function, newton_step
 from .request import Exported, ExportError, Request, plain
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
+NUMBERS = (
+    *("ROUNDS", "STUCK", "NEAR", "LAST", "TINY", "AWAY", "MARGIN", "TOLERANCE", "SETTLED"),
+    *("STILL", "SHORTEST"),
+)
+"""Of the inverse kinematics, as :mod:`mukca.solver.robot` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
 _KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}
@@ -157,7 +145,7 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
     (lower, upper), away = map(ca.DM, _limits(robot)), ca.SX.sym("away")
     change = limited_step(step, lower + away, upper - away)
     value = ca.vertcat(step.left, change)
-    value = ca.substitute(value, step.symbols["tool"], ca.DM(NO_TOOL))
+    value = ca.substitute(value, step.symbols["tool"], ca.DM(robots.NO_TOOL))
     return {name: step.symbols[name] for name in ("q", "target", "prefer")} | {"away": away}, value
 
 
@@ -186,8 +174,6 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     )
     name = request.file.stem
     lines = [plain(line) for line in [*request.identity.lines(), *about]]
-    numbers = {"rounds": ROUNDS, "stuck": STUCK, "near": NEAR, "last": LAST, "tiny": TINY}
-    numbers |= {"off": AWAY, "margin": MARGIN}
-    numbers |= {"tolerance": TOLERANCE, "settled": SETTLED, "still": STILL, "shortest": SHORTEST}
-    names = {"arm": name, "ARM": name.upper()} | {k: f"{x:g}" for k, x in numbers.items()}
+    numbers = {word: f"{getattr(robots, word):g}" for word in NUMBERS}
+    names = {"arm": name, "ARM": name.upper(), **numbers}
     return environment.get_template(template).render(about=lines, **names, **words).encode()

@@ -131,7 +131,11 @@ def _matched(model: Any, request: Request) -> list[int]:
     called = list(zip(single, names, strict=True))
     candidates = [[j for j, name in called if name == w] for w in wanted]
     if given is None and not all(candidates):
-        candidates = [[j for j, name in called if _same(name, w)] for w in wanted]
+        # alike but for what stands before them, as panda_ or left/
+        candidates = [
+            [j for j, name in called if name.endswith(w) or (name and w.endswith(f"_{name}"))]
+            for w in wanted
+        ]
     if all(len(each) == 1 for each in candidates):
         return [each[0] for each in candidates]
     if not any(candidates) and given is None and len(single) == len(wanted):
@@ -147,11 +151,6 @@ def _matched(model: Any, request: Request) -> list[int]:
         f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
         f"{', '.join(missing)}; its own: {', '.join(names) or 'none'}; --joints names them"
     )
-
-
-def _same(name: str, other: str) -> bool:
-    """Tell whether two names are one but for what stands before them, as panda_ or left/."""
-    return name.endswith(other) or (name != "" and other.endswith(f"_{name}"))
 
 
 def _laid(

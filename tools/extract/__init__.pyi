@@ -1,5 +1,5 @@
+from .boards import JOINTS as JOINTS
 from .boards import Board as Board
-from .boards import has_images as has_images
 from .boards import joints_of as joints_of
 from .boards import read_images as read_images
 from .log import Log as Log

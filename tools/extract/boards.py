@@ -17,6 +17,7 @@ from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quat
 from ...solver.data import turn
 
 JOINTS = "joints.csv"
+"""In a folder of images, a row of joint positions for each."""
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 FEWEST_CORNERS = 8
 """Corners from which a board's pose is told."""
@@ -35,11 +36,6 @@ class Board:
     marker: float = 0.021
     """Side of a marker [m]."""
     dictionary: str = "5X5_100"
-
-
-def has_images(folder: Path) -> bool:
-    """Return whether a folder holds images beside ``joints.csv``."""
-    return folder.is_dir() and (folder / JOINTS).is_file()
 
 
 def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Placement:

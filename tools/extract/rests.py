@@ -249,7 +249,10 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
     for number, proposal in enumerate(proposals, start=1):
         rest = proposal.timed
-        end = _moment(log, times, rest.end, rest.rest.position)
+        off = np.abs(log.stamps - rest.end)
+        nearest = np.flatnonzero(off <= off.min() + 1e-9)  # parts may have equal stamps
+        there = np.abs(log.positions[nearest] - np.array(rest.rest.position)).max(axis=1)
+        end = float(times[nearest[np.argmin(there)]])
         x = panel.x(end - (rest.end - rest.begin))
         size = {"width": max(2.0, panel.x(end) - x), "height": panel.bottom - panel.top}
         colour = "none" if proposal.placement is None else f"socket-{proposal.socket % SOCKETS}"
@@ -262,11 +265,3 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
         ends = [(b, end) for b in blocks for end in (heights[b].max(), heights[b].min())]
         panel.line([(float(times[b[0]]), float(end)) for b, end in ends], "curve")
     return panel.file(STYLE)
-
-
-def _moment(log: Log, times: np.ndarray, stamp: float, position: Sequence[float]) -> float:
-    """Return the time of a stamp; of equal ones, that at which the arm stood there."""
-    off = np.abs(log.stamps - stamp)
-    nearest = np.flatnonzero(off <= off.min() + 1e-9)
-    there = np.abs(log.positions[nearest] - np.array(position)).max(axis=1)
-    return float(times[nearest[np.argmin(there)]])

@@ -15,7 +15,7 @@ from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.partial import what_changed
 from ...solver.results import agreement
-from ...solver.robot import Robot, load_robot
+from ...solver.robot import load_robot
 from ..report import build_report
 from .document import (
     FleetArm,
@@ -88,12 +88,16 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     model, arguments = arm.folder / MODEL, dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
+    # What the arms tell of their type together is not to count the same prior for each.
+    prior = ("none",) if arm.settings.method == "auto" else ()
+    settings = vars(replace(arm.settings, type_prior=prior))
     try:
         robot = load_robot(**arguments)
         before: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items():
             placements = [read_placement(folder) for folder in folders]
-            calibration = _fit(arm, robot, placements)
+            first, *rest = placements
+            calibration = calibrate(robot, [first, *rest[:-1]], test=rest[-1:], **settings)
             drift = None if before is None else _drift(arm, *before, placements)
             sessions.append(_session(arm, name, calibration, drift))
             if not calibration.document.distorted:
@@ -104,14 +108,6 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
         name=arm.folder.name, robot=arguments["robot"], sessions=tuple(sessions), error=error
     )
     return msgspec.structs.replace(row, again=_again(row))
-
-
-def _fit(arm: ArmFolder, robot: Robot, placements: Sequence[Placement]) -> Calibration:
-    first, *rest = placements
-    # What the arms tell of their type together is not to count the same prior for each.
-    prior = ("none",) if arm.settings.method == "auto" else ()
-    settings = vars(replace(arm.settings, type_prior=prior))
-    return calibrate(robot, [first, *rest[:-1]], test=rest[-1:], **settings)
 
 
 def _session(

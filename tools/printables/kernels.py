@@ -62,15 +62,16 @@ def to_mesh(manifold: "Manifold") -> Mesh:
 @lru_cache(maxsize=128)
 def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
     """Evaluate a solid's tree, equal ones once; chords are so far from round surfaces [mm]."""
-    from manifold3d import Manifold, OpType
+    from manifold3d import CrossSection, Manifold, OpType
 
     match solid:
         case Sphere(radius):
             return Manifold.sphere(radius, _segments(radius, chord))
         case Frustum(height, low, high):
             return Manifold.cylinder(height, low, high, _segments(max(low, high), chord))
-        case Prism():
-            return _prism(solid)
+        case Prism(outlines, height):
+            section = CrossSection([np.array(outline, dtype=float) for outline in outlines])
+            return Manifold.extrude(section, height)
         case Moved(inner, offset):
             body = to_manifold(inner, chord)
             body.num_tri()  # evaluates it: what is moved stands at several places
@@ -83,13 +84,6 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
             return to_manifold(left, chord) ^ to_manifold(right, chord)
         case _:
             raise TypeError(f"no such solid: {type(solid).__name__}")
-
-
-def _prism(prism: Prism) -> "Manifold":
-    from manifold3d import CrossSection, Manifold
-
-    section = CrossSection([np.array(outline, dtype=float) for outline in prism.outlines])
-    return Manifold.extrude(section, prism.height)
 
 
 def _segments(radius: float, chord: float) -> int:
@@ -145,8 +139,12 @@ def _shape(solid: Solid) -> Shape:
             return primitives.BRepPrimAPI_MakeCylinder(low, height).Shape()
         case Frustum(height, low, high):
             return primitives.BRepPrimAPI_MakeCone(low, high, height).Shape()
-        case Prism():
-            return _exact_prism(solid)
+        case Prism(outlines, height):  # what runs anticlockwise, less what runs clockwise
+            bodies, holes = (
+                [_extruded(o, height) for o in outlines if sign * signed_area(o) > 0]
+                for sign in (1, -1)
+            )
+            return _boolean("Cut", _boolean("Fuse", *bodies), *holes)
         case Moved(inner, offset):
             move = _ocp("gp").gp_Trsf()
             move.SetTranslation(_ocp("gp").gp_Vec(*offset))
@@ -161,15 +159,6 @@ def _shape(solid: Solid) -> Shape:
             return _boolean("Common", _shape(left), _shape(right))
         case _:
             raise TypeError(f"no such solid: {type(solid).__name__}")
-
-
-def _exact_prism(prism: Prism) -> Shape:
-    """Extrude each outline that runs anticlockwise, then cut out those that run clockwise."""
-    bodies, holes = (
-        [_extruded(o, prism.height) for o in prism.outlines if sign * signed_area(o) > 0]
-        for sign in (1, -1)
-    )
-    return _boolean("Cut", _boolean("Fuse", *bodies), *holes)
 
 
 def _extruded(outline: Outline, height: float) -> Shape:

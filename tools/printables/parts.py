@@ -115,15 +115,11 @@ def ball_part(name: str, ball: BallPart) -> Part:
     }
     circles = [ball.mount.holes] if ball.mount.holes else []
     part = _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)], circles)
-    middle = ball.in_frame(_centre_of_mass(part.mesh))
-    return replace(part, facts={**part.facts, "centre_of_mass": [x / 1000 for x in middle]})
-
-
-def _centre_of_mass(mesh: Mesh) -> float:
-    """Return the height of the middle of a body's mass, full of plastic [mm]."""
-    corners = mesh.vertices[mesh.triangles].astype(np.float64)
+    corners = part.mesh.vertices[part.mesh.triangles].astype(np.float64)
     volumes = np.linalg.det(corners)  # of the tetrahedra from the origin, times six
-    return float(volumes @ corners[:, :, 2].sum(axis=1) / (4 * volumes.sum()))
+    height = float(volumes @ corners[:, :, 2].sum(axis=1) / (4 * volumes.sum()))
+    middle = ball.in_frame(height)  # of its mass, full of plastic
+    return replace(part, facts={**part.facts, "centre_of_mass": [x / 1000 for x in middle]})
 
 
 def _checked(

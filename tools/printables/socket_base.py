@@ -248,7 +248,12 @@ def place_holes(
     best: tuple[Point, ...] = ()
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):
         for x, y in itertools.product(columns, range(int(PITCH))):
-            free = [p for p in _grid(area, x, y) if not _is_blocked(p, discs, blocked)]
+            free = [
+                point
+                for point in _grid(area, x, y)
+                if not any(math.dist(point, disc[:2]) < disc[2] for disc in discs)
+                and not any(a < point[0] < c and b < point[1] < d for a, b, c, d in blocked)
+            ]
             best = max(best, _outermost(free), key=signed_area)
         if len(best) >= 3:
             return best
@@ -260,13 +265,6 @@ def _grid(area: Box, x: float, y: float) -> Iterable[Point]:
     columns = range(math.ceil((x0 - x) / PITCH), math.floor((x1 - x) / PITCH) + 1)
     rows = range(math.ceil((y0 - y) / PITCH), math.floor((y1 - y) / PITCH) + 1)
     return ((x + PITCH * i, y + PITCH * j) for i, j in itertools.product(columns, rows))
-
-
-def _is_blocked(point: Point, discs: Sequence[Disc], boxes: Sequence[Box]) -> bool:
-    x, y = point
-    return any(math.dist(point, disc[:2]) < disc[2] for disc in discs) or any(
-        x0 < x < x1 and y0 < y < y1 for x0, y0, x1, y1 in boxes
-    )
 
 
 def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:

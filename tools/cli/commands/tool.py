@@ -196,7 +196,7 @@ def _views(path: Path, options: HandeyeOptions) -> "list[recorder.Placement]":
         path = path / POSES
     if path.suffix == ".csv" and path.is_file():
         return [recorder.read_points(path, path.stem)]
-    if not extract.has_images(path):
+    if not (path / extract.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
     board = extract.Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)

@@ -39,7 +39,10 @@ def steps(
     if status["data_checks"] != "pass":
         text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = "figures that can be believed"
-        steps.append(Step(text=text, command=check_command(document), expected=words))
+        folders = [row.folder for row in document.data]
+        same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
+        command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
+        steps.append(Step(text=text, command=command, expected=words))
         steps += _leave_out(predictions, placements)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
         steps += _measure(document, placements)
@@ -158,13 +161,6 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
 
 _CHAIN = ("base", "tip", "flange", "ball")
 """Settings that name the links of a robot."""
-
-
-def check_command(document: CalibrationDocument) -> str:
-    """Return the command that looks at the recordings."""
-    folders = [row.folder for row in document.data]
-    same = {key: document.settings.get(key) for key in ("distance", "zeros")}
-    return shlex.join(["mukca", "check", *folders, *_one_robot(document), *as_options(same)])
 
 
 def record_command(document: CalibrationDocument) -> str:
