@@ -84,7 +84,7 @@ def sockets(robot: Robot, arguments: argparse.Namespace) -> None:
     for amplitude in arguments.amplitude:
         for count in arguments.placements:
             rows: list[tuple[float, float]] = []
-            for seed in range(arguments.arms):
+            for seed in range(arguments.first, arguments.first + arguments.arms):
                 _, data = mukca.simulate_recordings(
                     robot, count + 3, seed=seed, curves=amplitude, compliance=3e-5
                 )
@@ -171,6 +171,7 @@ def main() -> None:
     parser.add_argument("--amplitude", nargs="+", type=float, default=[3e-4])
     parser.add_argument("--placements", nargs="+", type=int, default=[1, 2, 4])
     parser.add_argument("--arms", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0, help="seed of sockets and route")
     parser.add_argument("--samples", nargs="+", type=int, default=[200])
     arguments = parser.parse_args()
     robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)

@@ -7,9 +7,10 @@ import numpy as np
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom
 from .curve_marginal import CurvePrior, Marginal, curve_covariance, marginal
 from .hyperparameters import updated_groups
-from .laplace import log_evidence_of_scales
+from .laplace import log_evidence_of_scales, log_prior_share
 from .linear_samples import LinearSamples, Rest, rest_of
 from .objective import Objective, State, priors
+from .truncated_gaussian import expectation_propagation
 
 SHORTEST, LONGEST = 0.02, 0.2
 """Bounds of the curves' length [rad]."""
@@ -177,4 +178,11 @@ def _log_evidence(fit: _Iteration) -> float:
     for group, free in priors(state):
         off = (state.x[group.members] - group.mean)[free]
         terms.append(-0.5 * float(off @ group.precision(group.width, free) @ off))
+    limited = [g.members for g in state.groups if g.non_negative and g.width]
+    if limited:
+        b = np.concatenate(limited)
+        b = b[fit.rest.free[b]]
+        known = sharp.covariance[np.ix_(b, b)]
+        share = expectation_propagation(state.x[b] + y[b], known).log_share
+        terms.append(share - log_prior_share(state))
     return sum(terms) + log_evidence_of_scales(state, np.bincount(samples.sources).tolist())

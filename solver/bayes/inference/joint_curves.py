@@ -1,5 +1,6 @@
 """The fit of each joint's error curve together with everything else."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -48,47 +49,67 @@ def may_have_curves(found: JointPosterior) -> bool:
     return told or ((measured or len(found.scene.placements) > 1) and not plays)
 
 
-def with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
+def with_joint_curves(
+    found: JointPosterior, others: Sequence[tuple[JointPosterior, float]] = ()
+) -> tuple[JointPosterior, str]:
     """Return a result with error curves of its joints where the data support them, and why.
 
     Args:
         found: The result without curves.
+        others: Those of other models of the same data, of which one may be more probable beside
+            curves, and the logarithms of their odds against the first before the data.
     """
     try:
-        return _with_joint_curves(found)
+        return _with_joint_curves(found, others)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
         return found, "not supported by the data (with them, the fit does not settle)"
 
 
-def _with_joint_curves(found: JointPosterior) -> tuple[JointPosterior, str]:
-    models = [arm.model for arm in found.arms]
-    movements = [one for one, _, _ in found.movements]
-    readings, given = build_objective(models, found.scene, movements), given_curves(models)
-    state = resumed(found, readings)
-    none = np.zeros(state.linear.by_joints.shape[::2])
-    samples = linear_samples(readings, state, none)
+def _with_joint_curves(
+    found: JointPosterior, others: Sequence[tuple[JointPosterior, float]]
+) -> tuple[JointPosterior, str]:
+    readings, state, samples = _around(found)
+    n, given = len(samples.errors), given_curves(readings.model.models)
     if given is not None:
-        rows = _drawn(len(none), MOST_SAMPLES)
+        rows = _drawn(n, MOST_SAMPLES)
         few, prior = given.relative(samples.of(rows), state.x), CurvePrior(*given.scales)
         fitted = marginalised(readings, state, few, prior, np.ones(len(rows)))
-        fitted = replace(fitted, log_evidence=0.0)
+        fitted = replace(fitted, log_evidence=found.log_evidence)
         return _settled(found, readings, (rows, few), fitted, given), GIVEN
     plain = fitted = None
     for most in (FIRST_SAMPLES, MOST_SAMPLES):
-        rows = _drawn(len(none), most)
+        rows = _drawn(n, most)
         few, all_alike = samples.of(rows), np.ones(len(rows))
         near, flat = plain.state if plain else state, CurvePrior(0.0, LONGEST)
         plain = marginalised(readings, near, few, flat, all_alike)
         near, prior = (fitted.state, fitted.prior) if fitted else _first(plain.state, few)
         fitted = marginalised(readings, near, few, prior, plain.weights)
         gain = fitted.log_evidence - plain.log_evidence
-        if gain <= HINT or len(rows) == len(none):
+        if gain <= HINT or len(rows) == n:
             break
     evidence = f"(log evidence {gain:+.1f})"
     if not gain > LOG_EVIDENCE:
         return found, f"not supported by the data {evidence}"
-    fitted = replace(fitted, log_evidence=gain)
-    return _settled(found, readings, (rows, few), fitted, None), f"kept {evidence}"
+    best, most = (found, readings, few, fitted), fitted.log_evidence
+    for other, odds in others:
+        own, near, every = _around(other)
+        near, some = replace(near, noises=fitted.state.noises), every.of(rows)
+        fit = marginalised(own, near, some, fitted.prior, fitted.weights)
+        if fit.log_evidence + odds > most:
+            best, most = (other, own, some, fit), fit.log_evidence + odds
+    chosen, own, few, fit = best
+    whole = found.log_evidence + fit.log_evidence - plain.log_evidence
+    fit = replace(fit, log_evidence=whole)
+    return _settled(chosen, own, (rows, few), fit, None), f"kept {evidence}"
+
+
+def _around(found: JointPosterior) -> tuple[Objective, State, LinearSamples]:
+    """Return the objective of a result without curves, its state and the samples around that."""
+    models = [arm.model for arm in found.arms]
+    readings = build_objective(models, found.scene, [one for one, _, _ in found.movements])
+    state = resumed(found, readings)
+    none = np.zeros(state.linear.by_joints.shape[::2])
+    return readings, state, linear_samples(readings, state, none)
 
 
 def _drawn(count: int, most: int) -> np.ndarray:
@@ -216,7 +237,7 @@ def _posterior(
         state,
         whole[np.ix_(picked, picked)],
         fitted.weights,
-        found.log_evidence + fitted.log_evidence,
+        fitted.log_evidence,
         [*iterates, state.x],
     )
 

@@ -236,13 +236,13 @@ def _gaussian(objective: Objective, state: State) -> _Gaussian:
         return _Gaussian(state, normal, pulled, precision[: objective.dense], result)
     bounded = expectation_propagation(mean[b], covariance.dense[np.ix_(b, b)])
     precision[b], pulled[b] = bounded.precision, bounded.pull
-    result += bounded.log_share - _log_prior_share(state)
+    result += bounded.log_share - log_prior_share(state)
     within = hessian.plus(np.diag(precision[: objective.dense])).inverse(free)
     change = within.times(pulled - precision * x - slope)
     return _Gaussian(state, normal, change, precision[: objective.dense], result)
 
 
-def _log_prior_share(state: State) -> float:
+def log_prior_share(state: State) -> float:
     """Return log A: a half is within the bound for each unknown whose mean is zero."""
     shares = [
         erfc(-mean / variance**0.5 / sqrt(2)) / 2

@@ -23,14 +23,16 @@ Refit = Callable[[JointPosterior, MultiRobotObservations], JointPosterior]
 """Fits a model again, to other data of the same robots."""
 
 
-def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
-    """Return the probability of each model by its evidence and ALSO_TILTS, shape (len(models),)."""
+def log_odds(model: JointPosterior) -> float:
+    """Return the logarithm of a model's odds before the data, by ALSO_TILTS."""
     pair = {COMPLIANCE.name, TILT.name}
-    both = [
-        sum(pair <= {g.name for g in arm.groups if g.width} for arm in model.arms)
-        for model in models
-    ]
-    evidence = np.array([model.log_evidence for model in models]) + np.array(both) * log(ALSO_TILTS)
+    both = sum(pair <= {g.name for g in arm.groups if g.width} for arm in model.arms)
+    return both * log(ALSO_TILTS)
+
+
+def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
+    """Return the probability of each model by its evidence and odds, shape (len(models),)."""
+    evidence = np.array([model.log_evidence + log_odds(model) for model in models])
     odds = np.exp(evidence - evidence.max())
     return odds / odds.sum()
 

@@ -10,10 +10,11 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate, may_have_curves, with_joint_curves
+from ..inference import JointPosterior, estimate
 from ..model import Expected, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
+from .curved_models import with_curves
 from .model_averaging import averaged, held_out_errors, mean_fall, model_probabilities
 from .moved_places import FoundMovement, movements_by_evidence
 
@@ -97,13 +98,15 @@ def select_models(
     tried, told = _with_movements(fit, geometric, order, movements, progress)
     models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     probabilities = model_probabilities(models)
+    mean = averaged(models, probabilities) if len(models) > 1 else models[0]
+    curves = CURVE.extension in stages
+    full, note = with_curves(mean, tried.models, progress) if curves else (mean, "")
+    if _active(full) != _active(mean):
+        models, probabilities, words = [full], np.ones(1), "; beside curves"
     notes = _notes(tried, types, models, probabilities, words)
-    full = averaged(models, probabilities) if len(models) > 1 else models[0]
-    if CURVE.extension in stages:
-        full = _with_curves(full, notes, progress)
-    if zeros:
-        for own, arm in zip(notes, full.arms, strict=True):
-            own.append(joint_offsets_in_words(arm))
+    for own, arm in zip(notes, full.arms, strict=True):
+        own += [f"{CURVE.extension}: {note}"] if note else []
+        own += [joint_offsets_in_words(arm)] if zeros else []
     return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
 
 
@@ -150,19 +153,6 @@ def _notes(
             share = 100 * float(probabilities[by_type].sum())
             own.append(f"type prior: counts by {share:.0f} %")
     return notes
-
-
-def _with_curves(
-    full: JointPosterior, notes: Sequence[list[str]], progress: Callable[[str], None]
-) -> JointPosterior:
-    """Return a result with error curves where the data support them, and note it."""
-    if not may_have_curves(full):
-        return full
-    progress(CURVE.extension)
-    full, note = with_joint_curves(full)
-    for own in notes:
-        own.append(f"{CURVE.extension}: {note}")
-    return full
 
 
 def _effects_of(robot: Robot, given: GivenPrior | None) -> tuple[str, ...]:
@@ -296,4 +286,6 @@ def _kept(found: JointPosterior) -> tuple[frozenset[str], ...]:
 
 
 def _active(found: JointPosterior) -> tuple[tuple[str, ...], ...]:
-    return tuple(tuple(group.name for group in arm.groups if group.width) for arm in found.arms)
+    """Return the names of each robot's groups that are not held at zero, but curves."""
+    names = [[group.name for group in arm.groups if group.width] for arm in found.arms]
+    return tuple(tuple(name for name in own if name != CURVE.name) for own in names)
