@@ -6,8 +6,9 @@
     python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
     python benchmarks/guide.py --enough --arms 4    ENOUGH of two placements, and what solve says
     python benchmarks/guide.py --travel --arms 5    how far a hand leads the arm from pose to pose
+    python benchmarks/guide.py --curves --arms 3    error curves: errors by poses for these
 
-With these two ``--arms`` are those of each robot, from the seed of ``--first`` on.
+With these three ``--arms`` are those of each robot, from the seed of ``--first`` on.
 
 A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
 The operator's travel from pose to pose, and so the spread of the poses, match real recordings:
@@ -23,7 +24,7 @@ over its predicted deviation is squared and averaged over all arms, and should c
 import argparse
 import itertools
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -35,7 +36,8 @@ from worlds import realistic_flaws
 from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.assessment import repeatability_of
 from mukca.solver.bayes.inference import Posterior, estimate
-from mukca.solver.bayes.model import ExtendedModel, Noise, extend
+from mukca.solver.bayes.model import Deflection, ExtendedModel, Noise, extend
+from mukca.solver.bayes.model.effects import COMPLIANCE, CURVE, TYPICAL_LENGTH, random_curves
 from mukca.solver.calibration import calibrate
 from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
 from mukca.solver.design import (
@@ -58,7 +60,14 @@ from mukca.solver.robot import (
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector
-from mukca.tools.simulation import Base, lead, perturb, reachable_bases, record
+from mukca.tools.simulation import (
+    Base,
+    Imperfection,
+    lead,
+    perturb,
+    reachable_bases,
+    record,
+)
 
 NOISE = 1e-4
 STEP = 0.8
@@ -314,6 +323,44 @@ def compare_travel(first: int, count: int, names: list[str], workers: Workers) -
         "asked", *ASKED))  # fmt: skip
 
 
+def curved(each: int, case: tuple[str, int]) -> tuple[float, ...]:
+    """Return errors elsewhere of an arm whose joints have error curves, twice so many + so many.
+
+    Poses are those for curves, those for other arms, and random ones within reach.
+    """
+    name, seed = case
+    robot = load_robot(name)
+    generator = np.random.default_rng([seed, list(shipped_robots()).index(name), 7])
+    arm, m = perturb(robot, generator, 2e-3, 5e-3), len(robot.joint_names)
+    curves = CURVE.typical_shift * random_curves(m, TYPICAL_LENGTH, generator)
+    bent = Deflection((COMPLIANCE.name, CURVE.name), (3e-5 * generator.random(m), curves))
+    how = Imperfection(5e-5, bent)
+    first, second, *others = reachable_bases(arm, generator, 5)
+    test = [record(arm, base, generator, imperfection=how) for base in others]
+    errors: list[float] = []
+    for of in (robot, replace(robot, name="other"), None):
+        hand, earlier = Hand(arm, np.random.default_rng([seed, 8]), noise=0.0), list[Placement]()
+        for base in (first, second):
+            coach, samples = PoseSelector(of or robot, base.distance, earlier=earlier), []
+            order, hand.aim = (*[0] * 6, *[1] * 6) * (each // 6), None
+            for socket, following in itertools.zip_longest(order, order[1:], fillvalue=1):
+                (read,) = lead(arm, base.sockets[socket][None], hand.generator, how, hand)
+                samples.append(Sample(tuple(read.tolist()), socket, number=len(samples) + 1))
+                hand.aim = planned(coach, samples, following, read) if of else None
+            earlier.append(Placement(base.name, tuple(samples), robot.joint_names, base.distance))
+        found = calibrate(robot, earlier, test=test).errors.summary.test
+        errors.append(found.calibrated.mean_absolute_error)
+    print(name, seed, *(f"{1e3 * one:.3f}" for one in errors), flush=True)
+    return tuple(errors)
+
+
+def compare_curved(first: int, count: int, each: int, names: list[str], workers: Workers) -> None:
+    cases = [(name, seed) for name in names for seed in range(first, first + count)]
+    found = 1e3 * np.array(workers.map(partial(curved, each), cases))
+    means = "by poses for curves {:.3f}, for other arms {:.3f}, random {:.3f}"
+    print(f"{each} + {each} at two placements, mm:", means.format(*found.mean(axis=0)))
+
+
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -413,11 +460,12 @@ def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> f
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=24)
-    parser.add_argument("--first", type=int, default=0, help="seed of --enough and --travel")
+    parser.add_argument("--first", type=int, default=0, help="seed of --enough, --travel, --curves")
     parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
     parser.add_argument("--enough", action="store_true", help="--arms of each robot")
     parser.add_argument("--travel", action="store_true", help="--arms of each robot")
+    parser.add_argument("--curves", action="store_true", help="--arms of each, --each in a socket")
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
@@ -431,6 +479,9 @@ def main() -> None:
     elif arguments.travel:
         names = arguments.robots or list(TRAVELLED)
         compare_travel(arguments.first, arguments.arms, names, read_options(arguments).workers)
+    elif arguments.curves:
+        names, workers = arguments.robots or ["ur10"], read_options(arguments).workers
+        compare_curved(arguments.first, arguments.arms, arguments.each, names, workers)
     else:
         names = arguments.robots or list(shipped_robots())
         simulate(arguments.arms, names, arguments.goal_mm, read_options(arguments).workers)

@@ -10,7 +10,6 @@ from mukca.solver.bayes.model.effects import curve_values, random_curves
 from mukca.solver.design import (
     CurveAnnealing,
     Reach,
-    curve_route,
     expected_groups,
     from_prior,
     plan_poses,
@@ -38,11 +37,9 @@ def pools(known):
 def left_unknown(known, poses, sockets):
     """Mean variances of distances after samples, with the arm's scale and without it."""
     samples = [(q[None], k) for q, k in zip(poses, sockets, strict=True)]
-    joint, lengths = curve_route._joint_covariance(known, samples)
-    n = 3 * len(poses)
-    d = joint[n:, n:] - joint[n:, :n] @ np.linalg.solve(joint[:n, :n] + np.eye(n), joint[:n, n:])
-    scale = lengths / np.linalg.norm(lengths)
-    return np.array([np.trace(d), np.trace(d) - scale @ d @ scale]) / len(d)
+    state = CurveAnnealing(known, samples, {0: poses[0][None]}, [0], None)
+    distances = state.joint[np.ix_(state.distances, state.distances)]
+    return np.einsum("gij,ji->g", state.G, distances)
 
 
 def test_the_state_after_samples_is_that_of_the_whole_covariance(known, pools):
@@ -51,16 +48,25 @@ def test_the_state_after_samples_is_that_of_the_whole_covariance(known, pools):
     poses = [*pools[0][:3], *state.poses(state.chosen[None])[0]]
     whole = left_unknown(known, poses, [0] * 3 + ORDER)
     assert state.allowed() / state.slack == pytest.approx(whole, rel=1e-6)
-    without = state.updated(state.covariance(), state.rows[1][17], -1)
-    promised = state._variances(without, state.rows[1][17:18])[:, 0]
-    assert promised == pytest.approx(whole, rel=1e-6)
+    less = state.updated(state.covariance(), state.rows[1][17], -1)
+    distances = state.seen(less, state.rows[1][:0])[2]
+    without = left_unknown(known, poses[:-1], [0] * 3 + ORDER[:-1])
+    assert np.einsum("gij,ji->g", state.G, distances) == pytest.approx(without, rel=1e-6)
+
+
+def test_the_pose_that_teaches_most_leaves_least_unknown(known, pools):
+    taken, pool = pools[0][:3], pools[1][:12]
+    state = CurveAnnealing(known, [(taken, 0)], {1: pool}, [1], None)
+    state.greedy()
+    left = [left_unknown(known, [*taken, q], [0, 0, 0, 1])[1] for q in pool]
+    assert state.chosen[0] == np.argmin(left)
 
 
 def test_curves_are_in_the_covariance_as_they_are_drawn(known):
     """Of an arm whose geometry and sockets are known."""
     fixed = replace(known, covariance=0 * known.covariance)
     q = workspace(known.model.robot, 3)
-    joint, _ = curve_route._joint_covariance(fixed, [(q, 0)])
+    joint = CurveAnnealing(fixed, [], {0: q}, [0], None).joint
     _, _, by = known.model.linearise(known.x, q, np.tile(0 * q, 2))
     generator = np.random.default_rng(0)
     shown = [

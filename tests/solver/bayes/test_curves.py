@@ -71,6 +71,22 @@ def test_curves_are_found_in_sockets():
     assert np.abs(again.ball(q) - found.ball(q)).max() < 1e-12
 
 
+@pytest.mark.slow
+def test_elasticity_that_the_curves_hid_is_found_beside_them():
+    robot = mukca.load_robot("ur5e")
+    truth, placements = mukca.simulate_recordings(robot, 5, seed=3, curves=3e-4, compliance=3e-5)
+    train, test = placements[:4], placements[4:]
+    without, found = (
+        mukca.calibrate(robot, train, test=test, without=one) for one in (("curves",), ())
+    )
+    assert without.document.deflection == {}
+    assert any("compliance: kept" in n and "beside curves" in n for n in found.document.choices)
+    loaded = slice(1, 3)  # the joints that gravity loads most
+    bends = found.document.deflection["compliance"][loaded]
+    assert np.allclose(bends, truth.deflection.coefficients[0][loaded], atol=4e-6)
+    assert held_out(found) < 0.56 * held_out(without)
+
+
 def test_curves_are_compared_where_both_are_known():
     generator = np.random.default_rng(0)
     a, b = np.fft.irfft(generator.normal(size=(2, 60)), KNOTS) * 2e-3
