@@ -23,7 +23,7 @@ from mukca.drivers import JointState
 from mukca.drivers.arms import damiao, xarm
 from mukca.drivers.arms.franka import LAYOUTS, decode_state
 from mukca.drivers.arms.fri import decode_message
-from mukca.drivers.arms.kinova.polled_bus import decode_reply
+from mukca.drivers.arms.kinova_bus import decode_reply
 from mukca.drivers.arms.piper import decode_frame
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.ur import Recipe, take_package

@@ -61,7 +61,7 @@ _OWN = (
     DriverInfo("franka", _ARMS + "franka:Franka", "Panda, FR3: FCI"),
     DriverInfo(
         "kinova",
-        _ARMS + "kinova.kinova:Kinova",
+        _ARMS + "kinova:Kinova",
         "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
         _SERIAL,
         (_ISOTP, _KORTEX),

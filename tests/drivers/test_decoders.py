@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from mukca.drivers import JointState
 from mukca.drivers.arms import damiao, franka, fri, piper, ros, ur, xarm
-from mukca.drivers.arms.kinova.polled_bus import decode_reply
+from mukca.drivers.arms.kinova_bus import decode_reply
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.servos.servo_arm import Answer
 from mukca.tools.emulators.tcp_arms import fast_report, real_report, rich_report

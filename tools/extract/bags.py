@@ -1,13 +1,31 @@
-"""ROS 1 and ROS 2 bags, through the package rosbags."""
+"""Logs of other programs: bags of ROS 1 and 2, by the package rosbags, and data sets of lerobot.
 
+Data sets of versions 2.1 and 3.0 hold what the joints of the arm read, frame after frame. Their
+units are not recorded, so the user says them. Degrees are those of lerobot: ticks of the servo
+from the middle of its range, of which it counts 4095 a turn where the servo has 4096. Without
+degrees, values run from -100 to 100 over the range that the calibration file of the arm holds.
+"""
+
+import json
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
-from .log import ExtractError, Log, Question, columns_of, unknown_joints
+from ...drivers.arms.servos import read_lerobot
+from .log import (
+    ExtractError,
+    Log,
+    Question,
+    check_angles,
+    columns_of,
+    needed_columns,
+    unknown_joints,
+)
 
 
 @dataclass
@@ -21,7 +39,7 @@ class _Topic:
     """Messages without all joints, or with values that are no numbers."""
 
 
-def read(question: Question) -> Log:
+def read_bag(question: Question) -> Log:
     """Return the joint states of a bag."""
     try:
         from rosbags.highlevel import AnyReader
@@ -31,7 +49,7 @@ def read(question: Question) -> Log:
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
         with AnyReader([question.path], default_typestore=store) as reader:
-            return _read(reader, question)
+            return _states(reader, question)
     except ExtractError:
         raise
     except Exception as error:  # whatever the reader stumbles over, the bag is to blame
@@ -39,7 +57,7 @@ def read(question: Question) -> Log:
         raise ExtractError(f"{question.path}: not a whole bag: {words}") from None
 
 
-def _read(reader: Any, question: Question) -> Log:
+def _states(reader: Any, question: Question) -> Log:
     states = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     chosen = [c for c in states if question.topic in (None, c.topic)]
     if not chosen:
@@ -61,7 +79,7 @@ def _read(reader: Any, question: Question) -> Log:
     if best is None or not topics[best].stamps:
         named = dict.fromkeys(name for names in orders for name in names)
         raise unknown_joints(list(named), question)
-    return _log(topics[best], _notes(best, topics), question)
+    return _ordered(topics[best], _notes(best, topics), question)
 
 
 def _take(topic: _Topic, message: Any, order: Sequence[int] | None, time: int) -> None:
@@ -90,7 +108,7 @@ def _notes(best: str, topics: dict[str, _Topic]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _log(topic: _Topic, notes: tuple[str, ...], question: Question) -> Log:
+def _ordered(topic: _Topic, notes: tuple[str, ...], question: Question) -> Log:
     """Return the states in order of their stamps, each once."""
     stamps, first = np.unique(np.array(topic.stamps), return_index=True)
     order: list[int] = first.tolist()
@@ -105,3 +123,119 @@ def _log(topic: _Topic, notes: tuple[str, ...], question: Question) -> Log:
         np.zeros(len(stamps), dtype=int),
         notes,
     )
+
+
+INFO = Path("meta") / "info.json"
+STATE = "observation.state"
+VERSIONS = ("v2.0", "v2.1", "v3.0")
+SERVO_ARMS = re.compile(r"so10|so_|koch|omx|lekiwi|moss", re.I)
+"""Types of robots whose degrees come from ticks of 4095 a turn."""
+TICK = 2 * np.pi / 4096
+"""The step of such an arm's encoders [rad]."""
+
+
+def read_lerobot_log(question: Question) -> Log:
+    """Return the joint states of all episodes of a data set, each a part of its own."""
+    info = _info(question.path)
+    names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
+    columns = needed_columns(names, question)
+    values, stamps, episodes = _table(question)
+    positions, kept = _radians(values[:, columns], [names[i] for i in columns], info, question)
+    order = np.lexsort((stamps, episodes))
+    order = order[kept[order]]
+    fps = float(info.get("fps") or 30)
+    notes = [
+        f"read {len(set(episodes.tolist()))} episodes, {len(stamps)} frames at {fps:g} a second"
+    ]
+    if len(order) < len(stamps):
+        clipped = len(stamps) - len(order)
+        notes.append(f"{clipped} frames have a joint at the end of its range, and are left out")
+    return Log(
+        stamps[order].astype(float),
+        positions[order],
+        None,
+        episodes[order].astype(int),
+        tuple(notes),
+        resolution=TICK if SERVO_ARMS.search(str(info.get("robot_type"))) else 0.0,
+    )
+
+
+def _info(folder: Path) -> dict[str, Any]:
+    try:
+        info: Any = json.loads((folder / INFO).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ExtractError(f"{folder / INFO}: cannot be read: {error}") from None
+    content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}
+    version = content.get("codebase_version")
+    if version not in VERSIONS:
+        raise ExtractError(
+            f"{folder / INFO}: a data set of version {version}; {', '.join(VERSIONS)} can be read"
+        )
+    return content
+
+
+def _names(info: dict[str, Any], question: Question) -> list[str]:
+    """Return what the data set calls the numbers of a state."""
+    try:
+        names: Any = info["features"][STATE]["names"]
+        while isinstance(names, dict):  # {"motors": [...]} in older ones
+            names = next(iter(cast("dict[str, Any]", names).values()))
+        return [str(name) for name in names]
+    except (KeyError, TypeError, StopIteration):
+        raise ExtractError(
+            f"{question.path / INFO}: features has no {STATE} with names: no joint states"
+        ) from None
+
+
+def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the states, their times, and their episodes."""
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        raise ExtractError("lerobot data sets need pyarrow: pip install 'mukca[lerobot]'") from None
+    files = sorted((question.path / "data").rglob("*.parquet"))
+    if not files:
+        raise ExtractError(f"{question.path / 'data'}: no parquet files; is it all downloaded?")
+    parts: list[tuple[np.ndarray, ...]] = []
+    for file in files:
+        try:
+            table = parquet.read_table(file, columns=[STATE, "timestamp", "episode_index"])
+            states = np.array(table[STATE].to_pylist(), dtype=float)
+            times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
+        except (ArrowException, OSError, KeyError, ValueError) as error:
+            words = " ".join(str(error).split())
+            raise ExtractError(f"{file}: not a whole table of states: {words}") from None
+        parts.append((states, *times))
+    states, stamps, episodes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return states, stamps, episodes
+
+
+def _radians(
+    values: np.ndarray, names: list[str], info: dict[str, Any], question: Question
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions in radians, and which states can be used."""
+    everything = np.atleast_1d(np.isfinite(values).all(axis=1))
+    if question.units in ("radians", "degrees"):
+        degrees = question.units == "degrees"
+        servo = SERVO_ARMS.search(str(info.get("robot_type")))
+        angles = np.radians(values) * (4095 / 4096 if servo else 1.0) if degrees else values
+        turning = ~np.array(question.prismatic)
+        check_angles(angles[everything][:, turning], degrees, question)
+        return angles, everything
+    if question.units is None:
+        raise ExtractError(
+            f"{question.path}: a data set does not say its units: give --units degrees, or "
+            "--units FILE, the arm's calibration file, for values from -100 to 100"
+        )
+    motors = read_lerobot(Path(question.units))
+    missing = [name for name in names if name not in motors]
+    if missing:
+        raise ExtractError(f"{question.units}: no motor is called {', '.join(missing)}")
+    if np.abs(values).max(initial=0.0) > 100 + 1e-6:
+        raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
+    # A value is one of 100 parts of half a motor's range.
+    half = [(motors[name].range_max - motors[name].range_min) / 2 for name in names]
+    sign = [-1 if motors[name].drive_mode else 1 for name in names]
+    scale = np.array(sign) * half * TICK / 100
+    inside = np.atleast_1d((np.abs(values) < 100 - 1e-6).all(axis=1))
+    return values * scale, everything & inside

@@ -1,8 +1,7 @@
 """Joint states out of a log, a CSV file or a kept stream, and the model's joints in its columns."""
 
-import importlib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -138,11 +137,11 @@ def read_log(question: Question) -> Log:
         ExtractError: There is nothing there, or nothing that can be read; see also the modules.
         RecordingError: A file is damaged.
     """
+    from .bags import read_bag, read_lerobot_log
+
     name = _kind(question)
-    here = {"csv_log": read_csv_log, "kept_stream": read_kept_stream}
-    read: Callable[[Question], Log] = (
-        here.get(name) or importlib.import_module(f".{name}", __package__).read
-    )
+    readers = {"bags": read_bag, "lerobot": read_lerobot_log, "csv_log": read_csv_log}
+    read = readers.get(name, read_kept_stream)
     if question.topic is not None and name != "bags":
         raise ExtractError("--topic is for bags")
     if question.units is not None and name not in ("lerobot", "csv_log"):
@@ -154,7 +153,7 @@ def read_log(question: Question) -> Log:
 
 
 def _kind(question: Question) -> str:
-    """Return the kind of log that a path is: a module that reads it, or a function of this one."""
+    """Return the kind of log that a path is."""
     path = question.path
     if not path.exists():
         raise ExtractError(f"{path}: no such file or folder")

@@ -6,8 +6,8 @@ from urllib.parse import quote
 
 from ...solver.assessment import Kind, Outcome, Scope, mm, plural
 from ...solver.results import CurveAgreement, Document, ErrorCurves
+from ..report import render
 from ..report.figures import Step
-from ..report.page import render
 
 FORMAT = "mukca-fleet-1"
 

@@ -1,4 +1,4 @@
-"""The report of a calibration: :mod:`figures` works out the numbers, :mod:`page` shows them."""
+"""The report of a calibration: :mod:`figures` has its numbers, :mod:`plots` draws them."""
 
 from ..._faces import attach_face
 

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from mukca.tools.experiments import SimulationDocument
-from mukca.tools.report.page import simulation_page
+from mukca.tools.report import simulation_page
 
 
 def forces():

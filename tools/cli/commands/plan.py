@@ -1,17 +1,21 @@
-"""``mukca plan``: what bases, placements and samples would bring, before the first print."""
+"""``mukca plan`` and ``print-parts``: what bases and samples would bring; the parts to print."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from ....solver import assessment, design, results
+from ....solver.results import refuse_existing, write_files
+from ... import printables
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(RobotOptions, WorkerOptions, OutputOptions):
+class PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     """Options of ``mukca plan``."""
 
     placements: int = option("up to so many", "N", 3, between=(1, 8))
@@ -28,7 +32,7 @@ class Options(RobotOptions, WorkerOptions, OutputOptions):
     force: bool = option("overwrite the picture", default=False, group="output")
 
 
-def run_plan(options: Options, terminal: Terminal) -> int:
+def run_plan(options: PlanOptions, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
         results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
@@ -57,7 +61,7 @@ def run_plan(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-def _show(plans: "list[design.Plan]", options: Options, terminal: Terminal) -> None:
+def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) -> None:
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []
@@ -72,3 +76,140 @@ def _show(plans: "list[design.Plan]", options: Options, terminal: Terminal) -> N
     moves = [design.in_words(*pair) for pair in itertools.pairwise(places)]
     texts = ["x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(*first)]
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
+
+
+_base = partial(option, group="socket base")
+_ball = partial(option, group="ball")
+_own = partial(option, group="a mount of your own")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintPartsOptions(OutputOptions):
+    """Options of ``mukca print-parts``."""
+
+    out: Path = option("where to write", "DIR", ..., group="output")
+    mount: Sequence[str] | None = option(
+        "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, or "
+        "one of the list below (default: all of that)",
+        "NAME",
+    )
+    format: Sequence[str] = option(
+        "of the files (default: stl 3mf svg, a drawing); step needs mukca[step]",
+        default=("stl", "3mf", "svg"),
+        choices=printables.FORMATS,
+    )
+    author: str = option("the author's name in 3MF files", "NAME", "mukca")
+    sockets: int = _base("2, or 3 in a triangle", "N", 2)
+    distance: float = _base("between the sockets' centres, in metres", "D", 0.1)
+    height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
+    clearance_mm: float = _base("gap between ball and seat beside its pads", "MM", 0.5)
+    anchor: str | None = _base("with a clip for this arm's own base plate", choices=printables.ARMS)
+    plate_mm: tuple[float, float] | None = _base(
+        "of the arm's plate, measured: its width at its front edge, and how far that edge is from "
+        "the first joint's axis",
+        ("WIDTH", "FRONT"),
+    )
+    ball_diameter_mm: float = _ball("of the ball, in all parts", "MM", 20.0)
+    bought_ball: bool = _ball("a cup, to glue a bearing ball into", default=False)
+    neck_mm: float | None = _ball(
+        "the neck's diameter at the ball (default: 0.45 of the ball's)", "MM"
+    )
+    reach_mm: float | None = _ball("from the flange to the ball's centre, for one mount", "MM")
+    bolt_circle_mm: float | None = _own("a plate with holes on a circle of this diameter", "MM")
+    bolts: int | None = _own("holes in it (default: 4)", "N")
+    screw: str | None = _own("their screws (default: M6)", choices=printables.SCREWS)
+    grip_mm: tuple[float, float, float] | None = _own(
+        "a block for a gripper: between its fingers, along their width, along their length; the "
+        "ball's place then counts from the fingertips",
+        ("WIDTH", "DEPTH", "LENGTH"),
+    )
+
+
+def run_print_parts(options: PrintPartsOptions, terminal: Terminal) -> int:
+    """Build, check and write the parts."""
+    base, balls = _socket_base(options), _balls(options)
+    if find_spec("manifold3d") is None:
+        raise printables.PrintableError(
+            "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
+        )
+    kinds = list(dict.fromkeys(options.format))
+    tables: dict[str, bytes] = {}
+    if isinstance(base, printables.AnchoredBase):
+        tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
+    names = [
+        f"{part}.{suffix}" for part in (*printables.part_names(base), *balls) for suffix in kinds
+    ]
+    names += tables
+    refuse_existing(options.out, names, force=options.force)
+    with terminal.console.status("building and checking the parts"):
+        parts = list(printables.build_parts(base, balls))
+        contents = [
+            printables.encode(suffix, part, options.author) for part in parts for suffix in kinds
+        ]
+    write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
+    suffixes = ", ".join(f".{suffix}" for suffix in options.format)
+    for part in parts:
+        size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
+        volume = f"{part.facts['volume'] * 1e6:.0f} cm3"
+        terminal.say(f"{options.out / part.name} ({suffixes})   {size} mm, {volume}")
+        terminal.say(f"  {part.making}")
+        terminal.say(*(f"  {line}" for line in part.lines))
+    outputs = [str(options.out / name) for name in names]
+    terminal.emit({"parts": [dict(part.facts) for part in parts], "outputs": outputs})
+    return 0
+
+
+def _socket_base(options: PrintPartsOptions) -> printables.SocketBase:
+    lengths: dict[str, Any] = {
+        "distance": 1000 * options.distance,
+        "sockets": options.sockets,
+        "ball": options.ball_diameter_mm,
+        "clearance": options.clearance_mm,
+        "height": options.height_mm,
+    }
+    if options.anchor is None and options.plate_mm is None:
+        return printables.SocketBase(**lengths)
+    if options.anchor is None or options.plate_mm is None:
+        raise printables.PrintableError(
+            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
+        )
+    width, front = options.plate_mm
+    return printables.AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
+
+
+def _balls(options: PrintPartsOptions) -> Mapping[str, printables.BallPart]:
+    mounts = _mounts(options)
+    if options.reach_mm is not None and len(mounts) != 1:
+        raise printables.PrintableError("--reach-mm goes with one mount: name it with --mount")
+    balls: dict[str, printables.BallPart] = {}
+    for name, mount in mounts.items():
+        try:
+            balls[f"ball-{name}"] = printables.BallPart(
+                mount,
+                ball=options.ball_diameter_mm,
+                neck=options.neck_mm,
+                reach=options.reach_mm,
+                bought=options.bought_ball,
+            )
+        except printables.PrintableError as error:
+            raise printables.PrintableError(f"ball-{name}: {error}") from None
+    return balls
+
+
+def _mounts(options: PrintPartsOptions) -> dict[str, printables.Mount]:
+    """Return the mounts that were asked for: named ones, the user's own, or else all."""
+    own: dict[str, printables.Mount] = {}
+    if options.bolt_circle_mm is not None:
+        bolts = 4 if options.bolts is None else options.bolts
+        own["bolt-circle"] = printables.bolt_circle(
+            options.bolt_circle_mm, bolts, options.screw or "M6"
+        )
+    elif options.bolts is not None or options.screw is not None:
+        raise printables.PrintableError("--bolts and --screw go with --bolt-circle-mm")
+    if options.grip_mm is not None:
+        own["gripper"] = printables.grip(*options.grip_mm)
+    if options.mount is None:
+        return own or dict(printables.MOUNTS)
+    if "none" in options.mount and (own or len(options.mount) > 1):
+        raise printables.PrintableError("--mount none stands alone")
+    return {name: printables.find_mount(name) for name in options.mount if name != "none"} | own

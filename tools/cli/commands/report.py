@@ -10,7 +10,7 @@ from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions, UsageError
 from ....solver.results import OutputError, encode, write_files
 from ... import report
-from ...report import figures, page, plots
+from ...report import figures, plots
 from .. import (
     MILLIMETRES,
     OutputOptions,
@@ -112,7 +112,7 @@ def emit_with_page(
     written = dict(outputs or {})
     if options.out is not None:
         title = f"mukca {type(options).__name__.removesuffix('Options').lower()}"
-        html = page.found_page(title, lines, result).encode()
+        html = report.found_page(title, lines, result).encode()
         write_report(options.out, {"report.html": html}, force=options.force)
         written["report"] = str(options.out / "report.html")
         terminal.say(*(f"Wrote {file}" for file in written.values()))
@@ -189,7 +189,7 @@ def write_comparison(folder: Path, result: "figures.ComparisonDocument") -> Path
     captions = tuple(plot.caption for plot in plots.comparison_plots(result))
     result = msgspec.structs.replace(result, plots=captions)
     contents = {
-        "compare.html": page.comparison_page(result).encode("utf-8", "replace"),
+        "compare.html": report.comparison_page(result).encode("utf-8", "replace"),
         "compare.json": encode(result) + b"\n",
     }
     return write_files(folder, contents)["compare.html"]

@@ -12,8 +12,7 @@ from .... import recorder
 from ....errors import MukcaError
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, encode, fields_of, refuse_existing, write_files
-from ... import experiments, simulation
-from ...report import page
+from ... import experiments, report, simulation
 from .. import JsonOption, Terminal, option
 from .main import build_parser, run_verb
 
@@ -140,7 +139,7 @@ def _write(
     pictures = _pictures_of(models, terminal)
     names = [REPORT, RESULT, *pictures]
     result = replace(result, outputs={name.split(".")[0]: str(folder / name) for name in names})
-    html = page.simulation_page(result, pictures).encode()
+    html = report.simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
     return result

@@ -10,7 +10,7 @@ from ....solver.assessment import area, fixed, joined, mm, percent, plural, shor
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-FOLDER = Path(__file__).parents[1] / "page" / "templates"
+FOLDER = Path(__file__).parents[1] / "templates"
 
 
 def each(rows: Iterable[object], form: str) -> list[str]:

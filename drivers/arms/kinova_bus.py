@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import serial
 
-from ... import DriverError, Reason, clock
-from ...transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
+from .. import DriverError, Reason, clock
+from ..transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
 from .kinova import KinovaArm, Measurement
 
 if TYPE_CHECKING:

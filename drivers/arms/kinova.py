@@ -15,8 +15,8 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass
 from typing import Any
 
-from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
-from ...transport import Endpoint, open_tcp, parse_endpoint
+from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
+from ..transport import Endpoint, open_tcp, parse_endpoint
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
@@ -117,7 +117,7 @@ def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
     scheme, separator, rest = address.partition("://")
     if separator and scheme in ("serial", "can"):
-        from .polled_bus import open_can, open_serial
+        from .kinova_bus import open_can, open_serial
 
         return open_serial(rest) if scheme == "serial" else open_can(rest)
     if separator and scheme == "kortex":

@@ -1,5 +1,0 @@
-"""Kinova's arms: polled actuators, and Kortex."""
-
-from ...._faces import attach_face
-
-__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

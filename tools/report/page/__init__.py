@@ -1,5 +1,0 @@
-"""The pages of the report: numbers in, HTML out."""
-
-from ...._faces import attach_face
-
-__getattr__, __dir__, __all__ = attach_face(__name__, __file__)
