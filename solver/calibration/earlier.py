@@ -74,7 +74,7 @@ def stored_posterior(
 
     None of none, and of a robot among several whose balls an instrument measured.
     """
-    if found is None or (found.arms[1:] and found.arms[robot].data.instrument is not None):
+    if found is None or (found.arms[1:] and (found.arms[robot].data.sockets < 0).any()):
         return None
     arm, own = found.arms[robot], found.own[robot]
     scalars, end = arm.model.scalars, len(found.covariance)

@@ -31,7 +31,6 @@ def _frame_pose(
     """Return a frame by its index, its name, its pose and the covariance of that."""
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     located = [one for one in world.scene.arms[0].located if one.frame == k]
-    measured = [arm.instrument for arm in world.scene.arms if arm.instrument is not None]
     error = None
     if located:
         places = pose.apply(np.array([one.coordinates for one in located]))
@@ -45,7 +44,7 @@ def _frame_pose(
         xyz_deviation=as_point(deviation[3:]),
         turn_deviation=as_point(deviation[:3]),
         sockets=len(located),
-        points=sum(int((one.frames == k).sum()) for one in measured if k != WORLD),
+        points=sum(int((arm.measured_in == k).sum()) for arm in world.scene.arms if k != WORLD),
         socket_error=error,
     )
 

@@ -35,6 +35,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     moved = None if fit.posterior is None else fit.posterior.moved
     problem = problem.at_rest(moved, [(m.placement, m.text, m.kept) for m in fit.movements])
     errors, deflection = errors_of(problem, fit), calibrated.deflection
+    full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.train)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     known, names = _known(problem, fit), problem.robot.joint_names
     for m in problem.test:
@@ -50,7 +51,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         solve_seconds=fit.seconds,
         placements=errors.placements,
         summary=errors.summary,
-        distorted=_distorted(fit, problem.train),
+        distorted=tuple(m.name for m, metrics in full if is_distorted(metrics, m)),
         parameters=estimates.parameter_values(calibrated, fit.posterior),
         choices=fit.choices,
         history=history(fit.iterates, problem.train, problem.test),
@@ -94,12 +95,6 @@ def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
             fit.posterior, fit.calibrated, (*problem.train, *problem.test)
         ),
     }
-
-
-def _distorted(fit: Fit, train: Sequence[Measurement]) -> tuple[str, ...]:
-    """Return the placements whose distance between sockets the model does not reproduce."""
-    errors = [(m, evaluate(fit.calibrated.models["calibrated"](m), m)) for m in train]
-    return tuple(m.name for m, metrics in errors if is_distorted(metrics, m))
 
 
 def _samples(

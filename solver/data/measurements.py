@@ -3,7 +3,6 @@
 A measured pose is two samples, place [m] and orientation [rad], which come last.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -167,55 +166,3 @@ class Load:
 
 STANDARD_LOAD = Load(STANDARD_GRAVITY, 0.0)
 """An arm that stands upright and carries nothing beyond its ball."""
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """The balls that an instrument measured, row by row as the samples they belong to."""
-
-    frames: np.ndarray
-    """Index of the frame of each, shape (N,); -1 for a sample in a socket."""
-    points: np.ndarray
-    """Coordinates in that frame, shape (N, 3) [m]; zero for a sample in a socket."""
-    sources: tuple[str, ...]
-    """File and line of each, for messages."""
-    turned_in: np.ndarray
-    """Index of the frame of each orientation, shape (N,); -1 for a sample that is none."""
-    rotations: np.ndarray
-    """Orientations in that frame, shape (N, 3, 3)."""
-
-    def of(self, rows: np.ndarray) -> "Instrument | None":
-        """Return the balls measured at some samples; None where none was."""
-        if not (self.frames[rows] >= 0).any():
-            return None
-        picked = np.flatnonzero(rows).tolist()
-        return Instrument(
-            self.frames[rows],
-            self.points[rows],
-            tuple(self.sources[i] for i in picked),
-            self.turned_in[rows],
-            self.rotations[rows],
-        )
-
-
-def measured_points(
-    measurements: Sequence[Measurement], frames: Sequence[str]
-) -> Instrument | None:
-    """Return what was measured at placements; None where nothing was."""
-    if all(m.kind == "sockets" for m in measurements):
-        return None
-    turned = [m for m in measurements if m.has_orientations]
-    pairs = [(m, sample) for m in (*measurements, *turned) for sample in m.placement.samples]
-    count, n = sum(len(m.placement.samples) for m in measurements), len(pairs)
-    frames_of = [frames.index(m.frame) if m.kind == "points" else -1 for m, _ in pairs]
-    points, rotations = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
-    points[:count] = [sample.point or (0, 0, 0) for _, sample in pairs[:count]]
-    if turned:
-        rotations[count:] = np.concatenate([m.rotations for m in turned])
-    return Instrument(
-        np.array([*frames_of[:count], *[-1] * (n - count)]),
-        points,
-        tuple(sample.where for _, sample in pairs),
-        np.array([*[-1] * count, *frames_of[count:]]),
-        rotations,
-    )

@@ -21,8 +21,14 @@ from .known import (
     distance_covariance,
     find_socket,
 )
-from .measurements import CLOCKS, STANDARD_LOAD, Instrument, Load, Measurement, measured_points
+from .measurements import CLOCKS, STANDARD_LOAD, Load, Measurement
 from .metrics import CALIPER_DEVIATION
+
+BY_SAMPLE = (
+    *("positions", "torques", "recorded_at"),
+    *("measured_in", "points", "turned_in", "rotations", "wheres"),
+)
+"""Arrays of observations with a row for each sample, beside sockets and clocks."""
 
 
 @dataclass(frozen=True)
@@ -45,20 +51,27 @@ class Observations:
     """The measured coordinates of sockets."""
     frames: tuple[str, ...] = ()
     """The names of the frames whose pose is unknown."""
-    instrument: Instrument | None = None
-    """Balls that an instrument measured; None where it measured nothing."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
     clocks: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
     """``time`` [s] and ``temperature`` of the samples, each of shape (N,); NaN where not known."""
-
     recorded_at: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
     """Name of the placement of each sample, shape (N,)."""
+    measured_in: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """Index of the frame in which an instrument measured each ball, shape (N,); -1 for none."""
+    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    """Its coordinates in that frame, shape (N, 3) [m]; zero for a sample in a socket."""
+    turned_in: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """Index of the frame of each measured orientation, shape (N,); -1 for other samples."""
+    rotations: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))
+    """Orientations in that frame, shape (N, 3, 3)."""
+    wheres: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
+    """File and line of each measured sample, for messages, shape (N,)."""
 
     @property
     def turned(self) -> np.ndarray:
         """True for samples that are the orientation of a ball's link, shape (N,)."""
-        return self.sockets == -2 if self.instrument is None else self.instrument.turned_in >= 0
+        return self.turned_in >= 0
 
     @property
     def anchored(self) -> bool:
@@ -85,8 +98,7 @@ class Observations:
         rows = ~np.isin(self.recorded_at, list(placements))
         return replace(
             self,
-            positions=self.positions[rows],
-            torques=self.torques[rows],
+            **{name: getattr(self, name)[rows] for name in BY_SAMPLE},
             clocks={name: values[rows] for name, values in self.clocks.items()},
             sockets=np.array([new.get(s, -1) for s in self.sockets[rows].tolist()], dtype=np.int64),
             labels=tuple(self.labels[i] for i in kept),
@@ -98,8 +110,6 @@ class Observations:
             located=tuple(
                 replace(one, socket=new[one.socket]) for one in self.located if one.socket in new
             ),
-            instrument=None if self.instrument is None else self.instrument.of(rows),
-            recorded_at=self.recorded_at[rows],
         )
 
 
@@ -249,24 +259,35 @@ def _samples(
     frames: tuple[str, ...],
 ) -> Observations:
     """Return the samples of one robot, among the sockets and frames of all."""
+    turned = [(name, m) for name, m in measurements if m.has_orientations]
     places = [
         np.repeat([labels.index((name, s)) for s in m.sockets], m.counts)
         if m.kind == "sockets"
-        else np.full(sum(m.counts), -1)
+        else np.full(len(m.positions), -1)
         for name, m in measurements
     ]
-    turned = [(name, m) for name, m in measurements if m.has_orientations]
+    points = [
+        m.points if m.kind == "points" else np.zeros((len(m.positions), 3)) for _, m in measurements
+    ]
     every = [m for _, m in (*measurements, *turned)]
     counts = [len(m.positions) for m in every]
+    count, turns = sum(counts[: len(places)]), sum(counts[len(places) :])
+    of_frames = [frames.index(m.frame) if m.kind == "points" else -1 for m in every]
+    in_frame, rotations = np.repeat(of_frames, counts), [m.rotations for _, m in turned]
+    of_turns = np.arange(count + turns) >= count
     return Observations(
         np.concatenate([m.positions for m in every]),
         np.concatenate([arm.load.torques(arm.robot, m) for m in every]),
-        np.concatenate([*places, np.full(sum(counts[len(places) :]), -1)]),
+        np.concatenate([*places, np.full(turns, -1)]),
         labels,
         known,
         located,
         frames,
-        measured_points([m for _, m in measurements], frames),
         clocks={name: np.concatenate([m.clock(name) for m in every]) for name in CLOCKS},
         recorded_at=np.repeat([name for name, _ in (*measurements, *turned)], counts),
+        measured_in=np.where(of_turns, -1, in_frame),
+        points=np.concatenate([*points, np.zeros((turns, 3))]),
+        turned_in=np.where(of_turns, in_frame, -1),
+        rotations=np.concatenate([np.tile(np.eye(3), (count, 1, 1)), *rotations]),
+        wheres=np.array([sample.where for m in every for sample in m.placement.samples]),
     )

@@ -4,7 +4,7 @@ All of it follows from the posterior's covariance, to first order; docs/model.md
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,20 +56,14 @@ def predicted_posterior(
     return replace(posterior, covariance=known.covariance[:old, :old])
 
 
-@dataclass(frozen=True)
-class WorkspaceSamples:
-    """Balls in random poses of the workspace."""
-
-    points: np.ndarray
-    """Ball centres, shape (N, 3) [m]."""
-    slopes: np.ndarray
-    """Their derivatives by the unknowns, shape (N, 3, size)."""
+WorkspaceSamples = tuple[np.ndarray, np.ndarray]
+"""Ball centres in N random poses, shape (N, 3) [m], and their derivatives, (N, 3, size)."""
 
 
 def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
     """Return the ball in random poses by a model with unknowns x, shape (size,)."""
     q = workspace(model.robot, POSES)
-    return WorkspaceSamples(*model.linearise(x, q, load.moments(model.robot, q, None))[:2])
+    return model.linearise(x, q, load.moments(model.robot, q, None))[:2]
 
 
 def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
@@ -78,11 +72,11 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     The base frame itself cannot be seen by a ball, so that a place is known by its distance from
     the middle of all that was trained on.
     """
-    model, size, points = posterior.model, posterior.model.size, poses.points
+    model, size, (points, by_unknowns) = posterior.model, posterior.model.size, poses
     _, trained, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
     offset = points - posterior.points.mean(axis=0)
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
-    slopes = np.einsum("ni,nij->nj", direction, poses.slopes - trained.mean(axis=0))
+    slopes = np.einsum("ni,nij->nj", direction, by_unknowns - trained.mean(axis=0))
     variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
     by_cell: dict[tuple[float, float], list[float]] = {}
@@ -114,7 +108,7 @@ def joint_effects(
 
     there = np.concatenate([squares(model.linearise(x, *one)[1]) for one in by_socket])
     recorded, over_workspace = (
-        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses.slopes))
+        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses[1]))
     )
     return tuple(map(JointEffect, joints, recorded, over_workspace))
 

@@ -38,11 +38,6 @@ def updated_groups(
     return tuple(groups), change
 
 
-def is_effective(state: State, group: PriorGroup) -> bool:
-    """Tell whether a group's width moves the balls at all."""
-    return _effect(state, group) > NEGLIGIBLE
-
-
 def updated_noises(
     objective: Objective, state: State, there: State, step: Step
 ) -> tuple[Noise, ...]:
@@ -91,7 +86,7 @@ def following_noise(
     )
 
 
-def _effect(state: State, group: PriorGroup) -> float:
+def effect_of(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
     least = min(noise.space for noise in state.noises)
@@ -103,7 +98,7 @@ def prune_groups(objective: Objective, state: State) -> State:
     gone = {  # by place: those of two arms may have one name
         i: group
         for i, group in enumerate(state.groups)
-        if group.optional and group.width and _effect(state, group) < NEGLIGIBLE
+        if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
     }
     noises = tuple(
         replace(noise, joint=0.0)

@@ -41,7 +41,7 @@ def may_have_curves(found: JointPosterior) -> bool:
     them.
     """
     arms = found.scene.arms
-    measured = any(arm.instrument is not None for arm in arms)
+    measured = any((arm.sockets < 0).any() for arm in arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
     told = given_curves([arm.model for arm in found.arms]) is not None
     if min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST:

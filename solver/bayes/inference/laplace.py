@@ -1,7 +1,7 @@
 """Laplace's approximation: posterior, as a Gaussian around the best unknowns, and evidence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import erfc, log, pi, sqrt
 
 import numpy as np
@@ -28,20 +28,14 @@ TAIL_STEPS = 30
 """Until errors are as large as their noise says."""
 
 
-@dataclass(frozen=True)
-class TruncatedGaussian:
-    """Gaussian factors that replace the bounds, and the share of the Gaussian within them."""
+def expectation_propagation(
+    mean: np.ndarray, covariance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return Gaussian factors that stand for b bounds x >= 0 (Minka 2001).
 
-    precision: np.ndarray
-    """tau of each unknown, shape (b,)."""
-    pull: np.ndarray
-    """nu, shape (b,)."""
-    log_share: float
-    """Logarithm of the share of the Gaussian that is within all bounds."""
-
-
-def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> TruncatedGaussian:
-    """Return factors that stand for x >= 0, by expectation propagation (Minka 2001)."""
+    They are tau and nu, the precision and pull of each, shape (b,), and the logarithm of the share
+    of the Gaussian that is within all bounds.
+    """
     unit = np.sqrt(np.diag(covariance))  # unknowns in units of their own deviation
     S, m = covariance / np.outer(unit, unit), mean / unit
     P = np.linalg.inv(S)
@@ -64,7 +58,7 @@ def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> Truncat
     share -= 0.5 * float(np.linalg.slogdet(np.eye(len(m)) + S * tau)[1])
     share += float(np.sum(log_half + 0.5 * np.log1p(tau / free)))
     share -= 0.5 * float(np.sum((pull + nu) ** 2 / (free + tau) - pull**2 / free))
-    return TruncatedGaussian(tau / unit**2, nu / unit, share)
+    return tau / unit**2, nu / unit, share
 
 
 def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -88,20 +82,40 @@ def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> JointPosterior:
-    """Return the posterior at a state where the iteration has settled."""
-    gaussian = _gaussian(objective, state)
-    held = widths_held(gaussian.state)
-    widened = prior_precision(objective, held, widened=True) + np.diag(gaussian.bounds)
-    precision = _of_data(objective, gaussian.state, gaussian.normal).plus(widened)
-    free = free_unknowns(objective, gaussian.state)[: objective.dense]
-    covariance = over_widths(objective, gaussian.state, precision.inverse(free).whole())
-    mean = gaussian.state
-    if gaussian.change.any():
-        mean = moved(objective, gaussian.state, gaussian.change)
-        iterates = [*iterates, mean.x]
+    """Return the Gaussian posterior at a state where the iteration has settled."""
+    held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
+    for group in state.groups:
+        if group.non_negative and group.width:
+            held[group.members], limited[group.members] = False, True
+    state = replace(state, at_zero=held)  # all that may leave zero
+    normal, prior = normal_equations(objective, state), prior_precision(objective, state)
+    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
+    slope = normal.gradient + prior_gradient(objective, state, prior) + state.linear.by_volume
+    free = free_unknowns(objective, state)[: objective.dense]
+    hessian = normal.information.plus(prior)
+    covariance = hessian.inverse(free)
+    away = covariance.times(slope)
+    counts = [len(state.linear.errors[source]) for source in objective.rows.sources]
+    evidence = log_evidence_of_scales(state, counts) - value(objective, state)
+    evidence += 0.5 * float(slope @ away)
+    evidence -= 0.5 * covariance.log_determinant
+    bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
+    widened, mean = prior_precision(objective, widths_held(state), widened=True), state
+    if len(b):
+        sigma, pulled = covariance.dense[np.ix_(b, b)], np.zeros(objective.size)
+        bounds[b], pulled[b], log_share = expectation_propagation((x - away)[b], sigma)
+        evidence += log_share - log_prior_share(state)
+        diagonal = np.diag(bounds[: objective.dense])
+        change = hessian.plus(diagonal).inverse(free).times(pulled - bounds * x - slope)
+        widened = widened + diagonal
+        if change.any():
+            mean = moved(objective, state, change)
+            iterates = [*iterates, mean.x]
+    known = _of_data(objective, state, normal).plus(widened).inverse(free).whole()
+    whole = over_widths(objective, state, known)
     nu = degrees(objective, mean)
     weights = robust_weights(objective, mean)[2] * nu / (nu + 3)
-    return joint_posterior(objective, mean, covariance, weights, gaussian.log_evidence, iterates)
+    return joint_posterior(objective, mean, whole, weights, evidence, iterates)
 
 
 def joint_posterior(
@@ -196,50 +210,6 @@ def _of_arm(
         tuple(x[own] for x in iterates),
         moved,
     )
-
-
-@dataclass(frozen=True)
-class _Gaussian:
-    """The Gaussian around a state at the minimum of L."""
-
-    state: State
-    """There, with nothing held at zero that may leave it."""
-    normal: NormalEquations
-    change: np.ndarray
-    """Step from there to the Gaussian's mean, shape (n,)."""
-    bounds: np.ndarray
-    """Diagonal of the precision that stands for the bounds, shape (dense,)."""
-    log_evidence: float
-
-
-def _gaussian(objective: Objective, state: State) -> _Gaussian:
-    """Return the Gaussian and the logarithm of the evidence."""
-    held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
-    for group in state.groups:
-        if group.non_negative and group.width:
-            held[group.members], limited[group.members] = False, True
-    state = replace(state, at_zero=held)
-    normal, prior = normal_equations(objective, state), prior_precision(objective, state)
-    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    slope = normal.gradient + prior_gradient(objective, state, prior) + state.linear.by_volume
-    free = free_unknowns(objective, state)[: objective.dense]
-    hessian = normal.information.plus(prior)
-    covariance = hessian.inverse(free)
-    mean = x - covariance.times(slope)
-    counts = [len(state.linear.errors[source]) for source in objective.rows.sources]
-    result = log_evidence_of_scales(state, counts) - value(objective, state)
-    result += 0.5 * float(slope @ (x - mean))
-    result -= 0.5 * covariance.log_determinant
-    b = np.flatnonzero(limited)
-    precision, pulled = np.zeros(objective.size), np.zeros(objective.size)
-    if not len(b):
-        return _Gaussian(state, normal, pulled, precision[: objective.dense], result)
-    bounded = expectation_propagation(mean[b], covariance.dense[np.ix_(b, b)])
-    precision[b], pulled[b] = bounded.precision, bounded.pull
-    result += bounded.log_share - log_prior_share(state)
-    within = hessian.plus(np.diag(precision[: objective.dense])).inverse(free)
-    change = within.times(pulled - precision * x - slope)
-    return _Gaussian(state, normal, change, precision[: objective.dense], result)
 
 
 def log_prior_share(state: State) -> float:

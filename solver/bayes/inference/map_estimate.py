@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from math import log
 
 import numpy as np
@@ -12,8 +11,8 @@ from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .arrowhead import active_set_step
 from .hyperparameters import (
+    effect_of,
     following_noise,
-    is_effective,
     prune_groups,
     updated_groups,
     updated_noises,
@@ -144,7 +143,7 @@ def _advance(objective: Objective, state: State, step: Step, most: float) -> tup
     # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < objective.size:
         groups, change = updated_groups(
-            there, there.x, step.covariance.dense, partial(is_effective, there), most
+            there, there.x, step.covariance.dense, lambda g: effect_of(there, g) > NEGLIGIBLE, most
         )
         noises = with_degrees_of_freedom(objective, there, noises, step)
     groups = following_noise(objective, groups, noises)

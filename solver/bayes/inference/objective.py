@@ -202,7 +202,7 @@ def _errors(
             there = own.start + np.flatnonzero(rows.turned_in[own] >= 0)
             by_frames[there, :, 6 * k : 6 * k + 6] = np.eye(3, 6)
     for k, frame in enumerate(frames):
-        measured = np.flatnonzero(rows.frames == k)
+        measured = np.flatnonzero(rows.measured_in == k)
         errors[measured] -= frame.apply(rows.points[measured])
         by_frames[measured, :, 6 * k : 6 * k + 6] = -frame.slopes(rows.points[measured])
         turned = np.flatnonzero(rows.turned_in == k)

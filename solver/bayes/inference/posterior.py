@@ -45,11 +45,6 @@ class Posterior:
         return self.noises.get("sockets") or self.noises["points"]
 
     @property
-    def evaluations(self) -> int:
-        """Number of times that residuals and their Jacobian were computed."""
-        return len(self.iterates)
-
-    @property
     def values(self) -> np.ndarray:
         """The geometric parameters, shape (geometry,) [m, rad]."""
         return self.model.values(self.x)

@@ -7,7 +7,7 @@ import numpy as np
 from ..model import ExtendedModel, Noise, PriorGroup, prior_groups
 from .arrowhead import Inverse
 from .normal_equations import NormalEquations
-from .objective import Linearization, Objective, State, linearise, predict_balls, to_world
+from .objective import Objective, State, linearise, predict_balls, to_world
 from .posterior import JointPosterior, Posterior
 
 
@@ -53,9 +53,13 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
     ).reshape(-1, 3)
     linear = linearise(objective, x, centres, frames, balls)
-    noises = tuple(_first_noise(linear, source, joint_noise) for source in rows.sources)
-    noises = noises if near is None else near.noises_of(rows)
-    return State(x, centres, frames, tuple(groups), noises, at_zero, linear)
+    noises = list[Noise]() if near is None else [*near.noises_of(rows)]
+    for source in rows.sources if near is None else ():  # as large as the nominal robot's errors
+        typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
+        squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
+        joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
+        noises.append(Noise(max(typical, 1e-7), joint))
+    return State(x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
 
 
 def _carried_over(
@@ -78,14 +82,6 @@ def _carried_over(
             for group in groups
         ),
     )
-
-
-def _first_noise(linear: Linearization, source: np.ndarray | slice, joint_noise: bool) -> Noise:
-    """Return noise as large as the errors of the nominal robot."""
-    typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
-    squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
-    reach = float(np.mean(squares)) ** 0.5
-    return Noise(max(typical, 1e-7), typical / reach if joint_noise else 0.0)
 
 
 def moved(objective: Objective, state: State, change: np.ndarray) -> State:

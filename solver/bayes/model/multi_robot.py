@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...data import (
     WORLD,
@@ -69,34 +68,24 @@ class SampleRows:
         return slice(None) if (self.sockets >= 0).all() else self.sockets >= 0
 
     @cached_property
-    def frames(self) -> np.ndarray:
-        """Index of the frame in which each sample's ball was measured, shape (N,); -1 for none."""
-        return self._measured_by("frames", -1)
+    def measured_in(self) -> np.ndarray:
+        """Index of the frame in which each ball was measured, shape (N,); -1 for none."""
+        return np.concatenate([arm.measured_in for arm in self.scene.arms])
 
     @cached_property
     def points(self) -> np.ndarray:
         """Measured position of each ball in that frame, shape (N, 3) [m]."""
-        return self._measured_by("points", (0.0, 0.0, 0.0))
+        return np.concatenate([arm.points for arm in self.scene.arms])
 
     @cached_property
     def turned_in(self) -> np.ndarray:
         """Index of the frame of each measured orientation, shape (N,); -1 for no orientation."""
-        return self._measured_by("turned_in", -1)
+        return np.concatenate([arm.turned_in for arm in self.scene.arms])
 
     @cached_property
     def rotations(self) -> np.ndarray:
         """Measured orientations in that frame, shape (N, 3, 3)."""
-        return self._measured_by("rotations", np.eye(3))
-
-    def _measured_by(self, name: str, none: ArrayLike) -> np.ndarray:
-        """Return what instruments measured, shape (N, ...)."""
-        parts = [
-            np.broadcast_to(none, (len(arm.positions), *np.shape(none)))
-            if arm.instrument is None
-            else getattr(arm.instrument, name)
-            for arm in self.scene.arms
-        ]
-        return np.concatenate(parts)
+        return np.concatenate([arm.rotations for arm in self.scene.arms])
 
     @cached_property
     def sources(self) -> tuple[np.ndarray | slice, ...]:
@@ -205,7 +194,7 @@ class SampleRows:
     def _measured(self, frame: int, name: str) -> FrameObservations:
         """Return the places whose coordinates in a frame were measured."""
         located = [one for one in self.located if one.frame == frame]
-        rows = np.flatnonzero(self.frames == frame) if frame != WORLD else np.zeros(0, np.int64)
+        rows = np.flatnonzero((self.measured_in == frame) & (frame != WORLD))
         coordinates = np.reshape([one.coordinates for one in located], (-1, 3))
         return FrameObservations(
             name,
@@ -218,8 +207,5 @@ class SampleRows:
 
     def _wheres(self, rows: np.ndarray) -> list[str]:
         """Return where some measured balls were read."""
-        names: list[str] = []
-        for arm in self.scene.arms:
-            blank = ("",) * len(arm.positions)
-            names += blank if arm.instrument is None else arm.instrument.sources
-        return [names[row] for row in rows.tolist()]
+        wheres: list[str] = np.concatenate([arm.wheres for arm in self.scene.arms])[rows].tolist()
+        return wheres

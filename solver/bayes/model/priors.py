@@ -64,19 +64,18 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
 
     None where no orientation was measured. A place that cannot be, as in other units, is left out.
     """
-    measured = data.instrument
-    if measured is None or not data.turned.any():
+    if not data.turned.any():
         return None
-    frame = np.bincount(measured.turned_in[data.turned]).argmax()
-    turned = np.flatnonzero(measured.turned_in == frame)
+    frame = np.bincount(data.turned_in[data.turned]).argmax()
+    turned = np.flatnonzero(data.turned_in == frame)
     rows: list[int] = turned.tolist()
     names = set(data.recorded_at[rows].tolist())
-    balls: list[int] = np.flatnonzero(measured.frames == frame).tolist()
+    balls: list[int] = np.flatnonzero(data.measured_in == frame).tolist()
     placed = [i for i in balls if data.recorded_at[i] in names]
     q, ball = data.positions[turned], model.ball
     R, p = ball.rotations(ball.nominal, q).points, ball.points(ball.nominal, q)
-    where = measured.sources[rows[0]].rpartition(":")[0]
-    found = hand_eye(R, p, measured.rotations[turned], measured.points[placed], where)
+    where = str(data.wheres[rows[0]]).rpartition(":")[0]
+    found = hand_eye(R, p, data.rotations[turned], data.points[placed], where)
     tool = found.tool
     off = float(np.linalg.norm(tool.translation))
     if off > FARTHEST or float(np.median(found.distances)) > MOST_OFF:

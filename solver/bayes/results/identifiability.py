@@ -41,7 +41,11 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
     whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
     named = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]
     if posterior.data.anchored:
-        named = _base_by_itself(named)
+        # A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
+        others = [u for text, u in named if text != BASE]
+        basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((n, 0))
+        cleared = ((t, u - basis @ (basis.T @ u) if t == BASE else u) for t, u in named)
+        named = [(text, _unit(u)) for text, u in cleared]
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
         named.append((SCALE, _unit(by_scale)))
@@ -62,15 +66,6 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
         if direction.deviation > UNDECIDED:
             merged.setdefault(direction.text, direction)
     return tuple(merged.values())
-
-
-def _base_by_itself(named: list[tuple[str, np.ndarray]]) -> list[tuple[str, np.ndarray]]:
-    """Return the directions with those of the base frame orthogonal to all others."""
-    # A turn of the base about joint 1 is one thing with joint 1's offset, which no ball can show.
-    others = [u for text, u in named if text != BASE]
-    basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((len(named[0][1]), 0))
-    cleared = [(text, u - basis @ (basis.T @ u) if text == BASE else u) for text, u in named]
-    return [(text, _unit(u)) for text, u in cleared]
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

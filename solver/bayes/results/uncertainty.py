@@ -133,9 +133,8 @@ def observability_index(posterior: Posterior) -> float:
     scaled = linear.by_parameters * prior_deviations(posterior)[: model.geometry]
     parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
     parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
-    measured = data.sockets if data.instrument is None else data.instrument.frames
     for k in range(len(data.frames)):
-        rows = (data.sockets < 0) & (measured == k)
+        rows = data.measured_in == k
         slopes = IDENTITY.slopes(points[rows]).reshape(-1, 6)
         shown = scaled[rows].reshape(-1, model.geometry)
         parts.append(shown - slopes @ np.linalg.lstsq(slopes, shown, rcond=None)[0])

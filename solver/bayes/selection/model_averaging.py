@@ -160,9 +160,9 @@ def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: 
                 points = arm.predict(own.positions[rows], own.torques[rows])
                 distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
         rows = own.rows_of(placement) & (own.sockets < 0)
-        if own.instrument is not None and rows.any():
+        if rows.any():
             points = arm.predict(own.positions[rows], own.torques[rows])
-            measured = own.instrument.points[rows]
+            measured = own.points[rows]
             placed = fit_pose(measured, points).apply(measured)
             distances.append(np.linalg.norm(points - placed, axis=1))
     return float(np.concatenate(distances).mean())
