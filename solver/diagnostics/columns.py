@@ -1,29 +1,39 @@
-"""Columns that are not the model's joints: which signs, orders and offsets are worth a fit.
+"""Columns that are not the model's joints: signs, orders and offsets, and which are worth a fit.
 
 A hypothesis on columns is far from linear. The model as it is, but for its ball, sorts them; fits
-to the best of each kind then have their evidence compared with all other explanations.
+to the best of each kind then have their evidence compared with all other explanations. Offsets of
+several joints are too many to try one by one. But the ball's centre is smooth in them, so
+Gauss-Newton steps find them from a few starts.
 """
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from ..results import Hypothesis
-from .column_hypotheses import (
-    ADVICE,
-    ColumnHypothesis,
-    several_offsets,
-    signs,
-    swaps,
-    unchanged,
-    with_best_offsets,
-)
+from ..robot import Robot
 from .hypotheses import KINDS, ONLY_SOUND, Comparison, Kind, Scene, of_zero
 from .hypothesis import Finding, Option
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
 
+STEPS = 8
+MAX_STEP = 0.2
+"""Largest change of an offset in a step [rad]."""
+MAX_MISTAKES = 3
+"""Mistakes of a recording at most; a model that needs more is another robot's."""
+USUAL_OFFSET = np.deg2rad(1.5)
+"""Joints may be off by less than this."""
+NEEDED = 1.5
+"""The error without an offset that is needed is so many times as large as with it."""
+ADVICE = {
+    "sign": "change the sign in the recording, or of the axis in the model",
+    "swap": "bring the columns into the order of the model's chain",
+    "order": "bring the columns into the order of the model's chain",
+    "zero": "set the joint's zero, or choose the model of this robot's version",
+}
 MUCH = 3.0
 """Noise, beside what is expected, from which any placement may have wrong columns."""
 OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
@@ -45,8 +55,130 @@ PROMISING = 0.8
 """Share of the error as it is that a hypothesis worth a fit leaves at most."""
 OFFSETS = np.deg2rad(np.arange(-165, 181, 30))
 
-Scored = tuple[float, ColumnHypothesis]
-"""A hypothesis, and the error that the model as it is has with it [m]."""
+
+@dataclass(frozen=True)
+class ColumnHypothesis:
+    """Joint positions as they may truly be: q[order] * signs - offsets."""
+
+    robot: Robot
+    order: np.ndarray
+    signs: np.ndarray
+    offsets: np.ndarray
+
+    def apply(self, samples: Samples) -> Samples:
+        """Return samples as they would be."""
+        q = samples.positions[:, self.order] * self.signs - self.offsets
+        return Samples(q, samples.sockets)
+
+    @property
+    def mistakes(self) -> dict[str, list[int]]:
+        """Joints that it blames, by ``sign``, ``swap`` and ``zero``; no kind without any."""
+        joints = {
+            "sign": np.flatnonzero(self.signs < 0),
+            "swap": np.flatnonzero(self.order != np.arange(len(self.order))),
+            "zero": np.flatnonzero(self.offsets),
+        }
+        return {kind: found.tolist() for kind, found in joints.items() if len(found)}
+
+    @property
+    def name(self) -> str:
+        """Name of the explanation: an ``order`` is a swap of more than two."""
+        first, joints = next(iter(self.mistakes.items()))  # sign before swap before zero
+        return "order" if first == "swap" and len(joints) > 2 else first
+
+    @property
+    def text(self) -> str:
+        """The mistakes, and what mends them."""
+        mends = {"sign": "-q", "swap": "their columns put right", "zero": "that taken off"}
+        words = " and ".join(self._words(*one) for one in self.mistakes.items())
+        return f"{words}: with {' and '.join(mends[kind] for kind in self.mistakes)}"
+
+    @property
+    def advice(self) -> str:
+        """Steps that mend the mistakes."""
+        return "; ".join(ADVICE[kind] for kind in self.mistakes)
+
+    def _words(self, kind: str, joints: Sequence[int]) -> str:
+        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind)
+        if kind == "swap" and len(joints) > 2:
+            order = ", ".join(str(i + 1) for i in self.order.tolist())
+            return f"the columns look out of order: {order}"
+        off = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
+        return f"{_names(self.robot, joints)} {how or f'off by {off} deg'}"
+
+    def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
+        """Return the same with another offset of a joint [rad]."""
+        alone = np.arange(len(self.offsets)) == joint
+        return replace(self, offsets=np.where(alone, offset, self.offsets))
+
+
+def _names(robot: Robot, joints: Sequence[int]) -> str:
+    numbers = " and ".join(str(joint + 1) for joint in joints)
+    names = ", ".join(robot.joint_names[joint] for joint in joints)
+    many = len(joints) > 1
+    return f"joint{'s' * many} {numbers} ({names}) look{'s' * (not many)}"
+
+
+def unchanged(robot: Robot) -> ColumnHypothesis:
+    """Return the hypothesis that nothing is wrong."""
+    m = len(robot.actuated)
+    return ColumnHypothesis(robot, np.arange(m), np.ones(m), np.zeros(m))
+
+
+def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
+    """Return the hypotheses that so many joints have the other sign."""
+    right = unchanged(robot)
+    for joints in combinations(range(len(robot.actuated)), count):
+        flipped = right.signs.copy()
+        flipped[list(joints)] = -1
+        yield replace(right, signs=flipped)
+
+
+def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Return the hypotheses that two columns are exchanged."""
+    right = unchanged(robot)
+    for i, j in combinations(range(len(robot.actuated)), 2):
+        order = right.order.copy()
+        order[[i, j]] = j, i
+        yield replace(right, order=order)
+
+
+def several_offsets(
+    model: RigidModel, samples: Samples, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
+) -> ColumnHypothesis | None:
+    """Return the best hypothesis with offsets of some joints, each of them needed; None if none."""
+
+    def error(hypothesis: ColumnHypothesis) -> float:
+        return model.nominal_error(hypothesis.apply(samples))
+
+    best = min((with_best_offsets(model, samples, start, joints) for start in starts), key=error)
+    kept = list(joints)
+    while kept:
+        fewer = [
+            with_best_offsets(
+                model, samples, best.with_offset(joint, 0.0), [j for j in kept if j != joint]
+            )
+            for joint in kept
+        ]
+        simpler = min(fewer, key=error)
+        if error(simpler) > NEEDED * error(best):
+            break
+        best, kept = simpler, [j for j in kept if simpler.offsets[j]]
+    offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
+    best = replace(best, offsets=offsets)
+    count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
+    return best if 0 < count <= MAX_MISTAKES else None
+
+
+def with_best_offsets(
+    model: RigidModel, samples: Samples, start: ColumnHypothesis, joints: Sequence[int]
+) -> ColumnHypothesis:
+    """Return a hypothesis with the best offsets of some joints near those it has."""
+    offsets = start.offsets.copy()
+    for _ in range(STEPS if joints else 0):
+        step = model.nominal_offsets(replace(start, offsets=offsets).apply(samples), joints)
+        offsets[list(joints)] += step * min(1.0, MAX_STEP / max(float(np.abs(step).max()), 1e-9))
+    return replace(start, offsets=offsets)
 
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
@@ -55,12 +187,16 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     robot, right = model.robot, unchanged(model.robot)
     joints = len(robot.actuated)
     now = model.nominal_error(few)
+    orders = [right.order[::-1], *(np.roll(right.order, k) for k in range(1, joints))]
 
-    def best(hypotheses: Iterable[ColumnHypothesis], count: int = 1) -> list[Scored]:
+    def best(
+        hypotheses: Iterable[ColumnHypothesis], count: int = 1
+    ) -> list[tuple[float, ColumnHypothesis]]:
         scored = [(model.nominal_error(h.apply(few)), h) for h in hypotheses]
         return sorted(scored, key=lambda one: one[0])[:count]
 
-    found = [*best(signs(robot, 1), 2), *best(swaps(robot), 2), *best(_orders(right))]
+    found = [*best(signs(robot, 1), 2), *best(swaps(robot), 2)]
+    found += best(replace(right, order=order) for order in orders)
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
     if not model.zeros:
@@ -83,21 +219,6 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     return [h for error, h in found if error < PROMISING * now][:4]
 
 
-def _last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
-    """Return the last joint's other sign, unless the model as it is leaves clearly more with it."""
-    few = samples.thinned(TRIED, 4)
-    *_, last = signs(model.robot, 1)
-    worse = model.nominal_error(last.apply(few)) > model.nominal_error(few) / PROMISING
-    return [] if worse else [last]
-
-
-def _orders(right: ColumnHypothesis) -> Iterable[ColumnHypothesis]:
-    """Return the hypotheses that all columns come in another order: turned round, or shifted."""
-    m = len(right.order)
-    for order in [right.order[::-1], *(np.roll(right.order, k) for k in range(1, m))]:
-        yield ColumnHypothesis(right.robot, order, right.signs, right.offsets)
-
-
 def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: bool) -> list[Option]:
     """Return wrong columns of all, or of the one accused; of sound ones the last joint's sign."""
     told = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)
@@ -111,7 +232,13 @@ def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: boo
         some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
         if not some.is_overdetermined(len(scene.parameters)):
             continue
-        for wrong in _last_sign(model, some) if sound else promising(model, some):
+        if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
+            few, (*_, last) = some.thinned(TRIED, 4), signs(model.robot, 1)
+            worse = model.nominal_error(last.apply(few)) > model.nominal_error(few) / PROMISING
+            likely = [] if worse else [last]
+        else:
+            likely = promising(model, some)
+        for wrong in likely:
             q = scene.q.copy()
             q[rows] = wrong.apply(some).positions
             fit = model.fit(Samples(q, scene.sockets).thinned(ABOUT, FEW))

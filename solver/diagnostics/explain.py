@@ -147,7 +147,9 @@ def explain(model: RigidModel, scene: Scene) -> Explanation:
     size, doubt = _scale(sized)
     if size is None or doubt is None:
         return Explanation(tuple(findings), listed, size, scene)
-    if not told and _is_doubtful(size):
+    off = abs(float(np.log1p(max(size.value, -0.9))))  # by more than arms are, though not surely
+    doubtful = size_level(size.value, size.deviation) is not None and off > 3 * size.deviation
+    if not told and doubtful:
         findings.append(doubt.finding(shares["distance"]))
     return Explanation(tuple(_again(f, doubt, size) for f in findings), listed, size, scene)
 
@@ -159,12 +161,6 @@ def _again(finding: Finding, doubt: Option, size: Scale) -> Finding:
     finding = doubt.finding(finding.hypothesis.probability)
     parameters = {**finding.hypothesis.parameters, "deviation": size.deviation}
     return replace(finding, hypothesis=replace(finding.hypothesis, parameters=parameters))
-
-
-def _is_doubtful(size: Scale) -> bool:
-    """Return True for a size that is off by more than arms are, though not surely."""
-    off = abs(float(np.log1p(max(size.value, -0.9))))
-    return size_level(size.value, size.deviation) is not None and off > 3 * size.deviation
 
 
 def _of_candidate(comparison: Comparison, candidate: Candidate) -> Option:

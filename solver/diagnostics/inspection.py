@@ -133,7 +133,9 @@ def inspect_all(
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.hypothesis.parameters.get("placement") == m.name]
-        changes = [_change(f) for f, d in own if f.code == "moved" and d.level == "error"]
+        moves = [f for f, d in own if f.code == "moved" and d.level == "error"]
+        told_of = [dict[str, Any](f.hypothesis.parameters) for f in moves]
+        changes = [Change(p["socket"], p["sample"], p["size"]) for p in told_of]
         diagnostics = [d for _, d in own] + [d for check in CHECKS for d in check(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
@@ -156,11 +158,6 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
     return Diagnostic("warning", "floor", where_of([measured]), text, advice)
-
-
-def _change(finding: Finding) -> Change:
-    p = dict[str, Any](finding.hypothesis.parameters)
-    return Change(p["socket"], p["sample"], p["size"])
 
 
 def _diagnostic(
