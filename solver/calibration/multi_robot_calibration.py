@@ -15,7 +15,7 @@ from ..data import IDENTITY, WORLD, Pose
 from ..robot import Origin
 from .calibration import Calibration, DistortedError
 from .errors import Errors
-from .frames import common_document
+from .estimates import common_document
 from .multi_robot_urdf import Placed, joined_urdf
 from .option import UsageError
 

@@ -17,8 +17,8 @@ from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
 from .errors import errors_of, history
+from .estimates import frame_poses
 from .fit import Fit
-from .frames import frame_poses
 from .problem import CalibrationProblem
 
 UNKNOWN = (

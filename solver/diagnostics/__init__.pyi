@@ -1,7 +1,7 @@
 from .columns import CAUSES as CAUSES
+from .configurations import named as named
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
-from .distances import named as named
-from .distances import size_level as size_level
+from .configurations import size_level as size_level
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
 from .hypothesis import EVERYWHERE as EVERYWHERE

@@ -13,7 +13,7 @@ from ..data import Known, Measurement
 from ..results import Hypothesis
 from ..robot import Robot, choose_parameters
 from .columns import of_columns
-from .distances import Scale, size_level
+from .configurations import Scale, size_level
 from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
 from .hypothesis import Finding, Option, listed_of, shares_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of

@@ -9,8 +9,15 @@ import numpy as np
 from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
 from ..results import Diagnostic, Hypothesis
 from ..robot import Robot, choose_parameters
-from .configurations import duplicates, few_samples, motionless_joints
-from .distances import Scale, named, rulers, size_level
+from .configurations import (
+    Scale,
+    duplicates,
+    few_samples,
+    motionless_joints,
+    named,
+    rulers,
+    size_level,
+)
 from .explain import explain, fitted_alone, scene_of
 from .hypothesis import Finding, row_of, where_of
 from .robust_fit import RigidModel

@@ -16,7 +16,7 @@ from ...recorder import Placement
 from ..data import CALIPER_DEVIATION, Measurement
 from ..results import Hypothesis
 from ..robot import Robot, choose_parameters
-from .distances import rulers
+from .configurations import rulers
 from .explain import scene_of
 from .hypotheses import (
     COARSE,

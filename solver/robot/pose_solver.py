@@ -7,8 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .newton import MAX_STEP, Goal, NewtonStep, limited_step, newton_step
-from .pose_model import PoseModel
+from .pose_model import MAX_STEP, Goal, NewtonStep, PoseModel, limited_step, newton_step
 from .row_function import ColumnFunction
 
 TOLERANCE = 1e-9

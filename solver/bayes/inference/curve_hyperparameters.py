@@ -6,10 +6,10 @@ import numpy as np
 
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom
 from .curve_marginal import CurvePrior, Marginal, curve_covariance, marginal
-from .hyperparameters import updated_groups
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
 from .linear_samples import LinearSamples, Rest, rest_of
 from .objective import Objective, State, priors
+from .state import updated_groups
 
 SHORTEST, LONGEST = 0.02, 0.2
 """Bounds of the curves' length [rad]."""

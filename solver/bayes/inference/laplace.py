@@ -7,8 +7,8 @@ from math import erfc, log, pi, sqrt
 import numpy as np
 
 from ..model import TYPICAL_SPREAD, Kind, Movement, Noise, PriorGroup, log_constant, log_prior
-from .arrowhead import ArrowheadMatrix
 from .normal_equations import (
+    ArrowheadMatrix,
     NormalEquations,
     curvature,
     degrees,

@@ -9,17 +9,8 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
-from .arrowhead import active_set_step
-from .hyperparameters import (
-    effect_of,
-    following_noise,
-    prune_groups,
-    updated_groups,
-    updated_noises,
-    with_degrees_of_freedom,
-)
 from .laplace import posterior
-from .normal_equations import NormalEquations, leverage, normal_equations, value
+from .normal_equations import NormalEquations, active_set_step, leverage, normal_equations, value
 from .objective import (
     Objective,
     State,
@@ -29,7 +20,17 @@ from .objective import (
     prior_precision,
 )
 from .posterior import JointPosterior
-from .state import Step, moved, start
+from .state import (
+    Step,
+    effect_of,
+    following_noise,
+    moved,
+    prune_groups,
+    start,
+    updated_groups,
+    updated_noises,
+    with_degrees_of_freedom,
+)
 
 MAX_ITERATIONS = 300
 RESTLESS, CALM = 100, 0.5

@@ -1,11 +1,133 @@
-"""Weights, curvature and slope of the data's part of the objective, for a Gauss-Newton step."""
+"""Curvature and slope of the data's part of the objective, by blocks, and a Gauss-Newton step."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrowhead import ArrowheadMatrix, Inverse
 from .objective import Objective, State, constraint_residuals
+
+REFINEMENTS = 3
+"""Corrections of the step for rounding errors of the inverse. They are large where the
+data show nearly nothing of one unknown, and the others very well."""
+
+
+@dataclass(frozen=True)
+class ArrowheadMatrix:
+    """H, of d unknowns x and frames, then of S socket centres: n in all."""
+
+    beside: np.ndarray
+    """Z, shape (d, d)."""
+    centres: np.ndarray
+    """X_0, shape (3 S, d)."""
+    own: np.ndarray
+    """The blocks of D, shape (S, 3, 3)."""
+    known: np.ndarray
+    """B, shape (K, n)."""
+
+    def plus(self, dense: np.ndarray) -> "ArrowheadMatrix":
+        """Return the sum with a matrix of x and the frames alone, shape (d, d)."""
+        return replace(self, beside=self.beside + dense)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Return H v, shape (n,)."""
+        d = len(self.beside)
+        x, m = vector[:d], vector[d:]
+        of_m = _times(self.own, (m + self.centres @ x)[:, None])[:, 0]
+        of_x = self.beside @ x + self.centres.T @ of_m
+        return np.concatenate([of_x, of_m]) + self.known.T @ (self.known @ vector)
+
+    def inverse(self, free: np.ndarray) -> "Inverse":
+        """Return the inverse of a positive definite H whose rows have different units."""
+        d = len(free)
+        B_x, B_m = self.known[:, :d], self.known[:, d:]
+        apart = np.linalg.inv(self.own)
+        G = _times(apart, B_m.T)
+        L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
+        V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
+        some = np.ix_(free, free)
+        S = (self.beside + R.T @ R)[some]
+        scale = 1 / np.sqrt(np.diag(S))
+        units = scale[:, None] * scale
+        dense = np.zeros_like(self.beside)
+        dense[some] = np.linalg.inv(S * units) * units
+        logs = [
+            np.linalg.slogdet(S * units)[1],
+            2 * np.log(np.diag(L)).sum(),
+            -2 * np.log(scale).sum(),
+        ]
+        log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
+        return Inverse(dense, (self.centres + V @ R) * free, apart, V, log_determinant)
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """H^-1, as the parts that it is made of."""
+
+    dense: np.ndarray
+    """S^-1, the covariance of x and the frames, shape (d, d)."""
+    centres: np.ndarray
+    """X, shape (3 S, d)."""
+    apart: np.ndarray
+    """The blocks of D^-1, shape (S, 3, 3)."""
+    V: np.ndarray
+    """Shape (3 S, K)."""
+    log_determinant: float
+    """log |H| of what is free."""
+
+    @property
+    def own(self) -> np.ndarray:
+        """The blocks of D^-1 - V V^T, shape (S, 3, 3)."""
+        V = self.V.reshape(len(self.apart), 3, self.V.shape[1])
+        return self.apart - V @ V.swapaxes(1, 2)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """Return H^-1 v, shape (n,)."""
+        d = len(self.dense)
+        x, m = vector[:d], vector[d:]
+        x = self.dense @ (x - self.centres.T @ m)
+        m = _times(self.apart, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
+        return np.concatenate([x, m - self.centres @ x])
+
+    def whole(self) -> np.ndarray:
+        """Return all of it, shape (n, n)."""
+        across = -self.centres @ self.dense
+        own = -across @ self.centres.T - self.V @ self.V.T
+        for k, block in enumerate(self.apart):
+            own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
+        return np.block([[self.dense, across.T], [across, own]])
+
+
+def _times(blocks: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the product of a block diagonal matrix with columns, shape (3 S, columns)."""
+    return (blocks @ columns.reshape(len(blocks), 3, columns.shape[1])).reshape(columns.shape)
+
+
+def active_set_step(
+    H: ArrowheadMatrix,
+    gradient: np.ndarray,
+    x: np.ndarray,
+    free: np.ndarray,
+    bounded: np.ndarray,
+    unheld: Inverse | None = None,
+) -> tuple[np.ndarray, Inverse]:
+    """Return the step to the minimum of a quadratic function within the bounds."""
+    held = bounded & (x == 0) & (gradient > 0)
+    unheld = unheld or H.inverse(free[: len(H.beside)])
+    change, covariance = np.zeros(len(x)), unheld
+    for _ in range(3 * int(bounded.sum()) + 1):
+        covariance = H.inverse((free & ~held)[: len(H.beside)]) if held.any() else unheld
+        change = np.where(held, -x, 0.0)
+        for _ in range(REFINEMENTS):
+            change -= covariance.times(gradient + H.times(change))
+        below = bounded & ~held & (x + change < 0)
+        if below.any():
+            held |= below
+            continue
+        slope = np.where(held, gradient + H.times(change), 0.0)
+        if not (slope < 0).any():
+            break
+        held[np.argmin(slope)] = False
+    return change, covariance
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.arrowhead import ArrowheadMatrix, active_set_step
 from mukca.solver.bayes.inference.laplace import expectation_propagation
+from mukca.solver.bayes.inference.normal_equations import ArrowheadMatrix, active_set_step
 
 
 def random_arrowhead(seed, sockets, known):
