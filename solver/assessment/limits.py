@@ -154,7 +154,8 @@ def known_arm(names: list[str]) -> str | None:
     """Return the shipped robot that names of a model stand for, if exactly one of ARMS does."""
     for name in names:
         plain = _plain(name)
-        inside = [robot for robot in shipped_robots() if _is_named(_plain(robot), plain)]
+        # no longer number either: a ur30 is no ur3
+        inside = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", plain)]
         whole = [robot for robot in inside if not any(robot != b and robot in b for b in inside)]
         if len(whole) == 1:
             return whole[0] if whole[0] in ARMS else None
@@ -167,11 +168,6 @@ def repeatability_of(robot: Robot, given: float | None) -> float | None:
         return given / 1e3
     name = known_arm([robot.name, Path(robot.source).stem])
     return None if name is None else ARMS[name].repeatability
-
-
-def _is_named(robot: str, name: str) -> bool:
-    """Tell whether a name holds a robot's, and no longer number: a ur30 is no ur3."""
-    return re.search(f"{robot}(?![0-9])", name) is not None
 
 
 def _plain(name: str) -> str:

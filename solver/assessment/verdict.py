@@ -93,12 +93,14 @@ def judge(
     if status == "pass":
         known = any(row.name == WORKSPACE and row.status == "pass" for row in rows) and not bent
         scope = "workspace" if known else "recorded_places"
+    words = cause(causes)
+    first = f"{words[0].upper()}{words[1:]}. " if words and status != "pass" else ""
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
         title=_OPEN[kind] if kind else _title(rows, bent, scope, by_full, rests_on),
-        text=_caused(cause(causes), status) + _text(rows, status),
+        text=first + _text(rows, status),
         limits=tuple(rows),
         rests_on=tuple(rests_on),
     )
@@ -151,18 +153,9 @@ def _title(
         return title
     if elsewhere.found is None:
         return f"{title}; nothing is known of the rest of the workspace"
-    return f"{title}; in the whole workspace distances are known to {_both(elsewhere)}"
-
-
-def _both(row: LimitResult) -> str:
-    """Return a row's value by the URDF alone, and by the full model where that is another."""
-    found = mm(row.found or 0.0)
-    return found if row.full is None else f"{found} ({mm(row.full)} with corrected joint positions)"
-
-
-def _caused(words: str, status: Outcome) -> str:
-    """Return the cause as the first sentence of a verdict that is no PASS."""
-    return f"{words[0].upper()}{words[1:]}. " if words and status != "pass" else ""
+    found, full = mm(elsewhere.found), elsewhere.full
+    found += "" if full is None else f" ({mm(full)} with corrected joint positions)"
+    return f"{title}; in the whole workspace distances are known to {found}"
 
 
 def _text(rows: Sequence[LimitResult], status: Outcome) -> str:

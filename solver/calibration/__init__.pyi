@@ -1,5 +1,8 @@
 # keep: Option, SolveOptions, option_table, Method
 from .calibration import Calibration as Calibration
+from .crossval import Job as Job
+from .crossval import jobs as jobs
+from .crossval import run_job as run_job
 from .earlier import posterior_of as posterior_of
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors
@@ -16,10 +19,7 @@ from .option import joints_named as joints_named
 from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
 from .options import option_table as option_table
-from .pipeline import Job as Job
 from .pipeline import calibrate as calibrate
-from .pipeline import jobs as jobs
-from .pipeline import run_job as run_job
 from .poses import CommandError as CommandError
 from .poses import JointPath as JointPath
 from .poses import find_jumps as find_jumps

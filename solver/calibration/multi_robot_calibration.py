@@ -5,17 +5,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import results
 from ..bayes.inference import JointPosterior
-from ..data import IDENTITY, WORLD, Pose
-from ..robot import Origin
+from ..bayes.results import between
+from ..data import IDENTITY, WORLD, Pose, as_point
+from ..robot import Origin, link_frames
 from .calibration import Calibration, DistortedError
 from .errors import Errors
-from .estimates import common_document
+from .estimates import frame_poses
 from .multi_robot_urdf import Placed, joined_urdf
 from .option import UsageError
 
@@ -204,3 +206,59 @@ def load_calibration(file: str | Path) -> Calibration | Any:
 
 def _arms(file: Path) -> results.ArmsDocument:
     return results.read(file, results.ArmsDocument, results.ARMS_FORMAT, "between")
+
+
+def common_document(
+    calibrations: Mapping[str, Calibration], posterior: JointPosterior
+) -> results.ArmsDocument:
+    """Return everything that robots have in common."""
+    first, *others = calibrations
+    return results.ArmsDocument(
+        robots=tuple(calibrations),
+        between={f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(others, 1)},
+        frames=frame_poses(posterior),
+        arms=tuple(
+            results.GivenArm(
+                name=name,
+                robot=one.document.robot,
+                options=dict(one.robot.loaded_with),
+                train=tuple(row.folder for row in one.document.data if row.role == "train"),
+                test=tuple(row.folder for row in one.document.data if row.role == "test"),
+                postures=_postures(posterior, i),
+            )
+            for i, (name, one) in enumerate(calibrations.items())
+        ),
+        sockets=_visited_sockets(posterior),
+    )
+
+
+def _visited_sockets(world: JointPosterior) -> tuple[results.VisitedSocket, ...]:
+    """Return all sockets in the first robot's base, and which robots were there."""
+    robots = list(zip(world.scene.names, world.scene.arms, strict=True))
+    places = zip(world.scene.arms[0].labels, world.arms[0].centres, strict=True)
+    return tuple(
+        results.VisitedSocket(
+            name=f"{placement}:{socket}",
+            xyz=as_point(centre),
+            robots=tuple(name for name, arm in robots if k in arm.sockets),
+        )
+        for k, ((placement, socket), centre) in enumerate(places)
+    )
+
+
+def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:
+    """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
+    arm, data, base = world.arms[robot], world.scene.arms[robot], world.scene.bases[robot]
+    pose = IDENTITY if base == WORLD else list(world.frames.values())[base]
+    others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
+    shared = np.isin(data.sockets, np.concatenate(others)) & (data.sockets >= 0)
+    shared_sockets: list[int] = np.unique(data.sockets[shared]).tolist()
+    first = {data.labels[k][0]: k for k in reversed(shared_sockets)}
+    origins = ca.DM(arm.model.ball.origins(arm.values).ravel())
+    places: list[list[list[float]]] = []
+    for socket in first.values():
+        row = int(np.argmax(data.sockets == socket))
+        frames = link_frames(arm.model.robot.joints, origins, ca.DM(data.positions[row]))
+        joints = np.array([np.zeros(3), *(np.array(ca.DM(p)).ravel() for _, p in frames)])
+        places.append(pose.apply(joints).round(5).tolist())
+    return places

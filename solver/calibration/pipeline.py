@@ -1,7 +1,7 @@
-"""From recordings to a calibration: check, fit, measure the errors; and cross-validation."""
+"""From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import wraps
 from inspect import signature
 from operator import attrgetter
@@ -10,14 +10,11 @@ from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 
 import numpy as np
 
-from ...recorder import Placement, Sample
-from ..data import Measurement, RobotRecordings, base_name, in_placements
-from ..diagnostics import named
+from ...recorder import Placement
+from ..data import RobotRecordings, base_name, in_placements
 from ..paper import NotConverged
-from ..results import PlacementErrors
 from ..robot import Robot
 from .calibration import Calibration
-from .errors import placement_errors
 from .fit import Fit, fit_robots
 from .multi_robot_calibration import MultiRobotCalibration
 from .options import SolveOptions, check_keywords, option_table
@@ -164,58 +161,3 @@ def _converged(fit: Callable[[], list[Fit]], problems: Sequence[CalibrationProbl
     if not all(np.isfinite(one.calibrated.values).all() for one in fits):
         raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
     return fits
-
-
-@dataclass(frozen=True)
-class Job:
-    """One fit of a cross-validation. Its errors are then measured at all placements."""
-
-    kind: str
-    """``left_out``: trained on all placements but one; ``alone``: on one; ``bootstrap``: on all,
-    with samples drawn anew from them."""
-    trained: tuple[int, ...]
-    """Indices of the placements that it is trained on."""
-    seed: int | None = None
-    """Of the random draw, for a bootstrap."""
-
-
-def jobs(count: int, bootstrap: int = 0) -> list[Job]:
-    """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
-    everything = tuple(range(count))
-    left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
-    alone = [Job("alone", (i,)) for i in everything]
-    again = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
-    return [*(left_out if count > 1 else []), *alone, *again]
-
-
-def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | None:
-    """Fit, and return the errors at every placement; None if the fit did not converge."""
-    train = [problem.train[i] for i in job.trained]
-    if job.seed is not None:
-        generator = np.random.default_rng(job.seed)
-        train = [_resampled(measured, generator) for measured in train]
-    names = {measured.name for measured in train}
-    known = named(problem.train, problem.options.distances)
-    options = replace(
-        problem.options, known=[k for k in known if {k.first[0], k.second[0]} <= names]
-    )
-    recordings = RobotRecordings(problem.robot, train, options.load)
-    try:
-        fit = fit_robots([recordings], options, require_scale=False)[0]
-    except NotConverged:
-        return None
-    models = fit.calibrated.models
-    return [
-        placement_errors(fit.calibrated, models, "train" if i in job.trained else "test", measured)
-        for i, measured in enumerate(problem.train)
-    ]
-
-
-def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
-    """Return a placement with as many samples drawn from its own (the bootstrap)."""
-    drawn: list[Sample] = []
-    for socket in measured.sockets:
-        samples = [s for s in measured.placement.samples if s.socket == socket]
-        picks = generator.integers(len(samples), size=len(samples))
-        drawn += [samples[i] for i in picks.tolist()]
-    return replace(measured, placement=replace(measured.placement, samples=tuple(drawn)))

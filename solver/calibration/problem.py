@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from ...recorder import Placement
+from .. import results
 from ..assessment import repeatability_of
 from ..data import Measurement, as_flange_poses, check_distinct, measure, spaced
 from ..diagnostics import (
@@ -18,15 +19,6 @@ from ..diagnostics import (
     next_placement,
     split_at,
     where_of,
-)
-from ..results import (
-    Diagnostic,
-    DocumentError,
-    Hypothesis,
-    NextPlacement,
-    Role,
-    calibrated_robot,
-    read_calibration,
 )
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
@@ -46,15 +38,15 @@ class CalibrationProblem:
     train: tuple[Measurement, ...]
     test: tuple[Measurement, ...] = ()
     warnings: tuple[str, ...] = ()
-    checks: tuple[Diagnostic, ...] = ()
+    checks: tuple[results.Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
-    hypotheses: tuple[Hypothesis, ...] = ()
+    hypotheses: tuple[results.Hypothesis, ...] = ()
     """Explanations of the recordings, the most probable first."""
-    next_placement: NextPlacement | None = None
+    next_placement: results.NextPlacement | None = None
     """None where an instrument measured all samples."""
 
     @property
-    def placements(self) -> list[tuple[Role, Measurement]]:
+    def placements(self) -> list[tuple[results.Role, Measurement]]:
         """All placements, those to train on first."""
         return [*(("train", m) for m in self.train), *(("test", m) for m in self.test)]
 
@@ -67,7 +59,7 @@ class CalibrationProblem:
         """
         named = {m.name: m for m in self.train}
         more = (
-            Diagnostic(
+            results.Diagnostic(
                 "warning", "movement" if kept else "moved", where_of([named[name]]), text, STEADY
             )
             for name, text, kept in told
@@ -77,7 +69,7 @@ class CalibrationProblem:
         train = (replace(m, moved=own) for m, own in zip(self.train, parts, strict=True))
         return replace(self, checks=(*self.checks, *more), train=tuple(train))
 
-    def findings(self, *, fitted: bool) -> tuple[Diagnostic, ...]:
+    def findings(self, *, fitted: bool) -> tuple[results.Diagnostic, ...]:
         """Return what was found; of servos a fit, which knows their play, judges the size."""
         judged = fitted and bool(self.options.zeros)
         return tuple(f for f in self.checks if not (judged and f.code == "scale"))
@@ -149,8 +141,8 @@ def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
     if not options.free or options.prior or Path(robot.source).suffix != ".urdf":
         return []
     try:
-        known = calibrated_robot(read_calibration(file), str(file))
-    except DocumentError:
+        known = results.calibrated_robot(results.read_calibration(file), str(file))
+    except results.DocumentError:
         return []
     same = robot.joint_names == known.robot.joint_names
     if not same or not np.array_equal(robot.origins, known.origins):
@@ -239,5 +231,5 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         train=(*train, *points),
         checks=survey.diagnostics,
         hypotheses=survey.hypotheses,
-        next_placement=NextPlacement(text=next_placement(problem.robot, survey)),
+        next_placement=results.NextPlacement(text=next_placement(problem.robot, survey)),
     )

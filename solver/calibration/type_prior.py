@@ -7,18 +7,9 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
+from .. import results
 from ..bayes.model import Expected
 from ..bayes.model.effects import EFFECTS
-from ..results import (
-    ELASTICITY_FORMAT,
-    Coefficient,
-    DocumentError,
-    ElasticityDocument,
-    TypeElasticity,
-    format_of,
-    read,
-    read_calibration,
-)
 from ..robot import Robot
 from .option import UsageError
 
@@ -34,7 +25,7 @@ LEAST = 1e-9
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
     """Return what is known of the elasticity of each robot's type, by extension."""
     own = [robot.joint_names for robot in robots]
-    told: list[TypeElasticity] = []
+    told: list[results.TypeElasticity] = []
     for file in [files] if isinstance(files, str) else files:
         if file != "none":
             types = _types(_SHIPPED if file == SHIPPED else Path(file))
@@ -44,8 +35,8 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
 
 
 def _useful(
-    file: str | Path, types: Sequence[TypeElasticity], own: Sequence[tuple[str, ...]]
-) -> Sequence[TypeElasticity]:
+    file: str | Path, types: Sequence[results.TypeElasticity], own: Sequence[tuple[str, ...]]
+) -> Sequence[results.TypeElasticity]:
     """Return what a file tells; refuse one that tells nothing of these robots."""
     joints = [one.joint_names for one in types]
     if not set(own) & set(joints):
@@ -61,48 +52,48 @@ def _useful(
     return types
 
 
-def learn_types(files: Iterable[Path]) -> ElasticityDocument:
+def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
     types = _pooled([one for file in files for one in _types(file) if one.coefficients])
-    return ElasticityDocument(format=ELASTICITY_FORMAT, types=tuple(types))
+    return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=tuple(types))
 
 
-def _types(file: Path) -> tuple[TypeElasticity, ...]:
-    if format_of(file) == ELASTICITY_FORMAT:
-        return read(file, ElasticityDocument, ELASTICITY_FORMAT).types
+def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
+    if results.format_of(file) == results.ELASTICITY_FORMAT:
+        return results.read(file, results.ElasticityDocument, results.ELASTICITY_FORMAT).types
     try:
-        document = read_calibration(file)
-    except DocumentError as error:
+        document = results.read_calibration(file)
+    except results.DocumentError as error:
         either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
-        raise DocumentError(either) from None
+        raise results.DocumentError(either) from None
     joints = document.model.joint_names
     kept = [effect for effect in SHARED if effect.name in document.deflection]
     names = {name for effect in kept for name in effect.coefficient_names(joints)}
     found = tuple(one for one in document.coefficients or () if one.name in names)
-    return (TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
+    return (results.TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
 
 
-def _pooled(types: Sequence[TypeElasticity]) -> list[TypeElasticity]:
+def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElasticity]:
     """Return one for each type: the means of its coefficients."""
-    pooled: list[TypeElasticity] = []
+    pooled: list[results.TypeElasticity] = []
     for joints in dict.fromkeys(one.joint_names for one in types):
         own = [one for one in types if one.joint_names == joints]
-        by_name: dict[str, list[Coefficient]] = {}
+        by_name: dict[str, list[results.Coefficient]] = {}
         for coefficient in (c for one in own for c in one.coefficients):
             by_name.setdefault(coefficient.name, []).append(coefficient)
         means = tuple(map(_mean, by_name.values()))
         arms = sum(one.arms for one in own)
-        pooled.append(TypeElasticity(joint_names=joints, arms=arms, coefficients=means))
+        pooled.append(results.TypeElasticity(joint_names=joints, arms=arms, coefficients=means))
     return pooled
 
 
-def _mean(each: Sequence[Coefficient]) -> Coefficient:
+def _mean(each: Sequence[results.Coefficient]) -> results.Coefficient:
     weights = np.array([max(one.standard_deviation, LEAST) for one in each]) ** -2
     mean = float(weights @ [one.value for one in each] / weights.sum())
     return replace(each[0], value=mean, standard_deviation=float(weights.sum() ** -0.5))
 
 
-def _expected(known: TypeElasticity | None) -> dict[str, Expected]:
+def _expected(known: results.TypeElasticity | None) -> dict[str, Expected]:
     """Return what is known of a type, by extension."""
     if known is None:
         return {}

@@ -8,16 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...data import (
-    WORLD,
-    FrameObservations,
-    Located,
-    MultiRobotObservations,
-    Observations,
-    Pose,
-    check_base,
-    place_frames,
-)
+from ... import data
 from .extended_model import ExtendedModel
 from .movement import Movement
 
@@ -49,7 +40,7 @@ class MultiRobotModel:
 class SampleRows:
     """The samples of all robots, robot after robot: N in all, in S sockets, with F frames."""
 
-    scene: MultiRobotObservations
+    scene: data.MultiRobotObservations
 
     @cached_property
     def own(self) -> tuple[slice, ...]:
@@ -134,12 +125,12 @@ class SampleRows:
         return len(self._first.frames)
 
     @property
-    def located(self) -> tuple[Located[int, int], ...]:
+    def located(self) -> tuple[data.Located[int, int], ...]:
         """The measured coordinates of sockets."""
         return self._first.located
 
     @property
-    def _first(self) -> Observations:
+    def _first(self) -> data.Observations:
         return self.scene.arms[0]
 
     @cached_property
@@ -157,25 +148,25 @@ class SampleRows:
             counts.append(float(mine.sum() - (mine / np.maximum(total, 1)).sum()))
         return tuple(counts)
 
-    def base(self, robot: int, poses: Sequence[Pose]) -> Pose | None:
+    def base(self, robot: int, poses: Sequence[data.Pose]) -> data.Pose | None:
         """Return where a robot's base stands in the world; None for the world itself."""
         frame = self.scene.bases[robot]
-        return None if frame == WORLD else poses[frame]
+        return None if frame == data.WORLD else poses[frame]
 
-    def place_frames(self, points: np.ndarray) -> tuple[Pose, ...]:
+    def place_frames(self, points: np.ndarray) -> tuple[data.Pose, ...]:
         """Return the poses of the frames by the nominal robots' balls, shape (N, 3) [m]."""
         if not self.frame_count and not self.located:
             return ()
         visits = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]
         for base, visited in zip(self.scene.bases, visits, strict=True):
-            check_base(self._measured(base, visited.name), visited)
+            data.check_base(self._measured(base, visited.name), visited)
         names = dict(enumerate(self._first.frames))
-        frames = {k: self._measured(k, name) for k, name in ((WORLD, ""), *names.items())}
+        frames = {k: self._measured(k, name) for k, name in ((data.WORLD, ""), *names.items())}
         for base, visited in zip(self.scene.bases, visits, strict=True):
             frames[base] = visited.joined(frames[base])
-        return tuple(place_frames(list(frames.values()))[1:])
+        return tuple(data.place_frames(list(frames.values()))[1:])
 
-    def _seen(self, robot: int, rows: slice, points: np.ndarray) -> FrameObservations:
+    def _seen(self, robot: int, rows: slice, points: np.ndarray) -> data.FrameObservations:
         """Return the places that a robot visited: sockets, then measured balls by their row."""
         sockets, S = self.sockets[rows], self.socket_count
         there = np.unique(sockets[sockets >= 0])
@@ -184,19 +175,19 @@ class SampleRows:
         name = self.scene.names[robot]
         labels = self._first.labels
         wheres = [f"{name}: socket {labels[k][0]}:{labels[k][1]}" for k in there.tolist()]
-        return FrameObservations(
+        return data.FrameObservations(
             f"the base of {name or 'the robot'}",
             np.concatenate([there, S + rows.start + measured]).astype(np.int64),
             np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
             [*wheres, *self._wheres(rows.start + measured)],
         )
 
-    def _measured(self, frame: int, name: str) -> FrameObservations:
+    def _measured(self, frame: int, name: str) -> data.FrameObservations:
         """Return the places whose coordinates in a frame were measured."""
         located = [one for one in self.located if one.frame == frame]
-        rows = np.flatnonzero((self.measured_in == frame) & (frame != WORLD))
+        rows = np.flatnonzero((self.measured_in == frame) & (frame != data.WORLD))
         coordinates = np.reshape([one.coordinates for one in located], (-1, 3))
-        return FrameObservations(
+        return data.FrameObservations(
             name,
             np.concatenate([[one.socket for one in located], self.socket_count + rows]).astype(
                 np.int64
