@@ -182,6 +182,6 @@ def _log_evidence(fit: _Iteration) -> float:
         b = np.concatenate(limited)
         b = b[fit.rest.free[b]]
         known = sharp.covariance[np.ix_(b, b)]
-        share = expectation_propagation(state.x[b] + y[b], known).log_share
+        *_, share = expectation_propagation(state.x[b] + y[b], known)
         terms.append(share - log_prior_share(state))
     return sum(terms) + log_evidence_of_scales(state, np.bincount(samples.sources).tolist())

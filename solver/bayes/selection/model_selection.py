@@ -91,8 +91,7 @@ def select_models(
     given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
     geometric = fit(None, [(*first, *_effects_of(robot, given)) for robot, _ in robots], data)
-    names = [name for name in EXTENSIONS if name in stages]
-    names = [n for n in names if {EFFECTS[e].requires for e in EXTENSIONS[n]} <= {"", *first}]
+    names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
@@ -109,6 +108,10 @@ def select_models(
         own += [f"{CURVE.extension}: {note}"] if note else []
         own += [joint_offsets_in_words(arm)] if zeros else []
     return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
+
+
+def _required(extension: str) -> set[str]:
+    return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
 
 
 def _with_movements(
