@@ -113,10 +113,9 @@ def test_measured_efforts_tell_how_an_arm_bends():
     assert found[1:6] == pytest.approx(compliance[1:6], abs=1.5e-5)
 
 
-@pytest.mark.parametrize("name", ["panda", "iiwa14"])
-def test_gross_outliers_hardly_count(name):
+def test_gross_outliers_hardly_count():
     """A tenth of the balls, 5 to 50 mm off."""
-    robot, generator = mukca.load_robot(name), np.random.default_rng(9)
+    robot, generator = mukca.load_robot("panda"), np.random.default_rng(9)
     _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=1, noise=1e-4)
     spoilt = []
     for placement in train:

@@ -15,14 +15,14 @@ G, SLOPE = 9.80665, 9.80665 / 2**0.5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["panda", "ur5e"])
 @pytest.mark.parametrize(
-    ("gravity", "option"),
+    ("name", "gravity", "option"),
     [
-        ((0.0, 0.0, G), "--gravity 0 0 9.81"),
-        ((G, 0.0, 0.0), "--gravity 9.81 0 0"),
-        ((SLOPE, 0.0, -SLOPE), "--gravity 6.93 0 -6.93"),
-        ((0.0, 0.0, -G), ""),
+        ("panda", (0.0, 0.0, G), "--gravity 0 0 9.81"),
+        ("ur5e", (G, 0.0, 0.0), "--gravity 9.81 0 0"),
+        ("panda", (SLOPE, 0.0, -SLOPE), "--gravity 6.93 0 -6.93"),
+        ("panda", (0.0, 0.0, -G), ""),
+        ("ur5e", (0.0, 0.0, -G), ""),
     ],
 )
 def test_gravity_that_was_not_said_is_named(name, gravity, option):

@@ -22,7 +22,7 @@ def elsewhere(true_panda):
     return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
 
 
-@pytest.mark.parametrize("first", [3, 7, 10, 14, 17])
+@pytest.mark.parametrize("first", [3, 10, 17])
 def test_a_base_that_moved_far_is_told_by_the_first_row(look, placements, elsewhere, first):
     front = placements[0]
     samples = (*front.samples[: 20 + first], *elsewhere.samples[20 + first :])
@@ -41,8 +41,7 @@ def test_a_base_that_moved_far_before_a_socket_was_entered_has_a_size(look, plac
     assert "moved" in told and "nan" not in told
 
 
-@pytest.mark.parametrize("many", [1, 2, 5, 9])
-@pytest.mark.parametrize("begin", [0, 6])
+@pytest.mark.parametrize(("begin", "many"), [(0, 1), (6, 2), (0, 5), (6, 9)])
 def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many):
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
     more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)

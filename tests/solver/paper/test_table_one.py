@@ -56,8 +56,8 @@ def test_the_shipped_robot_serves_as_well(arm, recordings, capsys):
     assert found == pytest.approx(distance, abs=within)
 
 
-@pytest.mark.parametrize("arm", ROWS)
-def test_both_optimizers_agree(arm, recordings, capsys):
+def test_both_optimizers_agree(recordings, capsys):
+    arm = "panda_3"
     folder = recordings / arm
     words = (f"{folder / ROWS[arm][0]}", "--test", f"{folder}", "--robot", f"{folder}/nominal.urdf")
     one, other = (

@@ -178,7 +178,7 @@ def test_a_second_placement_is_watched_from_before_its_first_sample(
 ) -> None:
     second = PoseSelector(panda, 0.05, earlier=[read(session / "front")])
     here = read(session / "left").samples
-    for taken in range(7):
+    for taken in (0, 1, 3, 6):
         assert not second.advise(here[:taken], 0).alarms
 
 

@@ -22,7 +22,7 @@ OPTIONS = (
     "--disable-component-update",
     "--disable-sync",
 )
-ARMS = {"panda_3": "frontcenter", "kuka_14": "front", "dinova_2": "front"}
+ARMS = ("kuka_14", "dinova_2")
 
 COLLISIONS = """[...document.querySelectorAll('svg.panel')].flatMap(svg => {
     const edge = svg.getBoundingClientRect();
@@ -108,7 +108,7 @@ def report(shared, request):
             return request.getfixturevalue("demo") / "calibrated"
         data = request.getfixturevalue("recordings") / name
         robot = ("--robot", str(data / "nominal.urdf"))
-        words = ["solve", str(data / ARMS[name]), "--test", str(data), *robot]
+        words = ["solve", str(data / "front"), "--test", str(data), *robot]
 
         def make(out):
             main([*words, "--out", str(out)])
@@ -240,7 +240,7 @@ def test_without_scripts_the_figures_are_there(browser, report):
 
 
 def test_the_comparison_opens_too(show, report, tmp_path):
-    file = report("panda_3") / "calibration.json"
+    file = report("kuka_14") / "calibration.json"
     assert main(["compare", str(file), "--out", str(tmp_path / "c")]) == 0
     for width in (400, 1400):
         page = show(tmp_path / "c/compare.html", width)
