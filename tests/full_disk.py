@@ -1,7 +1,9 @@
 """A disk that is full, as far as a process can tell."""
 
 import resource
+import sys
 from contextlib import contextmanager
+from unittest.mock import patch
 
 
 @contextmanager
@@ -10,6 +12,7 @@ def full_disk(size):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
-        yield
+        with patch.object(sys, "dont_write_bytecode", True):  # else modules would be cut off
+            yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

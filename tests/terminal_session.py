@@ -34,6 +34,9 @@ class TerminalSession:
         self._lock = threading.Lock()
         self.output = b""
 
+        if limit_file_size is not None:  # else compiled modules would be cut off
+            environment = {**(environment or {}), "PYTHONDONTWRITEBYTECODE": "1"}
+
         def prepare():
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
             if limit_file_size is not None:

@@ -73,13 +73,6 @@ def test_only_changed_lines_are_written_again(terminal):
         assert rows(terminal.written()) == [7]
 
 
-def test_the_screen_before_comes_back(terminal):
-    with pytest.raises(RuntimeError), terminal.screen:
-        assert "\x1b[?1049h" in terminal.written()
-        raise RuntimeError
-    assert terminal.written().endswith("\x1b[?25h\x1b[?1049l")
-
-
 def test_a_terminal_without_unicode_gets_ascii():
     terminal = Terminal("ascii")
     with terminal.screen as screen:
@@ -119,18 +112,6 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes():
     ]
 
 
-def test_a_simple_terminal_shows_the_advice_once_and_rings():
-    text = io.StringIO()
-    advised = replace(VIEW, advice=Advice(3, 0, 4e-4, 3e-4, target=(0.8,)))
-    simple = Console(file=text, force_terminal=True, color_system=None, width=200)
-    with Lines(simple) as lines:
-        for _ in range(2):
-            lines.show(advised)
-        lines.bell()
-    assert text.getvalue().count("predicted 0.40") == 1 and text.getvalue().endswith("\a")
-    assert "next best ◆: elbow up by 40.1°" in text.getvalue()
-
-
 def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():
     session = Session(tuple(JointLimits(name, -1, 2) for name in ("base", "elbow", "wrist")))
     advice = Advice(3, 0, 4e-4, 3e-4, target=(-0.2, 0.01, 1.2), lift=True)
@@ -140,11 +121,3 @@ def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():
     assert (
         "lift the ball out for this one: base down by 11.5°, wrist up by 68.8°" in text.getvalue()
     )
-
-
-def test_without_a_terminal_the_help_is_there_when_it_is_asked_for():
-    text = io.StringIO()
-    with Lines(Console(file=text)) as lines:
-        for shown in (True, True, False, True):
-            lines.show(replace(VIEW, scripted=True, help=shown))
-    assert text.getvalue().count("undo the last capture") == 2

@@ -40,23 +40,6 @@ def test_what_no_one_takes_is_dropped_from_its_old_end_and_counted(arm, virtual_
     assert round(taken[0][1].stamp * 1000) == stream.dropped == stream.missed
 
 
-def test_silence_is_told_and_ends(arm, virtual_time):
-    stream = Stream(arm("fault=silent@0.1+1"))
-    virtual_time.sleep(0.5)
-    assert "no state" in str(stream.trouble) and not stream.ended
-    virtual_time.sleep(1.0)
-    assert stream.trouble is None
-    stream.close()
-
-
-def test_a_driver_that_gives_up_ends_the_stream(arm, virtual_time):
-    stream = Stream(arm("fault=drop@0.1+1"))
-    virtual_time.sleep(0.5)
-    assert stream.ended and "dropped the connection" in str(stream.trouble)
-    stream.close()
-    stream.close()
-
-
 def test_states_tell_over_which_connection_they_came(arm, virtual_time):
     stream = Stream(Reconnecting(lambda: arm("rate=100&fault=drop@0.3+0.2")))
     virtual_time.sleep(3.0)

@@ -108,32 +108,6 @@ def test_the_threshold_of_stillness_is_the_one_asked_for(still, share, at_rest):
     assert at_rest or monitor.moving.startswith("still moving: b by")
 
 
-@pytest.mark.parametrize(
-    ("fault", "told"),
-    [
-        ("silent", "silent: no state for 0.4 s"),
-        ("freeze", "frozen"),
-        ("repeat", "stamp does not advance"),
-        ("nan", "c came as nan"),
-        ("jump", "c jumped by 11.5°"),
-        ("zeros", "all joints read exactly 0"),
-        ("short", "2 joints came, but the model has 3"),
-    ],
-)
-@pytest.mark.parametrize("start", [2.5, 3.5])
-def test_every_fault_is_told_and_bars_capture(sent, fault, told, start):
-    """While it shows, and afterwards until a whole window of sound states has come."""
-    monitor, end, at_end = StreamMonitor(JOINTS), start + 0.4, ""
-    for moment, state in sent(4.8, f"{fault}@{start}+0.4", rate=500):
-        if moment >= end:
-            at_end = at_end or str(monitor.trouble(end))
-        monitor.feed(state, moment)
-        if end <= moment < start + 0.65:
-            assert monitor.trouble(moment) is not None, moment
-    assert told in at_end
-    assert monitor.trouble(4.8) is None
-
-
 @pytest.mark.parametrize("fault", ["nan", "zeros", "short", "repeat", "jump"])
 def test_a_fault_of_one_state_bars_capture_for_a_window(sent, fault):
     monitor = StreamMonitor(JOINTS)

@@ -50,7 +50,7 @@ def test_a_pipe_gets_a_line_a_second_and_a_last_one(tmp_path, stream):
     assert len(lines) == 3
     for line in lines:
         assert [float(word) for word in line.split()[:6]] == pytest.approx(degrees, abs=1e-3)
-        assert "Hz" in line and "missed 0" in line and "running, normal" in line
+        assert "500 Hz" in line and "missed 0" in line and "running, normal" in line
     assert "\x1b" not in out
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.bayes.model import PriorGroup
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
@@ -151,15 +150,6 @@ def test_of_many_placements_some_are_left_out_at_a_time():
     assert "where one placement is left out, all together lower errors by" in line
 
 
-def test_extensions_can_be_switched_off():
-    robot = mukca.load_robot("panda")
-    _, train = mukca.simulate_recordings(robot, 1, seed=2, compliance=8e-5)
-    found = mukca.calibrate(robot, train, without=(*EXTENSIONS, "joint-noise")).document
-    assert found.choices == () and found.deflection == {}
-    assert found.noise is not None
-    assert found.noise.joint == 0
-
-
 def test_a_model_does_not_shrink_to_look_better():
     """Errors shrink with the model; over many samples that would outweigh the base."""
     robot = mukca.load_robot("panda")
@@ -243,11 +233,3 @@ def test_what_recordings_cannot_show_is_named():
         3, abs=0.1
     )  # its place, not its turn
     assert all(0 <= group.effective <= group.count for group in found.groups)
-
-
-def test_a_width_that_takes_turns_with_another_changes_by_small_steps():
-    group, known = PriorGroup("rotation", "rad", np.arange(3), 1e-3), 1e-12 * np.eye(3)
-    off, free = np.full(3, 0.1), np.ones(3, dtype=bool)
-    assert group.updated(off, known, free).width > 0.05
-    slowly = group.updated(off, known, free, 0.5)
-    assert slowly.width == pytest.approx(1e-3 * np.exp(0.5))

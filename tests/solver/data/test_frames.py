@@ -22,20 +22,6 @@ def points():
     return np.random.default_rng(0).uniform(-0.4, 0.4, (12, 3))
 
 
-def test_a_pose_is_undone_by_its_inverse(points):
-    frame = pose(1)
-    assert frame.inverse().apply(frame.apply(points)) == pytest.approx(points)
-    assert np.linalg.det(frame.rotation) == pytest.approx(1)
-
-
-def test_the_slopes_of_a_pose_are_those_of_finite_differences(points):
-    frame, slopes = pose(2), pose(2).slopes(points)
-    for i in range(6):
-        step = 1e-6 * np.eye(6)[i]
-        ahead, behind = frame.moved(step).apply(points), frame.moved(-step).apply(points)
-        assert slopes[:, :, i] == pytest.approx((ahead - behind) / 2e-6, abs=1e-8)
-
-
 def test_a_pose_is_found_again_in_spite_of_a_point_far_off(points):
     frame = pose(3)
     outer = frame.apply(points)

@@ -63,16 +63,6 @@ def test_each_trial_is_drawn():
     assert simulation_page(result("drawing"), {}).count("<polyline") == 4
 
 
-@pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-def test_pictures_are_in_the_page(experiment):
-    bare = simulation_page(result(experiment), {})
-    assert "<img" not in bare
-    assert "Side by side" not in bare
-    page = simulation_page(result(experiment), {"picture.png": b"p", "animation.gif": b"a"})
-    assert 'src="data:image/png;base64,cA=="' in page
-    assert 'src="data:image/gif;base64,YQ=="' in page
-
-
 def test_a_file_is_called_by_its_name_and_escaped():
     page = simulation_page(result("drawing", "some/where/<b>.urdf"), {})
     assert "the &lt;b&gt;.urdf model's" in page and "<b>" not in page
