@@ -7,16 +7,14 @@ the inverses are short loops round one of them, in ``templates``.
 import json
 import re
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
-from jinja2 import Environment, FileSystemLoader
 
 from ...solver import robot as robots
 from ...solver.results import CalibratedRobot
 from ...solver.robot import PoseModel, Robot, limited_step, moments_function, newton_step
-from .request import Exported, ExportError, Request, plain
+from .request import Exported, ExportError, Request, filled, plain
 
 _BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
 NUMBERS = (
@@ -168,12 +166,8 @@ def _body(arguments: dict[str, Any], value: Any) -> str:
 
 def _filled(template: str, request: Request, about: list[str], **words: object) -> bytes:
     """Return a template's text; what stands in comments cannot end them."""
-    folder = FileSystemLoader(Path(__file__).parent / "templates")
-    environment = Environment(  # noqa: S701 (C, not HTML)
-        loader=folder, keep_trailing_newline=True, trim_blocks=True
-    )
     name = request.file.stem
     lines = [plain(line) for line in [*request.identity.lines(), *about]]
     numbers = {word: f"{getattr(robots, word):g}" for word in NUMBERS}
     names = {"arm": name, "ARM": name.upper(), **numbers}
-    return environment.get_template(template).render(about=lines, **names, **words).encode()
+    return filled(template, about=lines, **names, **words)

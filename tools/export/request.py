@@ -153,6 +153,17 @@ def _noted(files: Collection[str]) -> list[str]:
         return []
 
 
+def filled(template: str, **words: object) -> bytes:
+    """Return a template's text; nothing in it is escaped."""
+    from jinja2 import Environment, FileSystemLoader
+
+    folder = FileSystemLoader(Path(__file__).parent / "templates")
+    environment = Environment(  # noqa: S701 (no HTML)
+        loader=folder, keep_trailing_newline=True, trim_blocks=True
+    )
+    return environment.get_template(template).render(**words).encode()
+
+
 def plain(text: str) -> str:
     """Return text that stays on one line in any comment."""
     return "".join(c if c.isprintable() else " " for c in text).replace("--", "-").replace("*/", "")

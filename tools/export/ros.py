@@ -15,6 +15,7 @@ from .request import (
     ExportError,
     Request,
     after_last_exported,
+    filled,
     losses_without,
     redistributed_origins,
 )
@@ -88,14 +89,24 @@ def write(request: Request) -> Exported:
     request.require_ending(".yaml", ".yml")
     origins = {keys[name]: o for name, o in redistributed_origins(request, keys).items()}
     lines = list(vendor.lines)
-    rest: list[str] = []
+    name = ""
     if request.format == "ur":
         name, said = _hash(request, vendor)
-        rest = [f"  hash: {name}"]
         lines.append(said)
-    content = "\n".join([*_head(request), *_body(vendor, origins), *rest]) + "\n"
+    content = filled(
+        "kinematics.yaml.j2",
+        about=request.identity.lines(),
+        identity={key: json.dumps(value) for key, value in asdict(request.identity).items()},
+        outer=vendor.outer,
+        inner=vendor.inner,
+        origins={
+            joint: dict(zip(COMPONENTS, map(_number, origin.tolist()), strict=True))
+            for joint, origin in origins.items()
+        },
+        hash=name,
+    )
     losses = losses_without(request, after_last_exported(request, keys))
-    return Exported({request.file.name: content.encode()}, losses, tuple(lines))
+    return Exported({request.file.name: content}, losses, tuple(lines))
 
 
 def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
@@ -115,25 +126,6 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
         )
     return keys
-
-
-def _head(request: Request) -> list[str]:
-    """Return the provenance as a comment, and as a key that the descriptions pass over."""
-    identity = {key: json.dumps(value) for key, value in asdict(request.identity).items()}
-    said = [f"# {line}" for line in request.identity.lines()]
-    return [*said, "mukca:", *(f"  {key}: {value}" for key, value in identity.items())]
-
-
-def _body(vendor: Vendor, origins: Mapping[str, np.ndarray]) -> list[str]:
-    lines = [f"{'  ' * depth}{key}:" for depth, key in enumerate(vendor.outer)]
-    for joint, origin in origins.items():
-        around = (joint, *vendor.inner)
-        depth = len(vendor.outer)
-        lines += [f"{'  ' * (depth + i)}{key}:" for i, key in enumerate(around)]
-        margin = "  " * (depth + len(around))
-        pairs = zip(COMPONENTS, origin.tolist(), strict=True)
-        lines += [f"{margin}{key}: {_number(value)}" for key, value in pairs]
-    return lines
 
 
 def _number(value: float) -> str:
@@ -222,22 +214,12 @@ def write_xacro(request: Request) -> Exported:
         xyz, rpy = (" ".join(map(repr, part)) for part in (origin[:3], origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
     table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace("&#10;", "\n")
-    said = "\n     ".join(line.replace("--", "-") for line in request.identity.lines())
-    content = f"""<?xml version="1.0"?>
-<!-- {said}
-     Include this file, and put the macro into each of these joints instead of its origin:
-     <xacro:calibrated_origin joint="{joints[0].name}"/> -->
-<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <xacro:property name="calibrated_origins" value={table}/>
-  <xacro:macro name="calibrated_origin" params="joint">
-    <origin xyz="${{calibrated_origins[joint]['xyz']}}"
-            rpy="${{calibrated_origins[joint]['rpy']}}"/>
-  </xacro:macro>
-</robot>
-"""
+    said = [line.replace("--", "-") for line in request.identity.lines()]
+    words = {"about": said, "joint": joints[0].name, "table": table}
+    content = filled("origins.xacro.j2", **words)
     lines = (
         f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '
         f'<xacro:calibrated_origin joint="{joints[0].name}"/>  instead of the <origin> of each of '
         "its joints.",
     )
-    return Exported({request.file.name: content.encode()}, losses_without(request), lines)
+    return Exported({request.file.name: content}, losses_without(request), lines)
