@@ -11,7 +11,6 @@ from rich.text import Text
 from .. import Sample
 from ..session import Session, View
 from ..stream import JointLimits
-from .large_text import banner
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 HELP = """\
@@ -77,7 +76,8 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
     keys = [Text(_fit(KEYS, width), style="bold")][:spare]
-    title = [_title(view, width)][: max(0, spare - 1)]
+    words = f" mukca record  {view.title}{'  keys by script' if view.scripted else ''}"
+    title = [Text(_fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
     facts = [_gauge(view, width)] if view.advice and view.advice.is_informative else []
     facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
     large = banner(view.prompt.words, view.prompt.colour, width)
@@ -85,13 +85,9 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     status = _status(view, width, max(1, spare - 4))
     top = [*title, *large, *status, counts, *facts]
     room = height - len(top) - len(keys)
-    middle = _help(width) if view.help else _middle(view, width, room)
+    middle = [Text(_fit(f" {line}", width)) for line in HELP.splitlines()]
+    middle = middle if view.help else _middle(view, width, room)
     return [*top, *(middle + [Text()] * room)[:room], *keys]
-
-
-def _title(view: View, width: int) -> Text:
-    words = f" mukca record  {view.title}{'  keys by script' if view.scripted else ''}"
-    return Text(_fit(words, width).ljust(width), style="reverse")
 
 
 def _status(view: View, width: int, most: int) -> list[Text]:
@@ -266,9 +262,38 @@ def _messages(session: Session, width: int, room: int) -> list[Text]:
     return lines[-room:]
 
 
-def _help(width: int) -> list[Text]:
-    return [Text(_fit(" " + line, width)) for line in HELP.splitlines()]
-
-
 def _fit(text: str, width: int) -> str:
     return text if len(text) <= width else text[: max(0, width - 1)] + "…"
+
+
+_LETTERS: dict[str, tuple[str, ...]] = {
+    letter: tuple(rows)
+    for letters, *lines in (
+        (
+            "0123456789",
+            "█▀█|▀█ |▀▀█|▀▀█|█ █|█▀▀|█▀▀|▀▀█|█▀█|█▀█",
+            "█ █| █ |█▀▀| ▀█|▀▀█|▀▀█|█▀█|  █|█▀█|▀▀█",
+            "▀▀▀|▀▀▀|▀▀▀|▀▀▀|  ▀|▀▀▀|▀▀▀|  ▀|▀▀▀|▀▀▀",
+        ),
+        (
+            "ABCDEFGHIJKLM",
+            "▄▀▄|█▀▄|█▀▀|█▀▄|█▀▀|█▀▀|█▀▀▀|█ █|█|  █|█ █|█  |█▄ ▄█",
+            "█▀█|█▀▄|█  |█ █|█▀ |█▀ |█ ▀█|█▀█|█|  █|█▀▄|█  |█ ▀ █",
+            "▀ ▀|▀▀ |▀▀▀|▀▀ |▀▀▀|▀  |▀▀▀▀|▀ ▀|▀|▀▀▀|▀ ▀|▀▀▀|▀   ▀",
+        ),
+        (
+            "NOPQRSTUVWXYZ? ",
+            "█▄ █|█▀▀█|█▀█|█▀▀█|█▀█|█▀▀|▀█▀|█ █|█ █|█ █ █|█ █|█ █|▀▀█|▀▀█| ",
+            "█ ▀█|█  █|█▀▀|█ ▄█|█▀▄|▀▀█| █ |█ █|█ █|█ █ █|▄▀▄| █ |▄▀ | ▀ | ",
+            "▀  ▀|▀▀▀▀|▀  |▀▀▀▀|▀ ▀|▀▀▀| ▀ |▀▀▀| ▀ | ▀ ▀ |▀ ▀| ▀ |▀▀▀| ▀ | ",
+        ),
+    )
+    for letter, *rows in zip(letters, *(line.split("|") for line in lines), strict=True)
+}
+"""Three rows a letter, five half-rows high."""
+
+
+def banner(words: str, colour: str, width: int) -> list[Text]:
+    """Return some words as three lines, each as wide as the screen and all of one colour."""
+    rows = [" " + " ".join(_LETTERS.get(c, _LETTERS["?"])[row] for c in words) for row in range(3)]
+    return [Text(row[:width].ljust(width), style=f"bold white on {colour}") for row in rows]

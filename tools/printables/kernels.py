@@ -98,25 +98,19 @@ Shape = Any
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
     step, interface, message = _ocp("STEPControl"), _ocp("Interface"), _ocp("Message")
-    shape = to_shape(solid)
+    unify = _ocp("ShapeUpgrade").ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
+    unify.Build()  # no superfluous edges
     chatter = message.Message_PrinterOStream.get_type_descriptor_s()  # goes to standard output
     message.Message.DefaultMessenger_s().RemovePrinters(chatter)
     writer = step.STEPControl_Writer()
     interface.Interface_Static.SetCVal_s("write.step.product.name", name)
     interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
-    writer.Transfer(shape, step.STEPControl_AsIs)
+    writer.Transfer(_single_body(unify.Shape()), step.STEPControl_AsIs)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.step"
         if writer.Write(str(path)) != _ocp("IFSelect").IFSelect_RetDone:
             raise PrintableError(f"{name}: Open CASCADE could not write it as STEP")
         return path.read_bytes()
-
-
-def to_shape(solid: Solid) -> Shape:
-    """Evaluate a solid's tree to a shape of one body with no superfluous edges."""
-    unify = _ocp("ShapeUpgrade").ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
-    unify.Build()
-    return _single_body(unify.Shape())
 
 
 def _ocp(module: str) -> Any:

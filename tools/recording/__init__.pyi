@@ -7,7 +7,6 @@ from .guidance_process import goal_for as goal_for
 from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .options import SettledOptions as SettledOptions
-from .quick import verify_calibration as verify_calibration
 from .quick import worth_calibrating as worth_calibrating
 from .resources import is_scripted as is_scripted
 from .session_alarms import SessionAlarms as SessionAlarms

@@ -1,4 +1,4 @@
-"""Quick checks on ten poses in one socket: is it worth calibrating, is a calibration valid?"""
+"""Quick check on ten poses in one socket: is it worth calibrating?"""
 
 from pathlib import Path
 
@@ -6,10 +6,8 @@ import numpy as np
 
 from ...recorder import read_placement
 from ...solver.assessment import checks_row, judge, repeatability_of
-from ...solver.calibration import Calibration
 from ...solver.data import measure
 from ...solver.diagnostics import inspect_all, is_coarse
-from ...solver.partial import Validity, what_changed
 from ...solver.robot import BallModel, Robot
 from .guidance_process import limit_for
 from .outlier_checks import wrong_model_check
@@ -45,8 +43,3 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
         "sockets.",
         0,
     )
-
-
-def verify_calibration(calibration: Calibration, folder: Path) -> Validity:
-    """Return whether a calibration holds, by poses recorded since; the ball may have moved."""
-    return what_changed(calibration, read_placement(folder), ball_moved=True)

@@ -6,6 +6,7 @@ printed socket allows. What is written down are the joint positions that put the
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -201,7 +202,9 @@ def lead(
     m = true.shape[1]
     if TILT.name in how.deflection.extensions:
         true = _seated(arm, seats, true, moments, how.deflection)
-    read = _readings(true, moments, how.deflection)
+    read = true
+    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
+        read = true - (how.deflection.true_positions(read, moments)[:, :m] - read)
     torques, either = moments[:, :m], generator.choice([-1.0, 1.0], read.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     read = read + 0.5 * how.play * side
@@ -219,14 +222,6 @@ def _seated(
         back = np.linalg.pinv(linear.by_joints[:, :, :m])
         true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]
     return true
-
-
-def _readings(true: np.ndarray, moments: np.ndarray, deflection: Deflection) -> np.ndarray:
-    """Return what the encoders read at true joint positions: the inverse of the deflection."""
-    read, m = true, true.shape[1]
-    for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        read = true - (deflection.true_positions(read, moments)[:, :m] - read)
-    return read
 
 
 def reachable_bases(
@@ -251,17 +246,10 @@ def reachable_bases(
         direction = np.array([np.cos(turn), np.sin(turn), 0.0])
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
         apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
-        if apart and _reachable(guide, base, generator):
-            bases.append(base)
+        if apart:
+            with suppress(SimulationError):  # several ways lead there, as a person would see
+                guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
+                bases.append(base)
         if len(bases) == count:
             return bases
     raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
-
-
-def _reachable(guide: InverseKinematics, base: Base, generator: np.random.Generator) -> bool:
-    """Tell whether several ways lead to both sockets, as a person would see at once."""
-    try:
-        guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
-    except SimulationError:
-        return False
-    return True

@@ -12,7 +12,7 @@ from types import FrameType
 
 from .... import recorder
 from ....recorder import terminal as recorder_terminal
-from ....solver import calibration
+from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.robot import Robot
 from ... import recording
@@ -71,7 +71,8 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         words, status = recording.worth_calibrating(robot, settled.out)
         terminal.say(words)
         return status
-    found = recording.verify_calibration(known, settled.out)
+    here = recorder.read_placement(settled.out)
+    found = partial.what_changed(known, here, ball_moved=True)
     terminal.say(found.text)
     return found.verdict.exit_status
 

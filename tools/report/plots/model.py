@@ -199,7 +199,8 @@ def error_curves(report: ReportDocument) -> Plot | None:
         _panel(curve, y, _angles(report.coverage, curve.joint), repeatability) for curve in curves
     ]
     largest = max((_MRAD * max(map(abs, c.values)), c.joint) for c in curves)
-    blank = [f"{degrees:.0f} degrees of {c.joint}" for c in curves if (degrees := _blank(c))]
+    turns = ((360 - sum(_DEGREES * (b - a) for a, b in c.sampled), c.joint) for c in curves)
+    blank = [f"{free:.0f} degrees of {joint}" for free, joint in turns if free >= LEAST_BLANK]
     return plot(
         "curves", *panels, layout="half", largest=largest, blank=blank, repeatability=repeatability
     )
@@ -229,9 +230,3 @@ def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float
     marks = "".join(f"M{panel.x(a):.1f} {panel.bottom - 5:.1f}v5" for a in angles)
     panel.add("path", d=marks, class_="tick-train")
     return panel
-
-
-def _blank(curve: JointCurve) -> float:
-    """Return how much of a turn has no sample near, 0 where it is little [degrees]."""
-    blank = 360 - sum(_DEGREES * (high - low) for low, high in curve.sampled)
-    return blank if blank >= LEAST_BLANK else 0.0
