@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ....errors import MukcaError
 from ....solver import calibration
 from ....solver.calibration import UsageError
@@ -205,6 +203,8 @@ class PosesOptions(PathOptions):
 
 def run_poses(options: PosesOptions, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
+    import numpy as np
+
     held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
     header = ("x", "y", "z", "qx", "qy", "qz", "qw")
     with written(options, terminal, header, options.joints) as write:

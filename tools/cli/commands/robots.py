@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-import numpy as np
-
 from ....drivers import DriverInfo, list_drivers, try_plugin
-from ....solver.assessment import ARMS
-from ....solver.robot import BallModel, Robot, link_frames, load_robot, shipped_robots, workspace
+from ....solver import assessment
+from ....solver import robot as models
 from .. import JsonOption, Terminal, option
 
 DRIVERS = {
@@ -37,7 +35,7 @@ class RobotsListOptions(JsonOption):
 
 def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:
     """List all shipped robots."""
-    robots = [describe(name) for name in shipped_robots()]
+    robots = [describe(name) for name in models.shipped_robots()]
     terminal.emit({"robots": robots})
     width = max(len(one["name"]) for one in robots)
     for one in robots if options.licences and not options.json else ():
@@ -58,11 +56,11 @@ def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:
 
 def describe(name: str) -> dict[str, Any]:
     """Return what is worth knowing of a shipped robot, in SI units, by its file's comment."""
-    robot = load_robot(name)
+    robot = models.load_robot(name)
     comment = robot.text.data.decode().partition("<!--")[2].partition("-->")[0]
     title, _, rest = " ".join(comment.split()).partition(". Lengths in metres")
     sources = re.findall(r"Source of ([^:]*: .*?)(?=(?<!\b[A-Z])\. [A-Z]|\.$|$)", rest)
-    arm = ARMS.get(name)
+    arm = assessment.ARMS.get(name)
     return {
         "name": name,
         "title": title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
@@ -76,19 +74,21 @@ def describe(name: str) -> dict[str, Any]:
     }
 
 
-def reach(robot: Robot) -> float:
+def reach(robot: "models.Robot") -> float:
     """Return how far the ball comes from the second joint [m], about: the best of a search."""
-    model = BallModel(robot, [])
+    import numpy as np
+
+    model = models.BallModel(robot, [])
     lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
     upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
-    positions = workspace(robot, CONFIGURATIONS)
+    positions = models.workspace(robot, CONFIGURATIONS)
     positions[:, 0] = 0.0 if lower[0] < 0 < upper[0] else lower[0]
     q = np.eye(1, len(lower))[0] * positions[0, 0]
-    frames = link_frames(robot.joints, robot.origins.ravel(), q)
+    frames = models.link_frames(robot.joints, robot.origins.ravel(), q)
     second = robot.joints.index(robot.actuated[1])
     centre = np.asarray(frames[second][1]).ravel()
 
-    def distances(q: np.ndarray) -> np.ndarray:
+    def distances(q: "np.ndarray") -> "np.ndarray":
         return np.linalg.norm(model.points(np.empty(0), q) - centre, axis=1)
 
     best = positions[np.argmax(distances(positions))]

@@ -8,7 +8,6 @@ from pathlib import Path
 from .... import recorder
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
-from ....solver.partial import Camera
 from ... import extract
 from .. import OutputOptions, Terminal, argument, one_arm, option
 from .command import read_rows
@@ -156,7 +155,7 @@ class HandeyeOptions(OutputOptions):
     data: Sequence[Path] = argument(
         "CSV files of joints and poses, or folders of images with joints.csv", "POSES.csv"
     )
-    camera: Camera = option("the camera is on the arm, or beside it", default=...)
+    camera: "partial.Camera" = option("the camera is on the arm, or beside it", default=...)
     name: str = option("name of the camera's link", "LINK", "camera")
     near: str = option(
         "posture near which the views were taken [rad], with poses of the flange in place of "
