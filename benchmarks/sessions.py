@@ -9,7 +9,8 @@ the order 0 1 0 1. It is checked as ``mukca record`` does from the sixth sample 
 counts the sessions without a fault that ring after any of their samples, on all shipped arms.
 
 Of a fault are counted the sessions in which the fit was determined before the last two samples
-(that it predicts the next sample of the sound twin to a third of the fault), and of these the ones
+(of the next residual of the sound twin, the deviation that it predicts, the root mean square of its
+length, is under a third of the fault), and of these the ones
 noticed within two samples of that; of all, those noticed by the end of 12 + 12, and those whose
 cause was the right one there. A session is checked only where one of these may change: at the two
 samples in question and at the end, and before them if it was silent there. Each session is kept in
@@ -140,9 +141,9 @@ class Setting:
         found = self.check.faults([self.placement(samples)])
         return [fault.hypothesis.name for fault in found]
 
-    def predicted(self) -> list[np.ndarray]:
-        """Return the covariance of each sample of the sound session before it is taken [m^2]."""
-        samples, found = self.samples("none"), [np.eye(3)] * 6
+    def predicted(self) -> list[float]:
+        """Return the deviation of each residual of the sound session before it is taken [m]."""
+        samples, found = self.samples("none"), [1.0] * 6
         for n in range(7, len(samples) + 1):
             scene = self.check.scene([self.placement(samples[:n])])
             s2 = Comparison(scene, ONLY_SOUND, 1.0).candidates[0].sigma ** 2
@@ -156,12 +157,12 @@ class Setting:
             noise = np.eye(3) if W is None else np.linalg.inv(W[last] @ W[last])
             before = np.delete(white, new, axis=0)
             known_by = np.linalg.inv(before.T @ before / s2 + np.eye(B.shape[1]))
-            found.append(B[new] @ known_by @ B[new].T + s2 * noise)
+            found.append(float(np.trace(B[new] @ known_by @ B[new].T + s2 * noise)) ** 0.5)
         return found
 
 
 @cache
-def setting(name: str, seed: int) -> tuple[Setting, list[np.ndarray]]:
+def setting(name: str, seed: int) -> tuple[Setting, list[float]]:
     """Return an arm beside its base, and how well its samples are known before."""
     found = Setting(name, seed)
     return found, found.predicted()
@@ -176,12 +177,6 @@ def shows(fault: SessionFault, number: int) -> bool:
     return number >= fault.start and (fault.kind != "base" or ORDER[number - 1] in before)
 
 
-def is_known(covariance: np.ndarray, shift: np.ndarray) -> bool:
-    """Return whether the deviation along a fault is under a third of it."""
-    size = float(np.linalg.norm(shift))
-    return 3 * math.sqrt(shift @ covariance @ shift) < size**2
-
-
 def judge(name: str, seed: int, text: str) -> dict[str, Any]:
     """Return when one session was noticed, by the numbers of its samples."""
     here, predicted = setting(name, seed)
@@ -189,10 +184,11 @@ def judge(name: str, seed: int, text: str) -> dict[str, Any]:
     if not fault:
         heard = [n for n in range(6, len(samples) + 1) if here.told(samples[:n])]
         return {"rang": heard}
-    shifts = fault.shift(here.fault(text)[1])
-    along = [v if v.any() else shifts[fault.start - 1] for v in shifts]
-    known = [i for i, C in enumerate(predicted, 1) if shows(fault, i) and is_known(C, along[i - 1])]
-    at = next((i for i in known if i < len(samples)), None)
+    size = np.linalg.norm(fault.shift(here.fault(text)[1]), axis=1).max()
+    known = [
+        n for n, deviation in enumerate(predicted, 1) if shows(fault, n) and 3 * deviation < size
+    ]
+    at = next((n for n in known if n < len(samples)), None)
     end = here.told(samples)
     # an alarm stays on the screen until it is answered, so any before counts as well
     first = range(at + 1, fault.start - 1, -1) if at else ()

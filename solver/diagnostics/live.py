@@ -8,7 +8,7 @@ by how often sound sessions may pass it (``benchmarks/sessions.py``).
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import compress, groupby
 
 import numpy as np
 
@@ -27,23 +27,26 @@ from .hypotheses import (
     Scene,
     explained,
 )
-from .robust_fit import RigidModel
+from .robust_fit import ABOUT, FEW, RigidModel, samples_of
 
 LEAST = 6
 """Samples from which on faults are looked for."""
-EVIDENCE, MORE = 4.0, 8.0
+EVIDENCE, MORE = 2.5, 8.0
 """Logarithm of how much more probable than sound samples all faults together must be; and a further
 one, once one was found."""
 FORGOTTEN = 0.06
 """Prior probability of samples in another socket than they say."""
 DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
+STEPS, TIMES, LITTLE = 6, 2.0, 1e-3
+"""Steps of a fit to samples in other sockets; those that leave more than so many times the least
+error, and more than this [m], are not looked at closely."""
 SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
 PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
 """Halves of the play that arms of servos may have [rad]."""
-WIDE = 3.0
-"""Factor on the effects of an arm, which heavy ones have: few samples do not average them."""
+WIDES = (1.0, 3.0)
+"""Factors on the effects of an arm; heavy ones have the larger: few samples do not average them."""
 UNTOLD = ("distance", "ball_loose")
 """Explanations that are left out for arms made of servos."""
 SMALL, CLEAN = 0.015, 2.0
@@ -103,20 +106,21 @@ class LiveCheck:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison = self._compared(scene)
+            comparison, evidence = self._compared(scene)
             scene = comparison.scene
-            sound = max(c.log_evidence for c in comparison.candidates if c.kind.name == "sound")
+            sound = max(_logs(comparison, sound=True))
             others = [c for c in comparison.candidates if c.kind.name != "sound"]
             logs = [c.log_evidence - sound for c in others]
-            if np.logaddexp.reduce(logs) < DOUBT:
+            if evidence < DOUBT:
                 break
             likeliest = max(others, key=lambda c: c.log_evidence)
             whole = likeliest.log_evidence - sound > EVIDENCE and _explains_all(
                 comparison, likeliest
             )
-            elsewhere = [] if whole else list(self._elsewhere(given, scene.play))
+            elsewhere = [] if whole else list(self._elsewhere(given, scene))
             logs += [log - sound for log, _, _ in elsewhere]
-            if np.logaddexp.reduce(logs) < (MORE if found else EVIDENCE):
+            total = np.logaddexp.reduce([evidence, *logs[len(others) :]])
+            if total < (MORE if found else EVIDENCE):
                 break
             best = int(np.argmax(logs))
             if best >= len(others):
@@ -135,32 +139,55 @@ class LiveCheck:
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
         known = [k for k in rulers(measured, (), CALIPER_DEVIATION) if k.distance]
         nothing = [0.0] * len(measured)
-        scene = scene_of(self._model, measured, known, self._repeatability, nothing)
-        return replace(scene, wide=WIDE)
+        return scene_of(self._model, measured, known, self._repeatability, nothing)
 
-    def _compared(self, scene: Scene) -> Comparison:
-        """Return all explanations beside the play that is most probable, whatever happened."""
-        plays = PLAYS if scene.zeros else (scene.play,)
-        every = [Comparison(replace(scene, play=p), self._kinds, SHARE) for p in plays]
-        totals = [np.logaddexp.reduce([c.log_evidence for c in one.candidates]) for one in every]
-        return every[int(np.argmax(totals))]
+    def _compared(self, scene: Scene) -> tuple[Comparison, float]:
+        """Return explanations, and the evidence of faults, over all that the arm may be like.
+
+        The explanations are those beside what is most probable of the arm, whatever happened.
+        """
+        arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
+        arms = arms or [replace(scene, wide=wide) for wide in WIDES]
+        every = [Comparison(arm, self._kinds, SHARE) for arm in arms]
+        fault, sound = (
+            [np.logaddexp.reduce(_logs(one, sound=sound)) for one in every]
+            for sound in (False, True)
+        )
+        evidence = np.logaddexp.reduce(fault) - np.logaddexp.reduce(sound)
+        return every[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
 
     def _elsewhere(
-        self, placements: Sequence[Placement], play: float
+        self, placements: Sequence[Placement], arm: Scene
     ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
         """Return evidence, placements put right, and fault, of samples in another socket."""
         *before, here = placements
         runs = list(_runs(here))
         prior = math.log(FORGOTTEN / max(len(runs), 1))
+        labelled: list[list[Placement]] = []
         for rows, to in runs:
             samples = tuple(
                 replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
             )
-            right = [*before, replace(here, samples=samples)]
-            scene = replace(self.scene(right), play=play)
+            labelled.append([*before, replace(here, samples=samples)])
+        left = [self._left(right) for right in labelled]
+        near = [error <= max(TIMES * min(left), LITTLE) for error in left]
+        for right, (rows, to) in compress(zip(labelled, runs, strict=True), near):
+            scene = replace(self.scene(right), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
+
+    def _left(self, placements: Sequence[Placement]) -> float:
+        """Return the mean error that some steps of a fit leave [m]."""
+        measured = [Measurement(p, p.distance or 0.0) for p in placements]
+        fit = self._model.fit(samples_of(measured).thinned(ABOUT, FEW), STEPS)
+        return float(fit.errors.mean())
+
+
+def _logs(comparison: Comparison, *, sound: bool) -> list[float]:
+    """Return the evidence of sound samples, or of each fault."""
+    candidates = comparison.candidates
+    return [c.log_evidence for c in candidates if (c.kind.name == "sound") == sound]
 
 
 def _explains_all(comparison: Comparison, candidate: Candidate) -> bool:

@@ -179,14 +179,14 @@ class RigidModel:
         errors = np.linalg.norm(e, axis=1)
         return off, float(np.average(errors, weights=_weights(e, noise)))
 
-    def fit(self, samples: Samples) -> RigidFit:
+    def fit(self, samples: Samples, iterations: int = ITERATIONS) -> RigidFit:
         """Return the fit to some samples, at least one in each socket."""
         few = samples.thinned(ENOUGH, LEAST)
         P, widths = self._prior, self.widths
         x, still = np.zeros(len(widths)), np.tile(0 * few.positions, 3)
         centres = _medians(points := self.points(x, few.positions), few)
         noise = _typical(points - centres[few.sockets])
-        for _ in range(ITERATIONS):
+        for _ in range(iterations):
             points, by_unknowns, _ = self._model.linearise(x, few.positions, still)
             weights = _weights(points - centres[few.sockets], noise)
             centres = _means(points, few, weights)

@@ -130,7 +130,10 @@ class Scene:
     @cached_property
     def torques(self) -> np.ndarray:
         """Moments that hold the joints, shape (N, 3 m) [N m]."""
-        return np.concatenate([self.load.torques(self.robot, m) for m in self.measurements])
+        # a zero that is off by degrees changes on which side of its play a joint rests
+        off = self.x[len(self.parameters) :] if self.zeros else 0.0
+        every = [(m.positions + off, m.efforts) for m in self.measurements]
+        return np.concatenate([self.load.moments(self.robot, *one) for one in every])
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
