@@ -109,7 +109,8 @@ class PoseSelector:
         predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
         goal = self._given or goal or self._goal
         fewest = 0 if posterior is None else min(counts[:2])
-        enough = solved is not None and solved.enough and not alarms
+        # it is first said with a margin, so that further samples do not take it back
+        enough = bool(solved and solved.enough and not alarms and (solved.sized or self._said))
         reached = enough and predicted <= goal
         more = goal * rigid / predicted
         spent = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)

@@ -14,6 +14,7 @@ from ...solver.bayes.model import ExtendedModel
 from ...solver.bayes.results import scale
 from ...solver.calibration import calibrate
 from ...solver.data import RobotRecordings, measure, observe_all
+from ...solver.diagnostics import size_level
 from ...solver.paper import NotConverged
 
 WORKSPACE = "predicted_distance"
@@ -32,6 +33,8 @@ class Sufficiency:
 
     fewest: int
     """Samples in a socket of the last placement."""
+    sized: bool
+    """True where the arm's size would still be believed if it were off by a deviation more."""
 
     @property
     def enough(self) -> bool:
@@ -51,14 +54,17 @@ def sufficiency_of(
 ) -> Sufficiency | None:
     """Return what ``mukca solve`` would say of placements, the last still going on, or None."""
     try:
-        verdict = calibrate(model.robot, _whole(placements), zeros=zeros or None).verdict
+        solved = calibrate(model.robot, _whole(placements), zeros=zeros or None)
     except MukcaError:
         return None
-    row = next((row for row in verdict.limits if row.name == WORKSPACE), None)
+    row = next((row for row in solved.verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:
         return None
     fewest = int(np.bincount(placements[-1].sockets)[:2].min())
-    return Sufficiency(verdict, row.found, row.limit, fewest)
+    size = solved.document.scale
+    known = size.deviation or 0.0 if size else 0.0
+    sized = size is None or size_level(abs(size.value) + known, known) is None
+    return Sufficiency(solved.verdict, row.found, row.limit, fewest, sized)
 
 
 def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterior | None:
