@@ -15,7 +15,6 @@ from ...solver.bayes.results import scale
 from ...solver.calibration import calibrate
 from ...solver.data import RobotRecordings, measure, observe_all
 from ...solver.diagnostics import size_level
-from ...solver.paper import NotConverged
 
 WORKSPACE = "predicted_distance"
 """Row of a verdict on the predicted error of distances in the workspace."""
@@ -74,7 +73,7 @@ def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterio
         measured = [measure(placement, model.robot) for placement in (some[-1], *some[:-1])]
         data = observe_all([RobotRecordings(model.robot, measured)])
         return estimate([model], data).arms[0]
-    except (NotConverged, np.linalg.LinAlgError):
+    except (MukcaError, np.linalg.LinAlgError):
         return None
 
 

@@ -150,16 +150,18 @@ def test_what_is_predicted_and_asked_is_what_solve_says(
 def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
     panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    coach, predicted = PoseSelector(panda, 0.05), iter([1.1e-3, 0.9e-3, 1.1e-3, 1.1e-3])
-    said = iter([True, True, True, False])
+    names = ("predicted", "enough", "sized")  # not at first by a size without a margin
+    rows = [(1.1e-3, 1, 1), (0.9e-3, 1, 0), (0.9e-3, 1, 1), (1.1e-3, 1, 0), (1.1e-3, 0, 1)]
+    each = iter(dict(zip(names, row, strict=True)) for row in rows)
 
     def solved(*_: object, **__: object) -> SimpleNamespace:
-        return SimpleNamespace(predicted=next(predicted), asked=1e-3, enough=next(said), fails="")
+        return SimpleNamespace(**next(each), asked=1e-3, fails="")
 
+    coach = PoseSelector(panda, 0.05)
     monkeypatch.setattr("mukca.tools.recording.guidance.sufficiency_of", solved)
-    told = [coach.advise(samples[:20], 1) for _ in range(4)]
-    assert [advice.enough for advice in told] == [False, True, True, False]
-    assert [advice.near_only for advice in told] == [False, False, True, False]
+    told = [coach.advise(samples[:20], 1) for _ in rows]
+    assert [advice.enough for advice in told] == [False, False, True, True, False]
+    assert [advice.near_only for advice in told] == [False, False, False, True, False]
 
 
 def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]) -> None:
