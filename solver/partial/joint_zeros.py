@@ -31,6 +31,8 @@ CHANGED, SURE, EVEN = 0.02, 0.9, 0.5
 of none having changed below which some may have."""
 OTHER_ARM = 5.0
 """Errors beyond so many times those of its calibration are not explained by zeros."""
+OTHER_MODEL = 2e-2
+"""Errors beyond which no zeros make samples fit a nominal model [m]."""
 MOST_TOGETHER = 128
 """Sets of joints that are compared; of more joints, only the smaller sets."""
 
@@ -207,11 +209,12 @@ def rezero(
         )
     found, unchanged, system = find_zeros(task, joints)
     off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
-    if isinstance(arm, Calibration) and any(z.offset for z in found) and off > OTHER_ARM * usual:
+    most = OTHER_ARM * usual if isinstance(arm, Calibration) else OTHER_MODEL
+    if off > most and (isinstance(arm, Robot) or any(zero.offset for zero in found)):
         raise UsageError(
-            f"the samples are still {1e3 * off:.2f} mm off, {1e3 * usual:.2f} when it "
-            "was calibrated: is it another arm's calibration, or did more than zeros change (mukca "
-            "check --calibration)?"
+            f"the samples are still {1e3 * off:.2f} mm off, and {1e3 * usual:.2f} are usual: is it "
+            "another arm's calibration or model, or did more than zeros change (mukca check "
+            "--calibration)?"
         )
     if not new:
         found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None

@@ -88,7 +88,9 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         position = tuple(a * b for a, b in zip(table.rows[i], scales, strict=True))
         point, R = (float(x[0]), float(y[0]), float(z[0])), (qx, qy, qz, qw)
         samples.append(Sample(position, 0, where=str(files[i]), point=point, orientation=R))
-    views = Placement(folder.name, tuple(samples), names, files=(folder,), remarks=tuple(said))
+    views = Placement(
+        folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(said)
+    )
     return replace(views, poses_of="camera")
 
 

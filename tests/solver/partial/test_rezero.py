@@ -102,6 +102,8 @@ def test_the_command_says_and_writes_what_was_found(simulated, tmp_path, command
     assert status == 3 and "cannot tell the zero of panda_joint1" in out
     status, _, error = command(*words, "--joint", "elbow")
     assert status == 2 and "--joint elbow: the joints are panda_joint1" in error
+    status, _, error = command("rezero", "iiwa14", tmp_path / "since")
+    assert status == 2 and "is it another arm's calibration or model" in error
     status, _, error = command(*words, "--stood", "kitchen")
     assert status == 2 and error.count("\n") == 1 and "kitchen" in error
 
