@@ -1,7 +1,9 @@
 """A tool's tip found with the calibrated chain held."""
 
+import html
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,9 +129,11 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     written(tmp_path / "spike.csv", simulated.touched(TIP))
     simulated.calibration.save(tmp_path / "cal")
     words = ("tool", tmp_path / "cal", tmp_path / "spike.csv", "--name", "spike", "--json")
-    status, out, _ = command(*words, "--out", tmp_path / "new")
+    status, out, told = command(*words, "--out", tmp_path / "new")
     said = json.loads(out)
     assert status == 0 and said["elsewhere"] < 5e-4
+    page = html.unescape(Path(said["outputs"]["report"]).read_text())
+    assert all(line in page for line in told.partition("Wrote")[0].splitlines())
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
     status, _, error = command(*words[:2], tmp_path / "nothere.csv")
