@@ -64,44 +64,11 @@ def test_a_reader_that_is_late_misses_nothing_without_a_buffer_s_limit(arm):
         assert driver.missed == 0
 
 
-def test_a_reader_that_is_late_misses_what_a_buffer_cannot_hold(arm):
-    with arm("&buffer=10") as driver:
-        time.sleep(1.0)  # twenty seconds of the arm's time
-        first = driver.read(1.0)
-        assert driver.missed == round(first.stamp * 100) > 900
-        assert states(driver, 50)[-1].stamp == pytest.approx(first.stamp + 0.5)
-
-
-@pytest.mark.parametrize("kind", ["freeze", "repeat", "nan", "jump", "zeros", "short", "push"])
-def test_a_fault_shows_from_its_start_to_its_end(arm, kind):
-    read = states(arm(f"&noise=1e-6&speed=1e4&fault={kind}@0.5+0.3"), 120)
-    sound = [k for k, state in enumerate(read) if is_sound(state, read[k - 1] if k else None)]
-    assert sound == [k for k in range(120) if not 50 <= k < 80 or (kind == "freeze" and k == 50)]
-
-
-def is_sound(state, before):
-    return (
-        len(state.position) == 3
-        and all(abs(a - b) < 0.01 for a, b in zip(state.position, (0.1, 0.2, 0.3), strict=True))
-        and all(abs(tau) < 2 for tau in state.effort)
-        and (before is None or (state.stamp > before.stamp and state.position != before.position))
-    )
-
-
 def test_a_fault_may_affect_a_share_of_the_states_and_have_no_end(arm):
     read = states(arm("&speed=1e4&fault=short:0.3@1+inf"), 1100)
     short = [len(state.position) == 2 for state in read]
     assert not any(short[:100])
     assert 200 < sum(short) < 400
-
-
-def test_a_silent_arm_sends_nothing_for_a_while(arm):
-    with arm("&fault=silent@0.5+5") as driver:
-        for _ in range(50):
-            driver.read(5.0)
-        with refused("SILENT"):
-            driver.read(0.05)
-        assert driver.read(5.0).stamp == 5.5
 
 
 def test_a_dropped_connection_comes_back_to_an_arm_that_went_on(arm):

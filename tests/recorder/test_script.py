@@ -82,15 +82,6 @@ def test_a_pause_goes_by_the_robot_s_clock():
     assert made.due(9.1, 102.0, None) == "q"
 
 
-@pytest.mark.parametrize(("text", "told"), [("a", "no new rest .moving."), ("wait=1", "no state")])
-def test_patience_ends(text, told):
-    made = script(text)
-    assert made.due(0.0, 0.0, "moving") is None
-    assert made.due(PATIENCE, 0.0, "moving") is None
-    with pytest.raises(MukcaError, match=told):
-        made.due(PATIENCE + 1.1, 0.0, "moving")
-
-
 def test_a_pipe_that_is_still_open_is_not_over():
     reader, writer = os.pipe()
     made = Script(reader)
