@@ -12,6 +12,7 @@ from ..data import Measurement
 from ..results import Diagnostic, DistanceDeviation, Scale, Uncertainty
 from ..robot import InverseKinematics
 from .formatting import joined, mm, plural
+from .held_out import drift_rows
 from .limits import (
     NEAR,
     WORKSPACE,
@@ -25,7 +26,6 @@ from .limits import (
 )
 from .predictions import Coverage, Predictions, travels
 from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
-from .steady_drift import drift_rows
 
 WELL_TURNED = math.radians(60)
 """A joint that turned less is named where too little is known [rad]."""

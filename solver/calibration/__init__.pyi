@@ -3,6 +3,7 @@ from .calibration import Calibration as Calibration
 from .crossval import Job as Job
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
+from .earlier import learn_types as learn_types
 from .earlier import posterior_of as posterior_of
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors
@@ -27,4 +28,3 @@ from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
-from .type_prior import learn_types as learn_types

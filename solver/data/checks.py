@@ -10,8 +10,7 @@ import numpy as np
 from ...errors import MukcaError
 from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import BallModel, Robot
-from .measured_poses import check_orientations
-from .measurements import Measurement
+from .measurements import Measurement, check_orientations
 
 LEAST_POINTS = 4
 """Three points fix the instrument's frame, and say nothing else."""

@@ -10,8 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from .frames import Pose, fit_pose
-from .measured_poses import rotation_vectors
-from .measurements import Measurement
+from .measurements import Measurement, rotation_vectors
 
 CALIPER_DEVIATION = 3e-5
 """Standard deviation of a socket distance measured with a caliper [m]."""

@@ -7,9 +7,9 @@ from .joint_offsets import joint_offset_derivatives as joint_offset_derivatives
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
+from .predicted_errors import between as between
 from .predicted_errors import errors_near as errors_near
 from .predicted_errors import workspace_errors as workspace_errors
-from .relative_pose import between as between
 from .uncertainty import correlations as correlations
 from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes

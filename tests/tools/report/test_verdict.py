@@ -472,7 +472,7 @@ def test_a_drift_that_the_fit_has_weighed_is_not_weighed_again(panda, session, m
     (unordered,) = mukca.read_placements(session / "front")
     unordered = replace(unordered, samples=tuple(replace(s, number=0) for s in unordered.samples))
     numbered = tuple(replace(s, number=i) for i, s in enumerate(unordered.samples, 1))
-    drift = "mukca.solver.assessment.steady_drift.steady_drift"
+    drift = "mukca.solver.assessment.held_out.steady_drift"
     monkeypatch.setattr(drift, lambda placement: (1.0, 1e-3))
     for placement, said in (
         (unordered, "not enough"),
