@@ -76,15 +76,12 @@ class RobotsOptions:
         base, tip, flange = (
             _by_name(getattr(self, key), key, named) for key in ("base", "tip", "flange")
         )
-        ball, shared = (
-            robots.BALL_LINK,
-            len(set(named.values())) < len(named) and any(flange.values()),
-        )
+        ball, twice = robots.BALL_LINK, len(set(named.values())) < len(named)
         return {
             name: robots.load_robot(
                 robot,
                 base=base[name],
-                tip=tip[name] or (f"{name}_{ball}" if shared and flange[name] else ball),
+                tip=tip[name] or (f"{name}_{ball}" if twice and flange[name] else ball),
                 flange=flange[name],
                 ball=self.ball if flange[name] or not name else None,
             )

@@ -59,7 +59,11 @@ def write(request: Request) -> Exported:
         moved = motion
     holder, text = _with_places(request.like, places)
     main = holder == request.like
-    text = _with_text(text, "; ".join(request.identity.lines()), "mukca" if main else None)
+    said = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
+    new = f'<custom><text name="mukca" data={quoteattr(said)}/></custom>'
+    new = new if main else f"<!-- {re.sub('--+', '-', said)} -->"
+    end = text.rindex(b"</mujoco")
+    text = with_edits(text, [(end, end, f"  {new}\n".encode())])
     lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
     if not main:
         lines.append(f"It is {holder}, corrected, which {request.like} includes.")
@@ -250,14 +254,6 @@ def _files(
             if (place / name).is_file():
                 yield from _files(place / name, folder, places)
                 break
-
-
-def _with_text(data: bytes, words: str, key: str | None) -> bytes:
-    """Return the model with a text, read by ``model.text(key)``; without a key as a comment."""
-    new = f"<custom><text name={quoteattr(key)} data={quoteattr(words)}/></custom>" if key else ""
-    new = new or f"<!-- {re.sub('--+', '-', words)} -->"
-    end = data.rindex(b"</mujoco")
-    return with_edits(data, [(end, end, f"  {new}\n".encode())])
 
 
 def _attributes(T: np.ndarray) -> dict[str, str]:

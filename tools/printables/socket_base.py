@@ -206,7 +206,10 @@ class SocketBase:
         bowl = Sphere(radius + self.clearance)
         pads = union(*(_sector(i * 2 * math.pi / 3 + math.pi / 2, 2 * radius) for i in range(3)))
         drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
-        return union(bowl - (pads - _tangent_cone(radius)), drain).at(z=self.height)
+        # the cone opens upwards and touches the ball at CONTACT; its slope is radius over height
+        apex, slope, high = -radius / math.cos(CONTACT), 1 / math.tan(CONTACT), 1.2 * radius
+        cone = Frustum(2 * high, (-high - apex) * slope, (high - apex) * slope).at(z=-high)
+        return union(bowl - (pads - cone), drain).at(z=self.height)
 
     def _engravings(self) -> list[Solid]:
         *digits, lines = self.text_boxes
@@ -217,14 +220,6 @@ class SocketBase:
         step = HEIGHT / 2 + 0.6
         first, second = self.readings
         return [*tools, engraving(first, x, y + step, PLATE), engraving(second, x, y - step, PLATE)]
-
-
-def _tangent_cone(radius: float) -> Solid:
-    """Return the cone that opens upwards and touches a ball about the origin at CONTACT."""
-    apex = -radius / math.cos(CONTACT)
-    slope = 1 / math.tan(CONTACT)  # of its radius over its height
-    low, high = -1.2 * radius, 1.2 * radius
-    return Frustum(high - low, (low - apex) * slope, (high - apex) * slope).at(z=low)
 
 
 def _sector(middle: float, reach: float) -> Solid:
