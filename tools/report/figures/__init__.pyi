@@ -1,3 +1,4 @@
+# keep: read_report
 from .answers import FAR as FAR
 from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
@@ -19,3 +20,4 @@ from .types import CrossPlacement as CrossPlacement
 from .types import PlotCaption as PlotCaption
 from .types import ReportDocument as ReportDocument
 from .types import Step as Step
+from .types import read_report as read_report

@@ -3,10 +3,11 @@
 Lengths are metres, angles radians. Points are in the robot's base frame: x ahead, y to the left.
 """
 
+from pathlib import Path
 from typing import Any, Literal
 
 from ....solver import assessment
-from ....solver.results import Document, FitResult, Provenance
+from ....solver.results import Document, FitResult, Provenance, read
 
 REPORT = "mukca-report-1"
 Answer = Literal["yes", "mostly", "no", "trained on"]
@@ -204,3 +205,12 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
     answers: Answers
     arm: ArmDrawing
     plots: tuple[PlotCaption, ...]
+
+
+def read_report(file: Path) -> ReportDocument:
+    """Read a ``report.json``.
+
+    Raises:
+        DocumentError: Missing, of another format, or damaged; the line names the key.
+    """
+    return read(file, ReportDocument, REPORT)
