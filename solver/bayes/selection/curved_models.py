@@ -50,4 +50,4 @@ def _beside_curves(
         return []
     best = bent[int(np.argmax(model_probabilities(bent)))]
     odds = log_odds(best) - log_odds(found)
-    return [(best, odds - HARMONICS_BESIDE_CURVES if own & harmonics else odds)]
+    return [(best, odds + HARMONICS_BESIDE_CURVES if own & harmonics else odds)]
