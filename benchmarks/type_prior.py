@@ -1,11 +1,14 @@
 """What the elasticity of another arm of the type is worth where samples are few.
 
     python benchmarks/type_prior.py [--arms 12] [--samples 10]
+    python benchmarks/type_prior.py --robots panda --arms 20 --factors 0 0.5 1 3
 
 For each draw a type is drawn, by how much its joints and links bend, and two arms of it, which
 differ from that by 15 %. The first is calibrated from two placements of 30 + 30 configurations, the
 second from one of few: without what the first tells, with it, with five times as much, and with the
-joints in reverse order. Errors are those at three other placements.
+joints in reverse order. Errors are those at three other placements. With ``--factors`` the second
+arm bends so many times as much as its type, and errors are over the lesser of those without what
+the first tells and without any elasticity.
 """
 
 import os
@@ -25,8 +28,6 @@ from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
 from mukca.solver.robot import Robot, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
-
-ROBOTS = ("panda", "iiwa14", "ur5e")
 
 
 def recordings(
@@ -58,16 +59,18 @@ def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     }
 
 
-def draw(samples: int, seed: int) -> dict[str, float]:
+def draw(robots: list[str], samples: int, case: tuple[int, float]) -> dict[str, float]:
     """Return the errors of an arm elsewhere, with each prior [mm]."""
-    robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(5000 + seed)
+    seed, factor = case
+    robot, generator = load_robot(robots[seed % len(robots)]), np.random.default_rng(5000 + seed)
     joints = len(robot.joint_names)
     of_type = {
         "compliance": generator.uniform(1e-5, 6e-5, joints),
         "tilt": generator.uniform(0, 3e-5, 2 * joints),
     }
     other = learned(robot, recordings(robot, of_type, generator, [30, 30]))
-    train, *test = recordings(robot, of_type, generator, [samples, 30, 30, 30])
+    second = {name: factor * bends for name, bends in of_type.items()}
+    train, *test = recordings(robot, second, generator, [samples, 30, 30, 30])
 
     def turned(values: np.ndarray) -> np.ndarray:
         return values.reshape(-1, joints)[:, ::-1].ravel()
@@ -79,7 +82,8 @@ def draw(samples: int, seed: int) -> dict[str, float]:
         "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
     }
     trained = [RobotRecordings(robot, [train])]
-    models = {"paper": fit_robots(trained, SolveOptions(method="paper"))[0].calibrated}
+    ways = {"paper": SolveOptions(method="paper"), "rigid": SolveOptions(without=tuple(of_type))}
+    models = {name: fit_robots(trained, way)[0].calibrated for name, way in ways.items()}
     for name, prior in priors.items():
         models[name] = fit_robots(trained, SolveOptions(), types=[prior])[0].calibrated
     return {
@@ -93,15 +97,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=11)
     parser.add_argument("--samples", type=int, default=10)
+    parser.add_argument("--robots", nargs="+", default=["panda", "iiwa14", "ur5e"])
+    parser.add_argument("--factors", nargs="+", type=float, default=[1.0])
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    draws = list(
-        read_options(arguments).workers.map(partial(draw, arguments.samples), range(arguments.arms))
-    )
-    for name in draws[0]:
-        values, without = (np.array([row[key] for row in draws]) for key in (name, "none"))
-        worst = 100 * (values / without).max() - 100
-        print(f"{name:12s} {values.mean():.3f} mm, at worst {worst:+.0f} % against none")
+    errors, workers = partial(draw, arguments.robots, arguments.samples), read_options(arguments)
+    for factor in arguments.factors:
+        draws = list(workers.workers.map(errors, [(i, factor) for i in range(arguments.arms)]))
+        mean = {name: float(np.mean([row[name] for row in draws])) for name in draws[0]}
+        ratio = mean["of the type"] / min(mean["none"], mean["rigid"])
+        print(f"{factor:g} times the type: over the better of none and rigid {ratio:.3f}")
+        for name in draws[0]:
+            worst = 100 * max(row[name] / row["none"] for row in draws) - 100
+            print(
+                f"{name:12s} {mean[name]:.3f} mm, at worst {worst:+.0f} % against none", flush=True
+            )
 
 
 if __name__ == "__main__":

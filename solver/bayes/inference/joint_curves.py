@@ -1,6 +1,6 @@
 """The fit of each joint's error curve together with everything else."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -34,12 +34,8 @@ STILL = 0.1
 """Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
 
 
-def may_have_curves(found: JointPosterior) -> bool:
-    """Tell whether curves can be told from the rest by such recordings.
-
-    In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
-    them.
-    """
+def _may_have_curves(found: JointPosterior) -> bool:
+    """Tell whether curves can be told from the rest: in sockets by two placements, without play."""
     arms = found.scene.arms
     measured = any((arm.sockets < 0).any() for arm in arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
@@ -50,23 +46,32 @@ def may_have_curves(found: JointPosterior) -> bool:
 
 
 def with_joint_curves(
-    found: JointPosterior, others: Sequence[tuple[JointPosterior, float]] = ()
+    found: JointPosterior,
+    other: tuple[JointPosterior, float] | None,
+    progress: Callable[[str], None],
 ) -> tuple[JointPosterior, str]:
     """Return a result with error curves of its joints where the data support them, and why.
 
+    In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
+    curves. Where none can be found there are no words.
+
     Args:
         found: The result without curves.
-        others: Those of other models of the same data, of which one may be more probable beside
-            curves, and the logarithms of their odds against the first before the data.
+        other: That of another model of the same data, which may be more probable beside curves,
+            and the logarithm of its odds against the first before the data.
+        progress: Called with a word before curves are tried.
     """
+    if not _may_have_curves(found):
+        return found, ""
+    progress(CURVE.extension)
     try:
-        return _with_joint_curves(found, others)
+        return _with_joint_curves(found, other)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
         return found, "not supported by the data (with them, the fit does not settle)"
 
 
 def _with_joint_curves(
-    found: JointPosterior, others: Sequence[tuple[JointPosterior, float]]
+    found: JointPosterior, other: tuple[JointPosterior, float] | None
 ) -> tuple[JointPosterior, str]:
     readings, state, samples = _around(found)
     n, given = len(samples.errors), given_curves(readings.model.models)
@@ -90,17 +95,15 @@ def _with_joint_curves(
     evidence = f"(log evidence {gain:+.1f})"
     if not gain > LOG_EVIDENCE:
         return found, f"not supported by the data {evidence}"
-    best, most = (found, readings, few, fitted), fitted.log_evidence
-    for other, odds in others:
-        own, near, every = _around(other)
+    chosen, whole = found, found.log_evidence - plain.log_evidence
+    if other is not None:
+        own, near, every = _around(other[0])
         near, some = replace(near, noises=fitted.state.noises), every.of(rows)
         fit = marginalised(own, near, some, fitted.prior, fitted.weights)
-        if fit.log_evidence + odds > most:
-            best, most = (other, own, some, fit), fit.log_evidence + odds
-    chosen, own, few, fit = best
-    whole = found.log_evidence + fit.log_evidence - plain.log_evidence
-    fit = replace(fit, log_evidence=whole)
-    return _settled(chosen, own, (rows, few), fit, None), f"kept {evidence}"
+        if fit.log_evidence + other[1] > fitted.log_evidence:
+            chosen, readings, few, fitted = other[0], own, some, fit
+    fitted = replace(fitted, log_evidence=whole + fitted.log_evidence)
+    return _settled(chosen, readings, (rows, few), fitted, None), f"kept {evidence}"
 
 
 def _around(found: JointPosterior) -> tuple[Objective, State, LinearSamples]:

@@ -9,12 +9,15 @@ import numpy as np
 from ...data import FrameError, MultiRobotObservations, fit_pose
 from ..inference import JointPosterior, Posterior
 from ..model import ExtendedModel, MultiRobotModel, PriorGroup, extend
-from ..model.effects import COMPLIANCE, TILT
+from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
 ALSO_TILTS = 4.0
 """Odds that an arm whose joints twist under load also tilts, before the data: all three types of
 arms that were measured in three axes did (Panda, FR3, iiwa 14), and Laplace's rule of succession
 then expects it of the next in four cases of five."""
+HARMONICS_BESIDE_CURVES = log(150)
+"""Least rise of the logarithm of the evidence by which harmonics stay beside curves, which are such
+themselves: what is called very strong (Kass and Raftery 1995)."""
 PARTS = 5
 """Placements are divided into at most this many parts, and each part is left out of a fit once. One
 fit for each placement would take too long where there are many."""
@@ -35,6 +38,27 @@ def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
     evidence = np.array([model.log_evidence + log_odds(model) for model in models])
     odds = np.exp(evidence - evidence.max())
     return odds / odds.sum()
+
+
+def beside_curves(
+    found: JointPosterior, models: Sequence[JointPosterior]
+) -> tuple[JointPosterior, float] | None:
+    """Return the model that may be more probable beside curves, and the logarithm of its odds.
+
+    Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
+    """
+    elastic, harmonics = {COMPLIANCE.name, TILT.name}, {one.name for one in HARMONICS}
+    own, *others = (
+        {group.name for arm in one.arms for group in arm.groups if group.width}
+        for one in (found, *models)
+    )
+    pairs = zip(models, others, strict=True)
+    bent = [model for model, names in pairs if names & elastic and not names & harmonics]
+    if not bent or (own & elastic and not own & harmonics):
+        return None
+    best = bent[int(np.argmax(model_probabilities(bent)))]
+    odds = log_odds(best) - log_odds(found)
+    return best, odds + HARMONICS_BESIDE_CURVES if own & harmonics else odds
 
 
 def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:

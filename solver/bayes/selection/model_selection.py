@@ -10,12 +10,17 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate
+from ..inference import JointPosterior, estimate, with_joint_curves
 from ..model import Expected, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
-from .curved_models import with_curves
-from .model_averaging import averaged, held_out_errors, mean_fall, model_probabilities
+from .model_averaging import (
+    averaged,
+    beside_curves,
+    held_out_errors,
+    mean_fall,
+    model_probabilities,
+)
 from .moved_places import FoundMovement, movements_by_evidence
 
 LOG_BAYES_FACTOR = log(150)
@@ -66,9 +71,8 @@ def select_models(
         stages: Extensions that may be tried, among :data:`.EXTENSIONS`.
         joint_noise: False if joint angles are exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
-        types: For each robot, the elasticity of other arms of its type, see
-            :attr:`.ExtendedModel.of_type`; each model is then tried with that, too. Or what an
-            earlier calibration of a single robot left known: its effects are there, not tried.
+        types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
+            an earlier calibration of a single robot left known.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -99,8 +103,9 @@ def select_models(
     models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
     probabilities = model_probabilities(models)
     mean = averaged(models, probabilities) if len(models) > 1 else models[0]
-    curves = CURVE.extension in stages
-    full, note = with_curves(mean, tried.models, progress) if curves else (mean, "")
+    full, note = mean, ""
+    if CURVE.extension in stages:
+        full, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
     if _active(full) != _active(mean):
         models, probabilities, words = [full], np.ones(1), "; beside curves"
     notes = _notes(tried, types, models, probabilities, words)
