@@ -11,7 +11,6 @@ from ..bayes.model import extend
 from ..data import IDENTITY, WORLD, Load, Measurement, Pose, as_point
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
-from ..results import FramePose
 from ..robot import InverseKinematics, Robot, SimulationError
 from .fit import Fit
 from .problem import CalibrationProblem
@@ -200,7 +199,7 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> B
     return []
 
 
-def frame_poses(world: JointPosterior) -> tuple[FramePose, ...]:
+def frame_poses(world: JointPosterior) -> tuple[results.FramePose, ...]:
     """Return the frames in which sockets or points were measured, in the first robot's base."""
     poses = [
         _frame_pose(world, k, name, pose, world.frame_covariance(name))
@@ -214,7 +213,7 @@ def frame_poses(world: JointPosterior) -> tuple[FramePose, ...]:
 
 def _frame_pose(
     world: JointPosterior, k: int, name: str, pose: Pose, covariance: np.ndarray
-) -> FramePose:
+) -> results.FramePose:
     """Return a frame by its index, its name, its pose and the covariance of that."""
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     located = [one for one in world.scene.arms[0].located if one.frame == k]
@@ -224,7 +223,7 @@ def _frame_pose(
         # the first robot's base is the world
         off = world.arms[0].centres[[one.socket for one in located]] - places
         error = float(np.sum(off**2, axis=1).mean()) ** 0.5
-    return FramePose(
+    return results.FramePose(
         name=name,
         xyz=pose.origin.xyz,
         rpy=pose.origin.rpy,
