@@ -15,6 +15,9 @@ noticed within two samples of that; of all, those noticed by the end of 12 + 12,
 cause was the right one there. A session is checked only where one of these may change: at the two
 samples in question and at the end, and before them if it was silent there. Each session is kept in
 ``--keep``, and what is there is not done again.
+
+With the threshold set by seeds 40 to 47, seeds from 60 on gave: 0 of 225 sound sessions rang; of
+faults of 5 and 10 mm and sockets 724 of 743 in two, 762 of 767 by the end, 760 right causes.
 """
 
 import argparse

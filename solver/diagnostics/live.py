@@ -38,9 +38,9 @@ FORGOTTEN = 0.06
 """Prior probability of samples in another socket than they say."""
 DOUBT = -2.0
 """Evidence of some fault, from which samples in other sockets are looked for."""
-STEPS, TIMES, LITTLE = 6, 2.0, 1e-3
-"""Steps of a fit to samples in other sockets; those that leave more than so many times the least
-error, and more than this [m], are not looked at closely."""
+STEPS, TIMES, CLOSE, LITTLE = 6, 2.0, 16, 1e-3
+"""Steps of a fit to samples in other sockets; those that leave up to so many times the least error,
+so many of them at most, and all that leave at most this [m], are looked at closely."""
 SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
 PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
@@ -114,9 +114,10 @@ class LiveCheck:
             if evidence < DOUBT:
                 break
             likeliest = max(others, key=lambda c: c.log_evidence)
-            whole = likeliest.log_evidence - sound > EVIDENCE and _explains_all(
-                comparison, likeliest
-            )
+            # where one small fault leaves nothing more, no samples lie in another socket
+            clean = likeliest.sigma < CLEAN * scene.noise
+            clean = clean and comparison.found(likeliest)[0].get("size", math.inf) < SMALL
+            whole = clean and likeliest.log_evidence - sound > EVIDENCE
             elsewhere = [] if whole else list(self._elsewhere(given, scene))
             logs += [log - sound for log, _, _ in elsewhere]
             total = np.logaddexp.reduce([evidence, *logs[len(others) :]])
@@ -170,7 +171,8 @@ class LiveCheck:
             )
             labelled.append([*before, replace(here, samples=samples)])
         left = [self._left(right) for right in labelled]
-        near = [error <= max(TIMES * min(left), LITTLE) for error in left]
+        most = min([TIMES * min(left, default=0.0), *sorted(left)[CLOSE : CLOSE + 1]])
+        near = [error <= max(LITTLE, most) for error in left]
         for right, (rows, to) in compress(zip(labelled, runs, strict=True), near):
             scene = replace(self.scene(right), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
@@ -188,12 +190,6 @@ def _logs(comparison: Comparison, *, sound: bool) -> list[float]:
     """Return the evidence of sound samples, or of each fault."""
     candidates = comparison.candidates
     return [c.log_evidence for c in candidates if (c.kind.name == "sound") == sound]
-
-
-def _explains_all(comparison: Comparison, candidate: Candidate) -> bool:
-    """Return whether one small fault leaves nothing that samples in another socket would."""
-    size: float = comparison.found(candidate)[0].get("size", math.inf)
-    return size < SMALL and candidate.sigma < CLEAN * comparison.scene.noise
 
 
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:

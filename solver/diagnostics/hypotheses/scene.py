@@ -108,11 +108,8 @@ class Scene:
     @cached_property
     def times(self) -> tuple[np.ndarray, ...]:
         """Rank of each sample of each placement in the order of recording."""
-        ranks: list[np.ndarray] = []
-        for m in self.measurements:
-            recorded = np.argsort(m.placement.sockets, kind="stable")
-            ranks.append(recorded.astype(int))
-        return tuple(ranks)
+        sockets = [m.placement.sockets for m in self.measurements]
+        return tuple(np.argsort(own, kind="stable").astype(int) for own in sockets)
 
     @cached_property
     def rows_in_time(self) -> tuple[np.ndarray, ...]:
@@ -129,8 +126,8 @@ class Scene:
 
     @cached_property
     def torques(self) -> np.ndarray:
-        """Moments that hold the joints, shape (N, 3 m) [N m]."""
-        # a zero that is off by degrees changes on which side of its play a joint rests
+        """Moments that hold the joints, by their zeros as fitted, shape (N, 3 m) [N m]."""
+        # they say on which side of its play a joint rests
         off = self.x[len(self.parameters) :] if self.zeros else 0.0
         every = [(m.positions + off, m.efforts) for m in self.measurements]
         return np.concatenate([self.load.moments(self.robot, *one) for one in every])
