@@ -14,7 +14,7 @@ from typing import Protocol
 import can
 import pytest
 
-START_SECONDS = 60
+START_SECONDS = 600
 _numbers = itertools.count()
 _worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 
@@ -111,7 +111,7 @@ class _Program:
 
     def stop(self):
         self.process.terminate()
-        self.process.wait(120)
+        self.process.wait(START_SECONDS)
 
 
 def emulator_words(name, folder, options):

@@ -14,7 +14,7 @@ import time
 import pyte
 
 MUKCA = [sys.executable, "-m", "mukca"]
-PATIENCE = 150.0
+PATIENCE = 600.0
 """A program on a busy computer may take so long for what it does in a moment [s]."""
 
 

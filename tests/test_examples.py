@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from terminal_session import PATIENCE
 
 import mukca
 from mukca.tools.cli import main
@@ -74,7 +75,7 @@ def test_own_urdf(run, tmp_path):
 def test_stream_arm(tmp_path):
     """As a program of its own."""
     words = [sys.executable, "-W", "error", str(EXAMPLES / "stream_arm.py")]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     names, *states = done.stdout.splitlines()
     rows = np.array([[float(word) for word in line.split() if word not in ("s", "deg")]

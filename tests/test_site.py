@@ -97,7 +97,7 @@ def test_the_site_works_from_the_disk_on_every_screen(site):
                 tab.set_viewport_size({"width": width, "height": 844})
                 fits = f"document.documentElement.scrollWidth <= {width}"
                 try:  # a page is laid out again some time after the window changed
-                    tab.wait_for_function(fits, timeout=10_000)
+                    tab.wait_for_function(fits, timeout=60_000)
                 except playwright.TimeoutError:
                     wrong.append(f"{source.name}: wider than {width} pixels")
             wrong += tab.evaluate(

@@ -284,7 +284,6 @@ def test_the_contract_runs_on_hardware(tmp_path):
             [*command, "--hardware", f"ur={emulation.address}"],
             capture_output=True,
             text=True,
-            timeout=120,
             cwd=ROOT,
         )
         emulation.stop()

@@ -14,12 +14,11 @@ import sys
 
 import pytest
 from emulator_programs import emulated_program
+from terminal_session import PATIENCE
 
 from mukca import open_driver
 
 pytestmark = pytest.mark.slow
-
-CLIENT_SECONDS = 60
 
 LIBFRANKA = """
 import json, sys
@@ -113,7 +112,7 @@ def client(script, *arguments):
         [sys.executable, "-c", script, *arguments],
         capture_output=True,
         text=True,
-        timeout=CLIENT_SECONDS,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])

@@ -9,6 +9,7 @@ import pytest
 from driver_errors import refused
 from listeners import saying
 from rosbridge import ARM, NAMES, arm_state, joint_state, rosbridge
+from terminal_session import PATIENCE
 
 from mukca import open_driver
 
@@ -70,7 +71,7 @@ def test_nothing_is_printed_of_a_message_that_is_none():
             assert program.stdout.readline()
             bridge.clients[0].send("garbage")
             bridge.clients[0].send(b"garbage")  # ends the connection
-            told = program.communicate(timeout=60)[1]
+            told = program.communicate(timeout=PATIENCE)[1]
     assert "is lost" in told
     assert "Traceback" not in told
 

@@ -15,6 +15,7 @@ from subprocess import PIPE
 import pytest
 from driver_errors import refused
 from emulator_programs import emulated_program, own_host
+from terminal_session import PATIENCE
 
 from mukca import MukcaError, open_driver
 
@@ -93,7 +94,7 @@ def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
                 while "took the connection but did not answer" not in program.stderr.readline():
                     assert program.poll() is None
                 program.send_signal(signal.SIGINT)
-                assert program.wait(60) == 130
+                assert program.wait(PATIENCE) == 130
             finally:
                 watchdog.cancel()
                 program.kill()
@@ -145,12 +146,12 @@ def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status
         words = [sys.executable, "-m", "mukca", "stream", "--json", "--driver", f"ur-rtde:{host}"]
         with subprocess.Popen(words, stdout=PIPE, stderr=PIPE) as program:
             try:
-                assert hung.wait(60), "the package never connected"
+                assert hung.wait(PATIENCE), "the package never connected"
                 program.send_signal(number)
-                assert program.wait(60) == status
+                assert program.wait(PATIENCE) == status
             finally:
                 program.kill()
-        assert left.wait(60), "the package's process is still connected"
+        assert left.wait(PATIENCE), "the package's process is still connected"
 
 
 TORN = """

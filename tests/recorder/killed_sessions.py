@@ -18,6 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from record_commands import configurations
+from terminal_session import PATIENCE
 from virtual_time import VirtualTime
 
 from mukca.recorder import read_stream_log
@@ -52,7 +53,7 @@ def killed(folder, seed, generator):
         record(folder, seed)
         os._exit(1)
     output = b""
-    end, patience = None, time.monotonic() + 60
+    end, patience = None, time.monotonic() + PATIENCE
     while time.monotonic() < (end or patience):
         if select.select([terminal], [], [], 0.005)[0]:
             try:

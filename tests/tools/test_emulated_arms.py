@@ -118,7 +118,7 @@ def test_a_program_is_recorded_in_a_terminal(session, tmp_path):
         with TerminalSession(command) as terminal:
             terminal.wait_for("0:  1/30")
             emulation.release()
-            assert terminal.process.wait(150) == 0, terminal.text
+            assert terminal.wait() == 0, terminal.text
     recorded = read_placement(tmp_path / "recorded").positions
     truth = read_placement(session / "front").positions
     nearest = np.abs(recorded[:, None] - truth[None]).max(axis=2).argmin(axis=1)

@@ -9,7 +9,7 @@ import pyte
 import pytest
 from emulation import emulated
 from emulator_programs import emulated_program
-from terminal_session import MUKCA, TerminalSession
+from terminal_session import MUKCA, PATIENCE, TerminalSession
 
 from mukca.tools.cli import main
 
@@ -116,7 +116,7 @@ def test_a_real_terminal_shows_the_screen_until_ctrl_c(tmp_path):
         with TerminalSession(command) as terminal:
             terminal.wait_for("joint7", "deg", "N m", "Hz", "guiding")
             terminal.press("\x03")
-            assert terminal.process.wait(120) == 130
+            assert terminal.wait() == 130
 
 
 def test_a_drop_is_told_on_standard_error(tmp_path, stream):
@@ -158,7 +158,7 @@ def test_bad_usage_is_one_line(words, told, refused):
 
 def test_an_emulator_of_another_arms_recording(tmp_path, session):
     words = ["emulate", "ur", "--recording", str(session / "front")]
-    done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2
     assert "7 joints, but this controller's arm has 6" in done.stderr
 
@@ -168,7 +168,7 @@ def test_an_emulator_tells_how_to_read_it():
     assert process.stdout
     lines = [process.stdout.readline() for _ in range(3)]
     process.terminate()
-    assert process.wait(120) == 0
+    assert process.wait(PATIENCE) == 0
     process.stdout.close()
     assert lines[0] == "Emulating kinova, version serial.\n"
     assert "mukca stream --driver 'kinova:serial:///dev/pts/" in lines[1]

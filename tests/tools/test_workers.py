@@ -14,6 +14,7 @@ from pathlib import Path
 import pieces_of_work
 import psutil
 import pytest
+from terminal_session import PATIENCE
 
 from mukca import MukcaError
 from mukca.tools.parallel import Workers
@@ -23,7 +24,7 @@ pytestmark = pytest.mark.slow
 TESTS = Path(__file__).parents[1]
 
 
-def until(condition, seconds=60.0):
+def until(condition, seconds=PATIENCE):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end
@@ -75,7 +76,7 @@ def test_nothing_outlives_the_one_who_asked(how, tmp_path):
         os.killpg(asking.pid, how)
     else:
         asking.kill()
-    _, err = asking.communicate(timeout=120)
+    _, err = asking.communicate(timeout=PATIENCE)
     until(lambda: not any(worker.is_running() for worker in workers))
     assert err.count(b"Traceback") <= 1  # the one who asked; no worker has anything to say
 

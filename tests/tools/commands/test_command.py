@@ -6,6 +6,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from terminal_session import PATIENCE
 
 import mukca
 from mukca.solver.robot import workspace
@@ -128,7 +129,7 @@ def test_a_stream_gives_each_row_at_once_as_a_file_does(folder, command, pipe, t
         assert np.abs(back - list(map(float, line.split(",")))).max() < 1e-9
     for asked in (one, other):
         asked.stdin.close()
-        assert asked.wait(60) == 0 and not asked.stderr.read()
+        assert asked.wait(PATIENCE) == 0 and not asked.stderr.read()
 
 
 @pytest.mark.slow
@@ -148,7 +149,7 @@ def test_a_stream_ends_at_the_row_that_cannot_be(pipe, rows, said):
     header, *good, bad = rows
     one.stdin.write(header + "\n")
     assert all(len(ask(row).split(",")) == 7 for row in good)
-    assert not ask(bad) and one.wait(60) == 2
+    assert not ask(bad) and one.wait(PATIENCE) == 2
     err = one.stderr.read()
     assert f"standard input{said}" in err and len(err.splitlines()) == 1
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from record_commands import PANDA_HOME, assert_true, configurations, fast, read
+from terminal_session import PATIENCE
 
 import mukca
 from mukca.tools.cli import main
@@ -96,7 +97,7 @@ def test_bad_usage_is_one_line(tmp_path, scripted, more, told):
 def test_neither_keys_nor_a_terminal_is_told(hand, tmp_path):
     words = fast(hand, tmp_path / "front")
     done = subprocess.run(
-        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert "standard input holds no keys; run it in a terminal" in done.stderr
@@ -108,11 +109,11 @@ def test_a_closed_standard_input_is_told(hand, tmp_path):
     script = tmp_path / "keys.txt"
     script.write_text("a q")
     shell = ["sh", "-c", 'exec "$0" "$@" <&-']
-    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
     assert "run it in a terminal, or use --keys FILE" in done.stderr
     words += ["--keys", str(script)]
-    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "1 in socket 0" in done.stdout
 
 
@@ -149,7 +150,7 @@ def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, c
 def test_keys_can_be_piped(hand, tmp_path):
     out = tmp_path / "front"
     done = subprocess.run(
-        fast(hand, out), input="a*2 s a", capture_output=True, text=True, timeout=120
+        fast(hand, out), input="a*2 s a", capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stderr
     assert "1 in socket 1" in done.stdout and "\x1b" not in done.stdout
