@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..model.effects import kernel
+from .curve_prior import CurvePrior
 from .linear_samples import LinearSamples, Rest
 
 SMALL = 40
@@ -13,95 +14,107 @@ SMALL = 40
 
 
 @dataclass(frozen=True)
-class CurvePrior:
-    """The Gaussian process of all curves."""
-
-    amplitude: float
-    """s [rad]; 0 for no curves."""
-    length: float
-    """l [rad]."""
-
-
-@dataclass(frozen=True)
 class Marginal:
-    """The errors' covariance M, and what follows of the unknowns beside the curves."""
+    """The errors' covariance M as blocks, 1 of 3 N rows, or N of 3 without curves; what follows."""
 
-    by_rest: np.ndarray
-    """M^-1 G, shape (3 N, free)."""
-    covariance: np.ndarray
-    """Sigma of y, zero for what is held, shape (d, d)."""
-    change: np.ndarray
-    """y, shape (d,)."""
-    pulls: np.ndarray
-    """p = M^-1 (a + G y), shape (3 N,): the curves are minus their covariance with the samples,
-    times it."""
-    free: np.ndarray
-    """Which of y are not held, shape (d,)."""
-    root: np.ndarray
-    """L^-1, with M = L L^T, shape (3 N, 3 N); without curves its blocks, shape (N, 3, 3)."""
+    samples: LinearSamples
+    blocks: np.ndarray
+    """C_i / w_i, shape (N, 3, 3)."""
+    curves: np.ndarray | None
+    """The curves' part, shape (3 N, 3 N); None without."""
+    rest: Rest
+
+    @cached_property
+    def root(self) -> np.ndarray:
+        """See :func:`marginal_root`."""
+        return marginal_root(self.blocks, self.curves)
 
     @cached_property
     def inverse(self) -> np.ndarray:
         """M^-1, as L^-1."""
-        return self.root.swapaxes(-1, -2) @ self.root
+        return self.root.swapaxes(1, 2) @ self.root
 
     @cached_property
-    def by_rest_known(self) -> np.ndarray:
-        """M^-1 G Sigma, shape (3 N, free). With it V = M^-1 - M^-1 G Sigma G^T M^-1."""
-        return self.by_rest @ self.covariance[np.ix_(self.free, self.free)]
+    def whitened(self) -> np.ndarray:
+        """L^-1 [G, a], shape (3 N, d + 1)."""
+        return _times(self.root, self.samples.columns)
 
     @cached_property
-    def blocks(self) -> np.ndarray:
+    def solved(self) -> np.ndarray:
+        """M^-1 [G, a], shape (3 N, d + 1)."""
+        return _times(self.root.swapaxes(1, 2), self.whitened)
+
+    @cached_property
+    def posterior(self) -> tuple[np.ndarray, np.ndarray]:
+        """The unknowns y beside the curves, and their covariance Sigma."""
+        return self.rest.posterior(self.whitened.T @ self.whitened)
+
+    @cached_property
+    def pulls(self) -> np.ndarray:
+        """Errors p = M^-1 (a + G y) in units of their variance, shape (3 N,)."""
+        return self.solved @ np.append(self.posterior[0], 1.0)
+
+    @cached_property
+    def known(self) -> np.ndarray:
+        """M^-1 G Sigma, shape (3 N, d). With it V = M^-1 - M^-1 G Sigma G^T M^-1."""
+        return self.solved[:, :-1] @ self.posterior[1]
+
+    @cached_property
+    def projected_blocks(self) -> np.ndarray:
         """Blocks of V, one a sample, shape (N, 3, 3)."""
-        n = len(self.by_rest) // 3
-        own = self.inverse
-        if own.ndim == 2:
-            own = own.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)]
-        rest, known = (part.reshape(n, 3, -1) for part in (self.by_rest, self.by_rest_known))
+        n, (count, rows, _) = len(self.blocks), self.inverse.shape
+        own = self.inverse.reshape(count, rows // 3, 3, rows // 3, 3)
+        own = own[:, np.arange(rows // 3), :, np.arange(rows // 3)].reshape(n, 3, 3)
+        rest, known = (part.reshape(n, 3, -1) for part in (self.solved[:, :-1], self.known))
         return own - known @ rest.transpose(0, 2, 1)
 
     def projected(self, columns: np.ndarray) -> np.ndarray:
         """Return V times columns, shape (3 N, columns)."""
-        return _times(self.inverse, columns) - self.by_rest_known @ (self.by_rest.T @ columns)
+        return _times(self.inverse, columns) - self.known @ (self.solved[:, :-1].T @ columns)
 
     def trace(self, part: np.ndarray) -> float:
         """Return the trace of V times a part of M, shape (3 N, 3 N)."""
-        hidden = np.sum(self.by_rest_known * (part @ self.by_rest))
+        hidden = np.sum(self.known * (part @ self.solved[:, :-1]))
         return float(np.vdot(self.inverse, part) - hidden)
 
     @property
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
-        unit = np.sqrt(np.diag(self.covariance)[self.free])
-        sigma = self.covariance[np.ix_(self.free, self.free)] / unit[:, None] / unit
-        scales = np.diagonal(self.root, axis1=-2, axis2=-1)
-        logs = np.log(unit).sum() + np.log(scales).sum()
-        return -float(2 * logs + np.linalg.slogdet(sigma)[1])
+        sigma = self.posterior[1][np.ix_(self.rest.free, self.rest.free)]
+        unit = np.sqrt(np.diag(sigma))
+        logs = np.log(unit).sum() + np.log(np.diagonal(self.root, axis1=1, axis2=2)).sum()
+        return -float(2 * logs + np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
 
 
-def _inverse_root(matrix: np.ndarray) -> np.ndarray:
+def marginal_root(blocks: np.ndarray, curves: np.ndarray | None) -> np.ndarray:
+    """Return L^-1 of each block L L^T of M."""
+    if curves is None:
+        return inverse_root(blocks)
+    M, n = curves.copy(), len(blocks)
+    M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
+    return inverse_root(M)[None]
+
+
+def inverse_root(matrix: np.ndarray) -> np.ndarray:
     """Return L^-1 of a positive definite matrix L L^T, or of blocks."""
 
     def inverse(L: np.ndarray) -> np.ndarray:
         half = L.shape[-1] // 2
         if half < SMALL:
             return np.linalg.inv(L)
-        found = np.zeros_like(L)
-        found[:half, :half], found[half:, half:] = (
-            inverse(L[:half, :half]),
-            inverse(L[half:, half:]),
-        )
-        found[half:, :half] = -found[half:, half:] @ (L[half:, :half] @ found[:half, :half])
+        found, a, b = np.zeros_like(L), slice(half), slice(half, None)
+        found[a, a], found[b, b] = inverse(L[a, a]), inverse(L[b, b])
+        found[b, a] = -found[b, b] @ (L[b, a] @ found[a, a])
         return found
 
     return inverse(np.linalg.cholesky(matrix))
 
 
 def _times(matrix: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the product of a matrix, or of its blocks, shape (N, 3, 3), with columns."""
-    if matrix.ndim == 2:
-        return matrix @ columns
-    return (matrix @ columns.reshape(len(matrix), 3, -1)).reshape(columns.shape)
+    """Return the product of a matrix, as its blocks, with columns, of shape (3 N, columns)."""
+    count, rows, _ = matrix.shape
+    product = matrix @ columns.reshape(count, rows, -1)
+    return product.reshape(count * rows, -1)
 
 
 def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray, ...]:
@@ -113,7 +126,7 @@ def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndar
         return (samples.given_covariance,)
     if not prior.amplitude:
         return ()
-    S, n = samples.slopes, len(samples.errors)
+    S, n = samples.slopes, len(samples.readings)
     of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
     if samples.count > 1:
         of_angles *= (samples.arms[:, None] == samples.arms)[:, None]
@@ -121,27 +134,3 @@ def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndar
     parts = S @ across.reshape(2, n, -1, 3 * n)
     K, by_length = parts.reshape(2, 3 * n, 3, n).swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
     return K, by_length
-
-
-def marginal(
-    samples: LinearSamples, curves: tuple[np.ndarray, ...], blocks: np.ndarray, rest: Rest
-) -> Marginal:
-    """Return what follows of M, by :func:`curve_covariance` and blocks C_i / w_i, (N, 3, 3)."""
-    n, d, free = len(blocks), len(rest.free), rest.free
-    errors = blocks
-    if curves:
-        errors = curves[0].copy()
-        errors.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
-    root = _inverse_root(errors)
-    G, a = samples.by_rest.reshape(-1, d)[:, free], samples.errors.ravel()
-    along = _times(root, np.concatenate([G, a[:, None]], axis=1))
-    solved = _times(root.swapaxes(-1, -2), along)
-    WG = solved[:, :-1]
-    information = G.T @ WG + rest.precision[np.ix_(free, free)]
-    unit = 1 / np.sqrt(np.diag(information))
-    H = information * unit[:, None] * unit
-    sigma = np.linalg.inv(H) * unit[:, None] * unit
-    change, covariance = np.zeros(d), np.zeros((d, d))
-    change[free] = -sigma @ (WG.T @ a + rest.gradient[free])
-    covariance[np.ix_(free, free)] = sigma
-    return Marginal(WG, covariance, change, solved[:, -1] + WG @ change[free], free, root)

@@ -6,22 +6,18 @@ from dataclasses import replace
 import numpy as np
 
 from ..model import SMALLEST, ExtendedModel, MultiRobotModel, PriorGroup
-from ..model.effects import CURVE, KNOTS, circulant, spectrum
-from .curve_hyperparameters import LONGEST, Marginalised, marginalised
-from .curve_marginal import CurvePrior
-from .curve_posterior import covariance, solve, spline_coefficients
-from .given_curves import GivenCurves, given_curves
-from .laplace import joint_posterior
-from .linear_samples import LinearSamples, linear_samples, rest_of, resumed, with_curves
-from .objective import Objective, State, build_objective, linearise
+from ..model.effects import CURVE, KNOTS
+from .curve_hyperparameters import LONGEST, CurveFit, marginalised
+from .curve_posterior import MOST_SAMPLES, given_rest
+from .curve_prior import CurvePrior, given_curves
+from .linear_samples import LinearSamples, rest_of, samples_around
+from .objective import Objective, State
 from .posterior import JointPosterior
 
 LOG_EVIDENCE = 10.0
 """Least rise of the logarithm of the evidence by which curves are kept. On arms without curves,
 sockets or points, it rose by 2.4 at most in 60 recordings."""
 GIVEN = "kept, as an earlier calibration has them and these data change them"
-MOST_SAMPLES = 300
-"""Of which the evidence is worked out, and with which the curves are fitted without any basis."""
 FIRST_SAMPLES, HINT = 100, 1.0
 """Samples that are looked at first, and the rise by them below which curves are not sought on."""
 EXACT = 10.0
@@ -39,7 +35,7 @@ def _may_have_curves(found: JointPosterior) -> bool:
     arms = found.scene.arms
     measured = any((arm.sockets < 0).any() for arm in arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
-    told = given_curves([arm.model for arm in found.arms]) is not None
+    told = given_curves(found.models) is not None
     if min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST:
         return told
     return told or ((measured or len(found.scene.placements) > 1) and not plays)
@@ -73,22 +69,22 @@ def with_joint_curves(
 def _with_joint_curves(
     found: JointPosterior, other: tuple[JointPosterior, float] | None
 ) -> tuple[JointPosterior, str]:
-    readings, state, samples = _around(found)
-    n, given = len(samples.errors), given_curves(readings.model.models)
-    if given is not None:
+    prior = given_curves(found.models)
+    given = None if prior is None else prior.given
+    around = samples_around(found.objective, found.state, None, given)
+    n = len(around[2].sources)
+    if prior is not None:
         rows = _drawn(n, MOST_SAMPLES)
-        few, prior = given.relative(samples.of(rows), state.x), CurvePrior(*given.scales)
-        fitted = marginalised(readings, state, few, prior, np.ones(len(rows)))
-        fitted = replace(fitted, log_evidence=found.log_evidence)
-        return _settled(found, readings, (rows, few), fitted, given), GIVEN
+        fitted = marginalised(_fit_of(around, rows, prior))
+        return _settled(found, rows, fitted, found.log_evidence), GIVEN
     plain = fitted = None
     for most in (FIRST_SAMPLES, MOST_SAMPLES):
         rows = _drawn(n, most)
-        few, all_alike = samples.of(rows), np.ones(len(rows))
-        near, flat = plain.state if plain else state, CurvePrior(0.0, LONGEST)
-        plain = marginalised(readings, near, few, flat, all_alike)
-        near, prior = (fitted.state, fitted.prior) if fitted else _first(plain.state, few)
-        fitted = marginalised(readings, near, few, prior, plain.weights)
+        flat = _fit_of(around, rows, CurvePrior(0.0, LONGEST))
+        plain = marginalised(replace(flat, state=plain.state) if plain else flat)
+        first = _first(plain) if fitted is None else replace(flat, state=fitted.state)
+        prior = first.prior if fitted is None else fitted.prior
+        fitted = marginalised(replace(first, prior=prior, weights=plain.next_weights))
         gain = fitted.log_evidence - plain.log_evidence
         if gain <= HINT or len(rows) == n:
             break
@@ -97,22 +93,21 @@ def _with_joint_curves(
         return found, f"not supported by the data {evidence}"
     chosen, whole = found, found.log_evidence - plain.log_evidence
     if other is not None:
-        own, near, every = _around(other[0])
-        near, some = replace(near, noises=fitted.state.noises), every.of(rows)
-        fit = marginalised(own, near, some, fitted.prior, fitted.weights)
+        beside = samples_around(other[0].objective, other[0].state, None)
+        fit = _fit_of(beside, rows, fitted.prior)
+        near = replace(fit.state, noises=fitted.state.noises)
+        fit = marginalised(replace(fit, state=near, weights=fitted.next_weights))
         if fit.log_evidence + other[1] > fitted.log_evidence:
-            chosen, readings, few, fitted = other[0], own, some, fit
-    fitted = replace(fitted, log_evidence=whole + fitted.log_evidence)
-    return _settled(chosen, readings, (rows, few), fitted, None), f"kept {evidence}"
+            chosen, fitted = other[0], fit
+    return _settled(chosen, rows, fitted, whole + fitted.log_evidence), f"kept {evidence}"
 
 
-def _around(found: JointPosterior) -> tuple[Objective, State, LinearSamples]:
-    """Return the objective of a result without curves, its state and the samples around that."""
-    models = [arm.model for arm in found.arms]
-    readings = build_objective(models, found.scene, [one for one, _, _ in found.movements])
-    state = resumed(found, readings)
-    none = np.zeros(state.linear.by_joints.shape[::2])
-    return readings, state, linear_samples(readings, state, none)
+def _fit_of(
+    around: tuple[Objective, State, LinearSamples], rows: np.ndarray, prior: CurvePrior
+) -> CurveFit:
+    """Return the fit to some of the samples that count alike."""
+    objective, state, samples = around
+    return CurveFit(objective, state, samples.of(rows), prior, np.ones(len(rows)))
 
 
 def _drawn(count: int, most: int) -> np.ndarray:
@@ -121,70 +116,49 @@ def _drawn(count: int, most: int) -> np.ndarray:
     return np.flatnonzero(ranks < most)
 
 
-def _first(state: State, samples: LinearSamples) -> tuple[State, CurvePrior]:
+def _first(plain: CurveFit) -> CurveFit:
     """Return scales by which curves explain half of the errors, and noise the rest."""
-    square = float(np.median(np.sum(samples.errors**2, axis=1))) / 2.37  # of chi^2_3: per axis
+    samples = plain.samples
+    square = float(np.median(np.sum(samples.columns[:, :, -1] ** 2, axis=1))) / 2.37  # of chi^2_3
     reaches: np.ndarray = np.sum(samples.slopes**2, axis=(1, 2)) / 3
     half = 0.5**0.5
     noises = tuple(
-        replace(one, space=half * one.space, joint=half * one.joint) for one in state.noises
+        replace(one, space=half * one.space, joint=half * one.joint) for one in plain.state.noises
     )
-    amplitude = half * (square / float(reaches.mean())) ** 0.5
-    return replace(state, noises=noises), CurvePrior(amplitude, FIRST_LENGTH)
+    prior = CurvePrior(half * (square / float(reaches.mean())) ** 0.5, FIRST_LENGTH)
+    return replace(plain, state=replace(plain.state, noises=noises), prior=prior)
 
 
 def _settled(
-    found: JointPosterior,
-    readings: Objective,
-    few: tuple[np.ndarray, LinearSamples],
-    fitted: Marginalised,
-    given: GivenCurves | None,
+    found: JointPosterior, rows: np.ndarray, fitted: CurveFit, log_evidence: float
 ) -> JointPosterior:
-    """Return the result at the curves' scales, made linear again until nothing changes.
+    """Return the result at the scales of a fit to some of the samples, in these rows.
 
-    It begins at the fit to a few samples, which are given with their places among all.
+    It is made linear again until nothing changes.
     """
-    prior, n = fitted.prior, len(fitted.state.linear.errors)
-    coefficients, weights = spline_coefficients(few[1], prior, fitted.pulls), np.ones(n)
-    weights[few[0]] = fitted.weights
-    state = _moved(readings, fitted.state, fitted.change)
-    if given is not None:
-        coefficients = coefficients + given.at(state.x)
+    readings, prior, state = fitted.objective, fitted.prior, fitted.state
+    given, coefficients = prior.given, np.zeros(fitted.samples.shape)
+    weights = np.ones(len(state.linear.errors))
+    weights[rows] = fitted.next_weights
     for _ in range(ROUNDS):
-        objective, shifts = with_curves(readings, coefficients)
-        state = replace(state, linear=linearise(objective, state.x, state.centres, state.frames))
-        samples, before = linear_samples(objective, state, shifts), weights
-        if given is not None:
-            samples = given.relative(samples, state.x)
-        if n <= MOST_SAMPLES:
-            exact = marginalised(objective, state, samples, prior, weights, learn=False)
-            coefficients = spline_coefficients(samples, prior, exact.pulls)
-            change, weights = exact.change, exact.weights
-        else:
-            rest = rest_of(objective, state)
-            change, coefficients, weights = solve(samples, state.noises, prior, rest, weights)
+        objective, state, samples = samples_around(readings, state, coefficients, given)
+        part = given_rest(samples, state.noises, prior, weights)
+        change, _ = rest_of(objective, state).posterior(part.information)
+        y, before = np.append(change, 1.0), weights
+        weights = samples.weights(state.noises, y, part.gain @ y)
+        coefficients = ((part.gain + samples.shift) @ y).reshape(samples.shape)
         state = _moved(objective, state, change)
-        if given is not None:
-            coefficients = coefficients + given.at(state.x)
-        moved = np.abs(samples.by_rest @ change).max() / min(one.space for one in state.noises)
+        moved = np.abs(samples.columns[:, :, :-1] @ change).max()
+        moved /= min(one.space for one in state.noises)
         if max(moved, np.abs(weights - before).max()) < STILL:
             break
-    objective, shifts = with_curves(readings, coefficients)
-    state = replace(state, linear=linearise(objective, state.x, state.centres, state.frames))
-    samples, rest = (
-        linear_samples(objective, state, shifts),
-        rest_of(objective, state, widened=True),
-    )
-    if given is not None:
-        samples = given.relative(samples, state.x)
-    by_splines = n > MOST_SAMPLES
-    whole = covariance(samples, state.noises, prior, rest, weights, by_splines=by_splines)
-    if given is not None:
-        whole = given.whole(whole)
-    weights = weights * samples.degrees(state.noises) / (samples.degrees(state.noises) + 3)
-    return _posterior(
-        found, readings, replace(fitted, state=state, weights=weights), coefficients, whole
-    )
+    objective, state, samples = samples_around(readings, state, coefficients, given)
+    nu = samples.degrees(state.noises)
+    part = given_rest(samples, state.noises, prior, weights * (nu + 3) / (nu + 5))
+    _, known = rest_of(objective, state, widened=True).posterior(part.information)
+    fitted = replace(fitted, state=state, weights=weights * nu / (nu + 3))
+    whole = part.with_rest(known, samples.shift)
+    return _posterior(found, fitted, coefficients, whole, log_evidence)
 
 
 def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
@@ -203,61 +177,52 @@ def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
 
 def _posterior(
     found: JointPosterior,
-    readings: Objective,
-    fitted: Marginalised,
-    coefficients: np.ndarray,
+    fitted: CurveFit,
+    curves: np.ndarray,
     whole: np.ndarray,
+    log_evidence: float,
 ) -> JointPosterior:
     """Return the result with the curves, of shape (robots, m, KNOTS), among each robot's unknowns.
 
     ``whole`` is the covariance of all other unknowns, then of the curves.
     """
-    models = tuple(
-        replace(arm.model, extensions=(*arm.model.extensions, CURVE.name)) for arm in found.arms
-    )
-    world, state = MultiRobotModel(models, readings.model.movements), fitted.state
-    m, end = coefficients.shape[1], int(readings.model.own[-1].stop)
-    order, x, groups = list[np.ndarray](), list[np.ndarray](), list[PriorGroup]()
-    for i, (own, model) in enumerate(zip(readings.model.own, models, strict=True)):
-        joints, begin = len(model.robot.joint_names), world.own[i].start
-        knots = readings.size + (i * m + np.arange(joints)) * KNOTS
-        order += [np.arange(own.start, own.stop), (np.arange(KNOTS)[:, None] + knots).ravel()]
-        x += [state.x[own], coefficients[i, :joints].T.ravel()]
-        mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
-        groups += [replace(g, members=g.members - own.start + begin) for g in mine]
-        members = begin + np.arange(model.slices[-1].start, model.size, dtype=np.int64)
-        groups.append(_curve_group(model, members, fitted.prior, whole, knots))
-    moving = [g for g in state.groups if g.members[0] >= end]
-    groups += [replace(g, members=g.members - end + world.own[-1].stop) for g in moving]
-    x.append(state.x[end:])
-    picked = np.concatenate([*order, np.arange(end, readings.size)])
-    state = replace(state, x=np.concatenate(x), groups=tuple(groups))
-    sizes = [(0, one.size - arm.model.size) for one, arm in zip(models, found.arms, strict=True)]
-    rounds = zip(*(arm.iterates for arm in found.arms), strict=True)
-    iterates = [np.concatenate(list(map(np.pad, each, sizes))) for each in rounds]
-    return joint_posterior(
+    readings, state, m = fitted.objective, fitted.state, curves.shape[1]
+    models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
+    world, own = MultiRobotModel(models, readings.model.movements), readings.model.own
+    process = CurvePrior(fitted.prior.amplitude, fitted.prior.length)
+    order, groups = list[np.ndarray](), list[PriorGroup]()
+    for i, model in enumerate(models):
+        knots = readings.size + (i * m + np.arange(len(model.robot.joint_names))) * KNOTS
+        order += [np.arange(own[i].start, own[i].stop), (np.arange(KNOTS)[:, None] + knots).ravel()]
+        groups.append(_curve_group(model, order[-1], process, whole))
+    picked = np.concatenate([*order, np.arange(int(own[-1].stop), readings.size)])
+    place = np.argsort(np.append(picked, np.setdiff1d(np.arange(len(whole)), picked)))
+
+    def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        rest = np.pad(x, (0, readings.size - len(x)))
+        return np.append(rest, coefficients)[picked[: world.size]]
+
+    iterates = [arranged(each, 0 * curves) for each in found.iterates]
+    x = arranged(state.x, curves)
+    groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
+    return JointPosterior(
         replace(readings, model=world),
-        state,
+        replace(state, x=x, groups=tuple(groups)),
         whole[np.ix_(picked, picked)],
         fitted.weights,
-        fitted.log_evidence,
-        [*iterates, state.x],
+        log_evidence,
+        [*iterates, x],
     )
 
 
 def _curve_group(
-    model: ExtendedModel,
-    members: np.ndarray,
-    prior: CurvePrior,
-    whole: np.ndarray,
-    knots: np.ndarray,
+    model: ExtendedModel, members: np.ndarray, prior: CurvePrior, whole: np.ndarray
 ) -> PriorGroup:
-    """Return the prior of a robot's curves; of each joint, the covariance begins at its knots."""
-    effective, inverse = 0.0, circulant(1 / spectrum(prior.length))
-    for begin, joint in zip(knots.tolist(), model.robot.actuated, strict=True):
+    """Return the prior of a robot's curves, whose knots are members of the covariance."""
+    effective = 0.0
+    for own, joint in zip(members.reshape(KNOTS, -1).T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":
-            own = slice(begin, begin + KNOTS)
-            effective += KNOTS - float(np.sum(inverse * whole[own, own])) / prior.amplitude**2
+            effective += KNOTS - float(np.sum(prior.inverse * whole[np.ix_(own, own)]))
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

@@ -6,7 +6,7 @@ from math import erfc, log, pi, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Kind, Movement, Noise, PriorGroup, log_constant, log_prior
+from ..model import TYPICAL_SPREAD, Noise, log_constant, log_prior
 from .normal_equations import (
     ArrowheadMatrix,
     NormalEquations,
@@ -17,7 +17,7 @@ from .normal_equations import (
     value,
 )
 from .objective import Objective, State, free_unknowns, prior_gradient, prior_precision, priors
-from .posterior import JointPosterior, Posterior
+from .posterior import JointPosterior
 from .state import moved
 from .uncertain_widths import over_widths, widths_held
 
@@ -115,36 +115,7 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
     whole = over_widths(objective, state, known)
     nu = degrees(objective, mean)
     weights = robust_weights(objective, mean)[2] * nu / (nu + 3)
-    return joint_posterior(objective, mean, whole, weights, evidence, iterates)
-
-
-def joint_posterior(
-    objective: Objective,
-    state: State,
-    covariance: np.ndarray,
-    weights: np.ndarray,
-    evidence: float,
-    iterates: list[np.ndarray],
-) -> JointPosterior:
-    """Return the result of all robots; of the state, the points of the balls."""
-    arms = tuple(
-        _of_arm(objective, state, i, covariance, weights, evidence, iterates)
-        for i in range(len(objective.model.models))
-    )
-    scene = objective.rows.scene
-    poses = dict(zip(scene.arms[0].frames, state.frames, strict=True))
-    begin = objective.model.own[-1].stop
-    kept = np.r_[:begin, objective.model.size : objective.size]
-    movements: list[tuple[Movement, np.ndarray, PriorGroup]] = []
-    own = {group.members[0]: group for group in state.groups}
-    for one in objective.model.movements:
-        prior = replace(own[begin], members=own[begin].members - begin)
-        movements.append((one, state.x[begin : begin + one.size], prior))
-        begin += one.size
-    if movements:
-        covariance = covariance[kept[:, None], kept]
-    own_x = objective.model.own
-    return JointPosterior(arms, own_x, scene, poses, covariance, evidence, tuple(movements))
+    return JointPosterior(objective, mean, whole, weights, evidence, iterates)
 
 
 def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
@@ -171,45 +142,6 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
     weights = (nu + 3) / (nu + squares)
     slope = np.mean(weights - 2 / 3 * weights**2 * squares / (nu + 3))
     return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
-
-
-def _of_arm(
-    objective: Objective,
-    state: State,
-    robot: int,
-    covariance: np.ndarray,
-    weights: np.ndarray,
-    evidence: float,
-    iterates: list[np.ndarray],
-) -> Posterior:
-    """Return what is known of one of the robots."""
-    own, rows = objective.model.own[robot], objective.rows.own[robot]
-    known = covariance[own, own]
-    if objective.size > objective.dense:
-        picked = np.r_[own, objective.dense : objective.size]
-        known = covariance[np.ix_(picked, picked)]
-    mine = [g for g in state.groups if ((g.members >= own.start) & (g.members < own.stop)).all()]
-    kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
-    noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
-    base = objective.rows.base(robot, state.frames)
-    centres = state.centres if base is None else base.inverse().apply(state.centres)
-    moved = objective.moved_places(state.x)[rows] if objective.model.movements else None
-    if moved is not None and base is not None:
-        moved = moved @ base.rotation
-    return Posterior(
-        objective.model.models[robot],
-        objective.rows.scene.arms[robot],
-        state.x[own],
-        centres,
-        known,
-        tuple(replace(g, members=g.members - own.start) for g in mine),
-        noises,
-        state.linear.points[rows],
-        weights[rows],
-        evidence,
-        tuple(x[own] for x in iterates),
-        moved,
-    )
 
 
 def log_prior_share(state: State) -> float:

@@ -8,11 +8,11 @@ import numpy as np
 
 from ..model import Movement, Noise, SampleRows
 from ..model.effects import KNOTS, curve_values, splines
+from .curve_prior import GivenCurves
 from .normal_equations import normal_equations
 from .objective import (
     Objective,
     State,
-    build_objective,
     constraint_residuals,
     free_unknowns,
     linearise,
@@ -24,12 +24,10 @@ from .posterior import JointPosterior
 
 @dataclass(frozen=True)
 class LinearSamples:
-    """N samples of robots with m joints at most, and d unknowns beside the curves."""
+    """N samples of robots with m joints at most, and d unknowns y beside the curves, see (A7)."""
 
-    errors: np.ndarray
-    """a_i, shape (N, 3) [m]."""
-    by_rest: np.ndarray
-    """G_i, shape (N, 3, d)."""
+    columns: np.ndarray
+    """[G_i, a_i], shape (N, 3, d + 1) [m]; with given curves, of these but e."""
     readings: np.ndarray
     """q_ij, shape (N, m) [rad]."""
     slopes: np.ndarray
@@ -40,18 +38,19 @@ class LinearSamples:
     """Index of each sample's noise, shape (N,)."""
     count: int
     """Number of robots."""
-    given: np.ndarray | None = None
-    """Covariance of the coefficients of one robot's curves, shape (m KNOTS, m KNOTS) [rad^2], by a
-    prior that tells of them; None for a Gaussian process of all curves alike."""
+    given: GivenCurves | None
+    """What a prior tells of one robot's curves."""
+    shift: np.ndarray
+    """[R, c without e], shape (robots m KNOTS, d + 1) [rad]; zero where nothing is given."""
 
     def of(self, rows: np.ndarray) -> "LinearSamples":
         """Return some of the samples."""
-        own = ("errors", "by_rest", "readings", "slopes", "arms", "sources")
+        own = ("columns", "readings", "slopes", "arms", "sources")
         return replace(self, **{name: getattr(self, name)[rows] for name in own})
 
     def scales(self, noises: Sequence[Noise]) -> np.ndarray:
         """Return C_i of each sample by its noise, shape (N, 3, 3) [m^2]."""
-        scales = np.empty((len(self.errors), 3, 3))
+        scales = np.empty((len(self.sources), 3, 3))
         for k, noise in enumerate(noises):
             rows = self.sources == k
             scales[rows] = noise.scales(self.slopes[rows])
@@ -61,20 +60,41 @@ class LinearSamples:
         """Return nu of each sample, shape (N,)."""
         return np.array([noise.nu for noise in noises])[self.sources]
 
+    def weights(self, noises: Sequence[Noise], y: np.ndarray, e: np.ndarray) -> np.ndarray:
+        """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
+        (index, basis), nu = self.places, self.degrees(noises)
+        shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
+        errors = (self.columns @ y + (self.slopes @ shifts[..., None])[..., 0])[..., None]
+        solved = np.linalg.solve(self.scales(noises), errors)
+        return (nu + 3) / (nu + np.sum(errors * solved, axis=(1, 2)))
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Of all curves' coefficients: robots, m, KNOTS."""
+        return self.count, self.readings.shape[1], KNOTS
+
+    @cached_property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """The four coefficients of each sample and joint among all, and their weights."""
+        index, weights = splines(self.readings)
+        m = self.readings.shape[1]
+        first: np.ndarray = (self.arms[:, None] * m + np.arange(m, dtype=np.int64)) * KNOTS
+        return index + first[..., None], weights
+
     @cached_property
     def basis(self) -> np.ndarray:
-        """Derivatives of one robot's errors by its curves, shape (N, 3, m KNOTS)."""
-        index, weights = splines(self.readings)
-        n, m = self.readings.shape
-        flat = np.zeros((n, m, KNOTS))
-        flat[np.arange(n)[:, None, None], np.arange(m)[:, None], index] = weights
-        return (self.slopes[..., None] * flat[:, None]).reshape(n, 3, -1)
+        """F, derivatives of the errors by all coefficients, shape (3 N, robots m KNOTS)."""
+        (places, weights), n = self.places, len(self.readings)
+        basis = np.zeros((n, 3, self.count * self.readings.shape[1] * KNOTS))
+        for k in range(3):
+            basis[np.arange(n)[:, None, None], k, places] = self.slopes[:, k, :, None] * weights
+        return basis.reshape(3 * n, -1)
 
     @cached_property
     def given_covariance(self) -> np.ndarray:
-        """Covariance of the curves' part of the errors by that prior, shape (3 N, 3 N) [m^2]."""
-        flat = self.basis.reshape(-1, self.basis.shape[2])
-        return flat @ self.given @ flat.T
+        """Covariance of the given curves' part of the errors, shape (3 N, 3 N) [m^2]."""
+        assert self.given is not None
+        return self.basis @ self.given.covariance @ self.basis.T
 
     @cached_property
     def distances(self) -> np.ndarray:
@@ -83,36 +103,56 @@ class LinearSamples:
         return 2 * (s[..., None] * c.T - c[..., None] * s.T)
 
 
-def linear_samples(objective: Objective, state: State, curves: np.ndarray) -> LinearSamples:
-    """Return the samples around a state of the unknowns beside the curves."""
-    rows, linear = objective.rows, state.linear
-    arms, sources = np.zeros((2, len(curves)), dtype=np.int64)
+def samples_around(
+    readings: Objective,
+    state: State,
+    curves: np.ndarray | None,
+    given: GivenCurves | None = None,
+) -> tuple[Objective, State, LinearSamples]:
+    """Return the objective at the joint positions that curves make of readings, and the samples.
+
+    Args:
+        readings: The objective of the readings.
+        state: Where it is made linear again.
+        curves: Coefficients, shape (robots, m, KNOTS) [rad]; None for none.
+        given: What is known of the curves.
+    """
+    scene = readings.rows.scene
+    widest = max(arm.positions.shape[1] for arm in scene.arms)
+    curves = np.zeros((len(scene.arms), widest, KNOTS)) if curves is None else curves
+    positions = np.concatenate([_padded(arm.positions, widest) for arm in scene.arms])
+    shifts = [
+        curve_values(arm.positions, own[: arm.positions.shape[1]].T.ravel())
+        for arm, own in zip(scene.arms, curves, strict=True)
+    ]
+    true = zip(scene.arms, shifts, strict=True)
+    arms = tuple(replace(arm, positions=arm.positions + shift) for arm, shift in true)
+    objective = replace(readings, rows=SampleRows(replace(scene, arms=arms)))
+    linear = linearise(objective, state.x, state.centres, state.frames)
+    state, rows, n, d = replace(state, linear=linear), objective.rows, len(positions), readings.size
+    robots, sources = np.zeros((2, n), dtype=np.int64)
     slopes = linear.by_joints.copy()
     for i, (own, model) in enumerate(zip(rows.own, objective.model.models, strict=True)):
-        arms[own] = i
+        robots[own] = i
         prismatic = [k for k, j in enumerate(model.robot.actuated) if j.type == "prismatic"]
         slopes[own][:, :, prismatic] = 0.0
     for k, source in enumerate(rows.sources):
         sources[source] = k
-    centres = np.zeros((len(curves), 3, 3 * rows.socket_count))
-    for i in np.flatnonzero(rows.sockets >= 0).tolist():
-        begin = 3 * int(rows.sockets[i])
-        centres[i, :, begin : begin + 3] = -np.eye(3)
-    return LinearSamples(
-        linear.errors - np.einsum("nij,nj->ni", slopes, curves),
-        np.concatenate([linear.by_unknowns, centres], axis=2),
-        np.concatenate(
-            [
-                np.pad(arm.positions, ((0, 0), (0, slopes.shape[2] - arm.positions.shape[1])))
-                for arm in rows.scene.arms
-            ]
-        )
-        - curves,
-        slopes,
-        arms,
-        sources,
-        len(rows.own),
-    )
+    columns, seated = np.zeros((n, 3, d + 1)), np.flatnonzero(rows.sockets >= 0)
+    columns[:, :, : objective.dense] = linear.by_unknowns
+    centres = objective.dense + 3 * rows.sockets[seated, None] + np.arange(3)
+    columns[seated[:, None], np.arange(3), centres] = -1.0
+    bent = np.concatenate([_padded(shift, widest) for shift in shifts])
+    columns[:, :, d] = linear.errors - np.einsum("nij,nj->ni", slopes, bent)
+    shift = np.zeros((curves.size, d + 1)) if given is None else given.shift(state.x, d)
+    samples = LinearSamples(columns, positions, slopes, robots, sources, len(arms), given, shift)
+    if given is not None:
+        columns += (samples.basis @ shift).reshape(columns.shape)
+    return objective, state, samples
+
+
+def _padded(rows: np.ndarray, width: int) -> np.ndarray:
+    return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
 
 
 @dataclass(frozen=True)
@@ -125,6 +165,20 @@ class Rest:
     """Its slope at the state, shape (d,)."""
     free: np.ndarray
     """Which may change, shape (d,)."""
+
+    def posterior(self, information: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return y and its covariance Sigma, zero for what is held, shapes (d,) and (d, d).
+
+        ``information`` is [G, a]^T M^-1 [G, a], shape (d + 1, d + 1).
+        """
+        d, free = len(self.free), np.ix_(self.free, self.free)
+        H = (information[:d, :d] + self.precision)[free]
+        unit = 1 / np.sqrt(np.diag(H))
+        change, covariance = np.zeros(d), np.zeros((d, d))
+        covariance[free] = np.linalg.inv(H * unit[:, None] * unit) * unit[:, None] * unit
+        slope = information[:d, d] + self.gradient
+        change[self.free] = -covariance[free] @ slope[self.free]
+        return change, covariance
 
 
 def rest_of(
@@ -140,61 +194,23 @@ def rest_of(
     return Rest(precision, gradient, free_unknowns(objective, state))
 
 
-def resumed(found: JointPosterior, objective: Objective) -> State:
-    """Return the state of the iteration that a result stands for."""
-    rows, size = objective.rows, objective.model.size
-    groups = [
-        replace(g, members=g.members + own.start)
-        for own, arm in zip(objective.model.own, found.arms, strict=True)
-        for g in arm.groups
-    ]
-    x = np.concatenate([*(arm.x for arm in found.arms), *(u for _, u, _ in found.movements)])
-    begin = objective.model.own[-1].stop
-    for one, _, prior in found.movements:
-        groups.append(replace(prior, members=prior.members + begin))
-        begin += one.size
-    at_zero = np.zeros(size, dtype=bool)
-    for group in groups:
-        none = ~(np.abs(x[group.members]) > 0) if group.non_negative else group.width == 0
-        at_zero[group.members] = none
-    frames, centres = tuple(found.frames.values()), found.arms[0].centres
-    linear = linearise(objective, x, centres, frames)
-    return State(x, centres, frames, tuple(groups), found.noises_of(rows), at_zero, linear)
-
-
-def with_curves(objective: Objective, coefficients: np.ndarray) -> tuple[Objective, np.ndarray]:
-    """Return the objective of samples at the joint positions that curves make of the readings."""
-    scene = objective.rows.scene
-    parts = [
-        curve_values(arm.positions, own[: arm.positions.shape[1]].T.ravel())
-        for arm, own in zip(scene.arms, coefficients, strict=True)
-    ]
-    arms = tuple(
-        replace(arm, positions=arm.positions + part)
-        for arm, part in zip(scene.arms, parts, strict=True)
-    )
-    widest = max(part.shape[1] for part in parts)
-    shifts = [np.pad(part, ((0, 0), (0, widest - part.shape[1]))) for part in parts]
-    moved = replace(objective, rows=SampleRows(replace(scene, arms=arms)))
-    return moved, np.concatenate(shifts)
-
-
 def movement_gain(found: JointPosterior, movement: Movement) -> float:
     """Return the rise of the logarithm of the evidence by a further movement, to first order.
 
     With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
     all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
     """
-    models = [arm.model for arm in found.arms]
-    prior = (movement, np.zeros(movement.size), movement.prior(0))
-    both = replace(found, movements=(*found.movements, prior))
-    objective = build_objective(models, found.scene, [one for one, _, _ in both.movements])
-    state = resumed(both, objective)
+    movements, before = (*found.objective.model.movements, movement), found.state
+    model = replace(found.objective.model, movements=movements)
+    objective, prior = replace(found.objective, model=model), movement.prior(len(before.x))
+    x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
+    linear = linearise(objective, x, before.centres, before.frames)
+    groups = (*before.groups, prior)
+    state = replace(before, x=x, at_zero=at_zero, groups=groups, linear=linear)
     normal = normal_equations(objective, state)
     hessian = normal.information.plus(prior_precision(objective, state))
     covariance = hessian.inverse(free_unknowns(objective, state)[: objective.dense]).dense
-    end = objective.model.size
-    own = slice(end - movement.size, end)
+    own = slice(len(before.x), len(x))
     S, g = covariance[own, own], normal.gradient[own]
-    logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior[2].precision(prior[2].width))[1]
+    logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
     return 0.5 * float(g @ S @ g + logs)

@@ -1,12 +1,14 @@
 """The result of the default method: the most probable unknowns, and how well they are known."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
 from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup, SampleRows
+from .objective import Objective, State
 
 
 @dataclass(frozen=True)
@@ -70,22 +72,61 @@ class Posterior:
 class JointPosterior:
     """The posterior of all robots of a fit, and of the frames that they stand in."""
 
-    arms: tuple[Posterior, ...]
-    """Each robot, in its own base."""
-    own: tuple[slice, ...]
-    """For each robot, which unknowns are its own."""
-    scene: MultiRobotObservations
-    """All observations."""
-    frames: dict[str, Pose]
-    """Pose of each frame in the base of the first robot."""
-    covariance: np.ndarray
-    """Of all unknowns: x of each robot, the frames (a turn about the world's axes [rad], then a
-    shift [m]), the socket centres."""
+    objective: Objective
+    state: State
+    """The most probable unknowns, or their mean, with the widths and noises that were found."""
+    whole: np.ndarray
+    """Covariance of all unknowns, movements included."""
+    weights: np.ndarray
+    """See :attr:`Posterior.weights`."""
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
+    iterates: Sequence[np.ndarray]
+    """x of all robots and movements after each iteration."""
 
-    movements: tuple[tuple[Movement, np.ndarray, PriorGroup], ...] = ()
-    """How placements moved while they were recorded: with the unknowns, and their prior."""
+    @cached_property
+    def arms(self) -> tuple[Posterior, ...]:
+        """Each robot, in its own base."""
+        return tuple(map(self._arm, range(len(self.own))))
+
+    @property
+    def own(self) -> tuple[slice, ...]:
+        """For each robot, which unknowns are its own."""
+        return self.objective.model.own
+
+    @property
+    def models(self) -> tuple[ExtendedModel, ...]:
+        """The models of the robots."""
+        return self.objective.model.models
+
+    @property
+    def scene(self) -> MultiRobotObservations:
+        """All observations."""
+        return self.objective.rows.scene
+
+    @property
+    def frames(self) -> dict[str, Pose]:
+        """Pose of each frame in the base of the first robot."""
+        return dict(zip(self.scene.arms[0].frames, self.state.frames, strict=True))
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Covariance of x of each robot, the frames, and the socket centres.
+
+        Of a frame there is a turn about the world's axes [rad], then a shift [m].
+        """
+        if not self.objective.model.movements:
+            return self.whole
+        kept = np.r_[: self.own[-1].stop, self.objective.model.size : len(self.whole)]
+        return self.whole[kept[:, None], kept]
+
+    @property
+    def movements(self) -> tuple[tuple[Movement, np.ndarray], ...]:
+        """How placements moved while they were recorded, with the unknowns."""
+        model = self.objective.model
+        ends = (self.own[-1].stop + np.cumsum([one.size for one in model.movements])).tolist()
+        each = zip(model.movements, ends, strict=True)
+        return tuple((one, self.state.x[end - one.size : end]) for one, end in each)
 
     def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
         """Return the noise of each source of samples of the same robots."""
@@ -100,3 +141,31 @@ class JointPosterior:
         block = self.covariance[begin : begin + 6, begin : begin + 6]
         values, vectors = np.linalg.eigh((block + block.T) / 2)
         return (vectors * values.clip(min=0)) @ vectors.T
+
+    def _arm(self, robot: int) -> Posterior:
+        objective, state, own = self.objective, self.state, self.own[robot]
+        rows, base = objective.rows.own[robot], objective.rows.base(robot, state.frames)
+        known = self.whole[own, own]
+        if objective.size > objective.dense:
+            picked = np.r_[own, objective.dense : objective.size]
+            known = self.whole[np.ix_(picked, picked)]
+        mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
+        kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
+        noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
+        moved = objective.moved_places(state.x)[rows] if objective.model.movements else None
+        if moved is not None and base is not None:
+            moved = moved @ base.rotation
+        return Posterior(
+            self.models[robot],
+            self.scene.arms[robot],
+            state.x[own],
+            state.centres if base is None else base.inverse().apply(state.centres),
+            known,
+            tuple(replace(g, members=g.members - own.start) for g in mine),
+            noises,
+            state.linear.points[rows],
+            self.weights[rows],
+            self.log_evidence,
+            tuple(x[own] for x in self.iterates),
+            moved,
+        )

@@ -1,6 +1,6 @@
 """Joint origins, elasticity and transmission error together: true joint positions, and the ball."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -143,6 +143,10 @@ class ExtendedModel:
         """Number of unknowns that mean something alone; the coefficients of curves follow."""
         return self.slices[-1].start if CURVE.name in self.extensions else self.size
 
+    def with_effects(self, names: Collection[str]) -> "ExtendedModel":
+        """Return the model with the effects of some names in place of its own."""
+        return replace(self, extensions=tuple(name for name in EFFECTS if name in names))
+
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the free origin numbers for unknowns x, shape (geometry,) [m, rad]."""
         return self.ball.nominal + x[: self.geometry]
@@ -210,7 +214,7 @@ class ExtendedModel:
         sets of lengths, but its balls are the same. A zero or curve makes no link longer.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
-        rest = replace(self, extensions=tuple(e for e in self.extensions if e != CURVE.name))
+        rest = self.with_effects({*self.extensions} - {CURVE.name})
         points, slopes, _ = rest.linearise(np.zeros(rest.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
         of_ball = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
@@ -230,5 +234,4 @@ def extend(
 ) -> ExtendedModel:
     """Return the model of a robot with free parameters and some of :data:`.EFFECTS`."""
     ball = BallModel(robot, [p.index for p in parameters])
-    ordered = tuple(name for name in EFFECTS if name in extensions)
-    return ExtendedModel(robot, tuple(parameters), ball, ordered)
+    return ExtendedModel(robot, tuple(parameters), ball, ()).with_effects(extensions)

@@ -7,8 +7,8 @@ from math import log
 import numpy as np
 
 from ...data import FrameError, MultiRobotObservations, fit_pose
-from ..inference import JointPosterior, Posterior
-from ..model import ExtendedModel, MultiRobotModel, PriorGroup, extend
+from ..inference import JointPosterior, Objective, State, linearise
+from ..model import PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
 ALSO_TILTS = 4.0
@@ -64,94 +64,63 @@ def beside_curves(
 def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
     """Return the mean of results of models with different extensions, weighted by probabilities."""
     best = results[int(np.argmax(probabilities))]
-    robots = [[result.arms[i] for result in results] for i in range(len(best.arms))]
-    models = MultiRobotModel(tuple(map(_union, robots)))
-    size = models.size + len(best.covariance) - best.own[-1].stop
-    means, covariance = np.zeros((len(results), size)), np.zeros((size, size))
-    for mean, weight, result in zip(means, probabilities, results, strict=True):
-        arms = zip(models.own, models.models, result.arms, strict=True)
-        rows = [i for own, model, arm in arms for i in _rows(model, arm.model, own.start)]
-        rows += range(models.size, size)
-        mean[rows] = np.concatenate([*(arm.x for arm in result.arms), _places(result, best)])
-        covariance[np.ix_(rows, rows)] += weight * result.covariance
+    effects = [{e for r in results for e in r.models[i].extensions} for i in range(len(best.own))]
+    models = tuple(one.with_effects(own) for one, own in zip(best.models, effects, strict=True))
+    model = replace(best.objective.model, models=models)
+    objective = replace(best.objective, model=model)
+    groups: dict[tuple[int, str], PriorGroup] = {}
+    means, covariance = np.zeros((len(results), objective.size)), np.zeros((objective.size,) * 2)
+    weights = np.zeros(len(best.weights))
+    order: list[int] = np.argsort(probabilities).tolist()
+    for k in order:
+        result, share = results[k], float(probabilities[k])
+        rows = _rows(objective, result.objective)
+        means[k, rows] = np.concatenate([result.state.x, _places(result, best)])
+        covariance[np.ix_(rows, rows)] += share * result.whole
+        weights += share * result.weights
+        for group in result.state.groups:
+            robot = sum(own.start <= group.members[0] for own in result.own)
+            groups[robot, group.name] = replace(group, members=rows[group.members])
     mean = probabilities @ means
     covariance += ((means - mean).T * probabilities) @ (means - mean)
-    count = best.arms[0].centres.size
-    turns = mean[models.size : size - count].reshape(-1, 6)
-    frames = zip(best.frames.items(), turns, strict=True)
-    arms = tuple(
-        _of_arm(model, arms, probabilities, mean[own], covariance[picked][:, picked])
-        for model, arms, own, picked in zip(
-            models.models,
-            robots,
-            models.own,
-            [np.r_[own, size - count : size] for own in models.own],
-            strict=True,
-        )
-    )
-    return JointPosterior(
-        arms,
-        models.own,
-        best.scene,
-        {name: pose.moved(change) for (name, pose), change in frames},
-        covariance,
-        best.log_evidence,
-        best.movements,
-    )
+    x, turns, places = np.split(mean, [model.size, objective.dense])
+    turns = turns.reshape(-1, 6)
+    frames = tuple(pose.moved(t) for pose, t in zip(best.state.frames, turns, strict=True))
+    at_zero, ordered = np.zeros(model.size, dtype=bool), sorted(groups.values(), key=_first)
+    for group in ordered:
+        at_zero[group.members] = not group.width
+    before = np.zeros((len(best.iterates), objective.size))
+    before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
+    centres = places.reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames)
+    state = State(x, centres, frames, tuple(ordered), best.state.noises, at_zero, linear)
+    iterates = [*before[:, : model.size], x]
+    return JointPosterior(objective, state, covariance, weights, best.log_evidence, iterates)
 
 
-def _union(arms: Sequence[Posterior]) -> ExtendedModel:
-    """Return the model with the extensions of all."""
-    model = arms[0].model
-    kept = {name for arm in arms for name in arm.model.extensions}
-    return replace(extend(model.robot, model.parameters, tuple(kept)), given=model.given)
+def _first(group: PriorGroup) -> int:
+    return int(group.members[0])
 
 
-def _rows(whole: ExtendedModel, part: ExtendedModel, begin: int = 0) -> list[int]:
-    """Return the places of a model's unknowns among those of one with more extensions."""
-    place = {name: i for i, name in enumerate(whole.names, begin)}
-    return [place[name] for name in part.names]
+def _rows(whole: Objective, part: Objective) -> np.ndarray:
+    """Return the places of all unknowns among those of models with more extensions."""
+    rows = list[int]()
+    for own, model, less in zip(
+        whole.model.own, whole.model.models, part.model.models, strict=True
+    ):
+        place = {name: i for i, name in enumerate(model.names, own.start)}
+        rows += [place[name] for name in less.names]
+    return np.array([*rows, *range(whole.model.own[-1].stop, whole.size)], dtype=np.int64)
 
 
 def _places(result: JointPosterior, near: JointPosterior) -> np.ndarray:
     """Return the frames, as changes from another result, and then the sockets."""
     changes: list[np.ndarray] = []
-    for name, pose in result.frames.items():
-        there = near.frames[name]
+    for pose, there in zip(result.state.frames, near.state.frames, strict=True):
         R = pose.rotation @ there.rotation.T  # hardly any turn, so its sine is its angle
         turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
         changes += [turn, pose.translation - there.translation]
-    return np.concatenate([*changes, result.arms[0].centres.ravel()])
-
-
-def _of_arm(
-    model: ExtendedModel,
-    arms: Sequence[Posterior],
-    probabilities: np.ndarray,
-    x: np.ndarray,
-    covariance: np.ndarray,
-) -> Posterior:
-    """Return the mean of one of the robots."""
-    best = arms[int(np.argmax(probabilities))]
-    groups: dict[str, PriorGroup] = {}
-    for _, arm in sorted(zip(probabilities.tolist(), arms, strict=True), key=lambda one: one[0]):
-        rows = np.array(_rows(model, arm.model))
-        for group in arm.groups:
-            groups[group.name] = replace(group, members=rows[group.members])
-    padded = np.zeros((len(best.iterates) + 1, model.size))
-    padded[:-1, _rows(model, best.model)] = best.iterates
-    padded[-1] = x
-    return replace(
-        best,
-        model=model,
-        x=x,
-        centres=np.tensordot(probabilities, [arm.centres for arm in arms], 1),
-        covariance=covariance,
-        groups=tuple(sorted(groups.values(), key=lambda group: group.members[0])),
-        points=model.predict(x, best.data.positions, best.data.torques),
-        weights=probabilities @ [arm.weights for arm in arms],
-        iterates=tuple(padded),
-    )
+    return np.concatenate([*changes, result.state.centres.ravel()])
 
 
 def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:

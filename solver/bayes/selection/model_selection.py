@@ -11,7 +11,7 @@ from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, estimate, with_joint_curves
-from ..model import Expected, GivenPrior, Movement, extend
+from ..model import Expected, ExtendedModel, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -33,10 +33,8 @@ ENOUGH_PLACEMENTS = 3
 
 Free = tuple[Robot, Sequence[Parameter]]
 """A robot, and the free numbers of its geometry."""
-EffectNames = Sequence[tuple[str, ...]]
-"""For each robot, the names of its effects."""
-Fit = Callable[[JointPosterior | None, EffectNames, MultiRobotObservations], JointPosterior]
-"""Fits models of such effects to data, starting near a result."""
+Fit = Callable[[JointPosterior, Sequence[ExtendedModel], MultiRobotObservations], JointPosterior]
+"""Fits models to data, starting near a result."""
 
 
 @dataclass(frozen=True)
@@ -81,20 +79,18 @@ def select_models(
     movements = list[Movement]()
 
     def fit(
-        near: JointPosterior | None, effects: EffectNames, observed: MultiRobotObservations
+        near: JointPosterior | None,
+        models: Sequence[ExtendedModel],
+        observed: MultiRobotObservations,
     ) -> JointPosterior:
-        pairs = zip(robots, effects, strict=True)
-        models = [replace(extend(*free, own), given=given) for free, own in pairs]
-        if near is not None:
-            known = [arm.model.of_type for arm in near.arms]
-            models = [replace(m, of_type=own) for m, own in zip(models, known, strict=True)]
         there = [one for one in movements if one.placement in observed.placements]
         return estimate(models, observed, joint_noise=joint_noise, near=near, movements=there)
 
     progress("geometry")
     given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
-    geometric = fit(None, [(*first, *_effects_of(robot, given)) for robot, _ in robots], data)
+    plain = [extend(*free, (*first, *_effects_of(free[0], given))) for free in robots]
+    geometric = fit(None, [replace(one, given=given) for one in plain], data)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
@@ -130,7 +126,7 @@ def _with_movements(
 
     def moving(near: JointPosterior, some: Sequence[Movement]) -> JointPosterior:
         movements[:] = some
-        return fit(near, [arm.model.extensions for arm in near.arms], near.scene)
+        return fit(near, near.models, near.scene)
 
     tried = _search(fit, geometric, order, progress)
     best = max(tried.models, key=lambda model: model.log_evidence)
@@ -154,7 +150,7 @@ def _notes(
         notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
     for i, own in enumerate(notes if any(types) else ()):
         if types[i]:
-            by_type = [bool(model.arms[i].model.of_type) for model in models]
+            by_type = [bool(model.models[i].of_type) for model in models]
             share = 100 * float(probabilities[by_type].sum())
             own.append(f"type prior: counts by {share:.0f} %")
     return notes
@@ -188,16 +184,16 @@ def _search(
 ) -> _Tried:
     """Add extension after extension to the best model; twice, since one may help beside another."""
     best, gains = geometric, dict[tuple[str, int], float | None]()
-    models, tried, fits = {_active(best): best}, {_kept(best)}, list[JointPosterior]()
+    models, tried, fits = {_active(best): best}, {_kept(best.models)}, list[JointPosterior]()
     for stage, robot in 2 * stages:
-        own = list(_kept(best))
-        own[robot] = own[robot] | {*EXTENSIONS[stage]}
-        if tuple(own) in tried:
+        own = list(best.models)
+        own[robot] = own[robot].with_effects((*own[robot].extensions, *EXTENSIONS[stage]))
+        if _kept(own) in tried:
             continue
-        tried.add(tuple(own))
+        tried.add(_kept(own))
         progress(f"{stage} {best.scene.names[robot]}".strip())
         try:
-            candidate = fit(best, [tuple(one) for one in own], best.scene)
+            candidate = fit(best, own, best.scene)
         except NotConverged:
             gains.setdefault((stage, robot))
             continue
@@ -216,18 +212,16 @@ def _by_type(
     progress: Callable[[str], None],
 ) -> list[JointPosterior]:
     """Return the fits again, with all that other arms of a type tell of, as they tell it."""
-    models: dict[tuple[frozenset[str], ...], JointPosterior] = {}
+    models: dict[tuple[tuple[str, ...], ...], JointPosterior] = {}
     for found in fits if any(types) else ():
-        arms = [
-            replace(arm, model=replace(arm.model, of_type=of_type))
-            for arm, of_type in zip(found.arms, types, strict=True)
+        own = [
+            replace(one.with_effects({*one.extensions, *of_type}), of_type=of_type)
+            for one, of_type in zip(found.models, types, strict=True)
         ]
-        whole = tuple(frozenset({*a.model.extensions, *a.model.of_type}) for a in arms)
-        if whole not in models:
+        if _kept(own) not in models:
             progress("type prior")
-            near = replace(found, arms=tuple(arms))
             with suppress(NotConverged):
-                models[whole] = fit(near, [tuple(own) for own in whole], found.scene)
+                models[_kept(own)] = fit(found, own, found.scene)
     return list({_active(model): model for model in models.values()}.values())
 
 
@@ -238,10 +232,7 @@ def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPoster
         return [geometric], ""
 
     def errors(whole: JointPosterior) -> np.ndarray:
-        return held_out_errors(
-            lambda near, observed: fit(near, [a.model.extensions for a in near.arms], observed),
-            whole,
-        )
+        return held_out_errors(lambda near, rest: fit(near, near.models, rest), whole)
 
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
@@ -268,7 +259,7 @@ def _without_harmful_type(
     errors: Callable[[JointPosterior], np.ndarray],
 ) -> tuple[list[JointPosterior], JointPosterior, np.ndarray]:
     """Return models, the best and its held-out errors, without type priors where these harm."""
-    own = [model for model in models if not any(arm.model.of_type for arm in model.arms)]
+    own = [model for model in models if not any(one.of_type for one in model.models)]
     alone = max(own, key=lambda model: model.log_evidence)
     if best in own:
         return models, best, after
@@ -286,8 +277,8 @@ def _note(gain: float | None, probability: float, words: str) -> str:
     return f"{much} {evidence}{words}"
 
 
-def _kept(found: JointPosterior) -> tuple[frozenset[str], ...]:
-    return tuple(frozenset(arm.model.extensions) for arm in found.arms)
+def _kept(models: Sequence[ExtendedModel]) -> tuple[tuple[str, ...], ...]:
+    return tuple(one.extensions for one in models)
 
 
 def _active(found: JointPosterior) -> tuple[tuple[str, ...], ...]:

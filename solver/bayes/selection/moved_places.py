@@ -61,7 +61,7 @@ def movements_by_evidence(
                 best, gain = (with_it, rise) if rise > gain else (best, gain)
         if best is found:
             break
-        new = best.movements[-1][0]
+        new, _ = best.movements[-1]
         gain = gain if new.kind == "step" else INDEPENDENT * gain
         if gain < TOLD:
             break
@@ -88,7 +88,7 @@ def _price(one: Movement, tried: Sequence[Movement]) -> float:
 
 def _line(found: JointPosterior, gain: float) -> FoundMovement:
     """Return what is told of the last movement of a result."""
-    movement, unknowns, _ = found.movements[-1]
+    movement, unknowns = found.movements[-1]
     data = found.scene.arms[0]
     course = movement.course(data) @ unknowns.reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))

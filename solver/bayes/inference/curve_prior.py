@@ -1,0 +1,89 @@
+"""The prior of all joints' error curves: a Gaussian process, or what an earlier calibration told.
+
+Coefficients of curves are joint after joint. In (A9) they are c = mu_c + R (x - mu_x) + e; of a
+process, e is all there is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..model import ExtendedModel
+from ..model.effects import CURVE, KNOTS, circulant, spectrum
+
+JITTER, LEAST = 1e-6, 1e-20
+"""Added to a prior's correlations, and the least of its variances, so that it has an inverse."""
+
+
+@dataclass(frozen=True)
+class GivenCurves:
+    """What a prior tells of one robot's curves."""
+
+    mean: np.ndarray
+    """mu_c, shape (m KNOTS,) [rad]."""
+    known: np.ndarray
+    """mu_x, shape (size,)."""
+    by_unknowns: np.ndarray
+    """R, shape (m KNOTS, size); zero for what the prior does not tell of."""
+    covariance: np.ndarray
+    """Of e, shape (m KNOTS, m KNOTS)."""
+
+    def shift(self, x: np.ndarray, d: int) -> np.ndarray:
+        """Return R, padded to d unknowns, and c without e at x, shape (m KNOTS, d + 1)."""
+        size = len(self.known)
+        there = self.mean + self.by_unknowns @ (x[:size] - self.known)
+        return np.column_stack([np.pad(self.by_unknowns, ((0, 0), (0, d - size))), there])
+
+
+@dataclass(frozen=True)
+class CurvePrior:
+    """The prior of e."""
+
+    amplitude: float
+    """s of the process of all curves [rad]; 0 for no curves."""
+    length: float
+    """l [rad]."""
+    given: GivenCurves | None = None
+    """What is known beyond the process that the curves were of at first."""
+
+    @cached_property
+    def block(self) -> np.ndarray:
+        """Covariance of one joint's coefficients, or of all that are given."""
+        if self.given is not None:
+            return self.given.covariance
+        return self.amplitude**2 * circulant(spectrum(self.length))
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """Inverse of the block."""
+        if self.given is None:
+            return circulant(1 / spectrum(self.length)) / self.amplitude**2
+        unit = 1 / np.sqrt(np.diag(self.block).clip(min=LEAST))
+        correlations = self.block * unit[:, None] * unit + JITTER * np.eye(len(unit))
+        return np.linalg.inv(correlations) * unit[:, None] * unit
+
+
+def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
+    """Return what the prior of a single robot tells of its curves; None for nothing."""
+    model = models[0]
+    if len(models) > 1 or model.given is None:
+        return None
+    joints = model.robot.joint_names
+    names = np.reshape(CURVE.coefficient_names(joints), (KNOTS, -1)).T.ravel().tolist()
+    if not {*names} & {*model.given.names}:
+        return None
+    own, others = model.given.of(names), model.given.of(model.names)
+    n, S = len(own.names), model.given.of([*own.names, *others.names]).covariance
+    unit = 1 / np.sqrt(np.diag(S)[n:])
+    by_others = S[:n, n:] * unit @ np.linalg.inv(S[n:, n:] * unit[:, None] * unit) * unit
+    rows = [names.index(name) for name in own.names]
+    columns = [model.names.index(name) for name in others.names]
+    mean, known = np.zeros(len(names)), np.zeros(model.size)
+    mean[rows], known[columns] = own.mean, others.mean
+    by_unknowns, covariance = (np.zeros((len(names), k)) for k in (model.size, len(names)))
+    by_unknowns[np.ix_(rows, columns)] = by_others
+    covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
+    told = GivenCurves(mean, known, by_unknowns, covariance)
+    return CurvePrior(*model.given.curve_scales, told)
