@@ -3,7 +3,7 @@ from .joint_curves import with_joint_curves as with_joint_curves
 from .linear_samples import movement_gain as movement_gain
 from .map_estimate import estimate as estimate
 from .objective import Objective as Objective
-from .objective import State as State
 from .objective import linearise as linearise
 from .posterior import JointPosterior as JointPosterior
 from .posterior import Posterior as Posterior
+from .state import State as State

@@ -5,13 +5,20 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom
+from ..model import (
+    NEGLIGIBLE,
+    Noise,
+    PriorGroup,
+    degrees_of_freedom,
+    sample_degrees,
+    sample_scales,
+)
 from .curve_marginal import Marginal, curve_covariance
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
 from .linear_samples import LinearSamples, Rest, rest_of
-from .objective import Objective, State, priors
-from .state import MOST_HIDDEN, updated_groups
+from .state import State
+from .steps import MOST_HIDDEN, updated_groups
 
 SHORTEST, LONGEST = 0.02, 0.2
 """Bounds of the curves' length [rad]."""
@@ -28,7 +35,6 @@ DECIDED = 0.5
 class CurveFit:
     """A fit to some samples at given scales and weights, its curves integrated out."""
 
-    objective: Objective
     state: State
     """Around which the samples are linear, with the scales."""
     samples: LinearSamples
@@ -40,7 +46,7 @@ class CurveFit:
     def rest(self) -> Rest:
         """What is known besides the samples."""
         share = len(self.weights) / len(self.state.linear.errors)
-        return rest_of(self.objective, self.state, share)
+        return rest_of(self.state, share)
 
     @cached_property
     def curves(self) -> tuple[np.ndarray, ...]:
@@ -50,7 +56,7 @@ class CurveFit:
     @cached_property
     def scales(self) -> np.ndarray:
         """C_i, shape (N, 3, 3)."""
-        return self.samples.scales(self.state.noises)
+        return sample_scales(self.state.noises, self.samples.sources, self.samples.slopes)
 
     def marginal(self, weights: np.ndarray) -> Marginal:
         """Return M and what follows for some weights, shape (N,)."""
@@ -71,14 +77,14 @@ class CurveFit:
     @cached_property
     def next_weights(self) -> np.ndarray:
         """The robust weights by these errors, shape (N,)."""
-        nu = self.samples.degrees(self.state.noises)
+        nu = sample_degrees(self.state.noises, self.samples.sources)
         return (nu + 3) / (nu + self.squares)
 
     @cached_property
     def log_evidence(self) -> float:
         """Logarithm of the evidence but for a constant, as in (A6)."""
         state, samples = self.state, self.samples
-        nu, p = samples.degrees(state.noises), self.found.pulls
+        nu, p = sample_degrees(state.noises, samples.sources), self.found.pulls
         y, _ = self.found.posterior
         told = self.weights * (nu + 3) / (nu + 5)
         sharp = self.marginal(told)
@@ -89,7 +95,7 @@ class CurveFit:
             -0.5 * float(y @ self.rest.precision @ y) - float(self.rest.gradient @ y),
             -0.5 * sum(float(p @ K @ p) for K in self.curves[:1]),
         ]
-        for group, free in priors(state):
+        for group, free in state.priors:
             off = (state.x[group.members] - group.mean)[free]
             terms.append(-0.5 * float(off @ group.precision(group.width, free) @ off))
         limited = [g.members for g in state.groups if g.non_negative and g.width]

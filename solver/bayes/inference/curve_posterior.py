@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data import MultiRobotObservations, Pose
-from ..model import Noise
+from ..model import Noise, sample_degrees, sample_scales
 from ..model.effects import CURVE, KNOTS
 from .curve_marginal import curve_covariance, inverse_root, marginal_root
 from .curve_prior import CurvePrior
 from .linear_samples import LinearSamples, samples_around
-from .objective import State, build_objective, linearise
+from .objective import build_objective, linearise
 from .posterior import Posterior
+from .state import State
 
 MOST_SAMPLES = 300
 """Of which the evidence is worked out, and with which the curves are fitted without any basis."""
@@ -57,7 +58,7 @@ def given_rest(
     samples: LinearSamples, noises: Sequence[Noise], prior: CurvePrior, told: np.ndarray
 ) -> GivenRest:
     """Return the curves by what samples tell, shape (N,): of few by M, else by their splines."""
-    C, columns = samples.scales(noises), samples.columns
+    C, columns = sample_scales(noises, samples.sources, samples.slopes), samples.columns
     flat = columns.reshape(3 * len(C), -1)
     if len(C) <= MOST_SAMPLES:
         root = marginal_root(C / told[:, None, None], curve_covariance(samples, prior)[0])[0]
@@ -117,9 +118,9 @@ def restored_covariance(
     objective = build_objective([model.with_effects({*model.extensions} - {CURVE.name})], scene)
     noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
     linear = linearise(objective, x, found.centres, frames)
-    state = State(x, found.centres, frames, (), noises, x != x, linear)
-    *_, samples = samples_around(objective, state, curves.T[None])
-    nu = samples.degrees(noises)
+    state = State(objective, x, found.centres, frames, (), noises, x != x, linear)
+    _, samples = samples_around(state, objective.rows, curves.T[None])
+    nu = sample_degrees(noises, samples.sources)
     told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
     part = given_rest(samples, noises, CurvePrior(*scales), told)
     whole = part.with_rest(of_rest, 0 * part.gain)

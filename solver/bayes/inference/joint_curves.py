@@ -11,8 +11,8 @@ from .curve_hyperparameters import LONGEST, CurveFit, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest
 from .curve_prior import CurvePrior, given_curves
 from .linear_samples import LinearSamples, rest_of, samples_around
-from .objective import Objective, State
 from .posterior import JointPosterior
+from .state import State
 
 LOG_EVIDENCE = 10.0
 """Least rise of the logarithm of the evidence by which curves are kept. On arms without curves,
@@ -71,8 +71,8 @@ def _with_joint_curves(
 ) -> tuple[JointPosterior, str]:
     prior = given_curves(found.models)
     given = None if prior is None else prior.given
-    around = samples_around(found.objective, found.state, None, given)
-    n = len(around[2].sources)
+    around = samples_around(found.state, found.objective.rows, None, given)
+    n = len(around[1].sources)
     if prior is not None:
         rows = _drawn(n, MOST_SAMPLES)
         fitted = marginalised(_fit_of(around, rows, prior))
@@ -93,7 +93,7 @@ def _with_joint_curves(
         return found, f"not supported by the data {evidence}"
     chosen, whole = found, found.log_evidence - plain.log_evidence
     if other is not None:
-        beside = samples_around(other[0].objective, other[0].state, None)
+        beside = samples_around(other[0].state, found.objective.rows, None)
         fit = _fit_of(beside, rows, fitted.prior)
         near = replace(fit.state, noises=fitted.state.noises)
         fit = marginalised(replace(fit, state=near, weights=fitted.next_weights))
@@ -102,12 +102,10 @@ def _with_joint_curves(
     return _settled(chosen, rows, fitted, whole + fitted.log_evidence), f"kept {evidence}"
 
 
-def _fit_of(
-    around: tuple[Objective, State, LinearSamples], rows: np.ndarray, prior: CurvePrior
-) -> CurveFit:
+def _fit_of(around: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:
     """Return the fit to some of the samples that count alike."""
-    objective, state, samples = around
-    return CurveFit(objective, state, samples.of(rows), prior, np.ones(len(rows)))
+    state, samples = around
+    return CurveFit(state, samples.of(rows), prior, np.ones(len(rows)))
 
 
 def _drawn(count: int, most: int) -> np.ndarray:
@@ -136,34 +134,34 @@ def _settled(
 
     It is made linear again until nothing changes.
     """
-    readings, prior, state = fitted.objective, fitted.prior, fitted.state
+    readings, prior, state = found.objective.rows, fitted.prior, fitted.state
     given, coefficients = prior.given, np.zeros(fitted.samples.shape)
     weights = np.ones(len(state.linear.errors))
     weights[rows] = fitted.next_weights
     for _ in range(ROUNDS):
-        objective, state, samples = samples_around(readings, state, coefficients, given)
+        state, samples = samples_around(state, readings, coefficients, given)
         part = given_rest(samples, state.noises, prior, weights)
-        change, _ = rest_of(objective, state).posterior(part.information)
+        change, _ = rest_of(state).posterior(part.information)
         y, before = np.append(change, 1.0), weights
         weights = samples.weights(state.noises, y, part.gain @ y)
         coefficients = ((part.gain + samples.shift) @ y).reshape(samples.shape)
-        state = _moved(objective, state, change)
+        state = _moved(state, change)
         moved = np.abs(samples.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
         if max(moved, np.abs(weights - before).max()) < STILL:
             break
-    objective, state, samples = samples_around(readings, state, coefficients, given)
-    nu = samples.degrees(state.noises)
+    state, samples = samples_around(state, readings, coefficients, given)
+    nu = state.degrees
     part = given_rest(samples, state.noises, prior, weights * (nu + 3) / (nu + 5))
-    _, known = rest_of(objective, state, widened=True).posterior(part.information)
+    _, known = rest_of(state, widened=True).posterior(part.information)
     fitted = replace(fitted, state=state, weights=weights * nu / (nu + 3))
     whole = part.with_rest(known, samples.shift)
     return _posterior(found, fitted, coefficients, whole, log_evidence)
 
 
-def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+def _moved(state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns but the curves, its errors left as before."""
-    size, dense = objective.model.size, objective.dense
+    size, dense = state.objective.model.size, state.objective.dense
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
         if group.non_negative:
@@ -186,7 +184,7 @@ def _posterior(
 
     ``whole`` is the covariance of all other unknowns, then of the curves.
     """
-    readings, state, m = fitted.objective, fitted.state, curves.shape[1]
+    readings, state, m = found.objective, fitted.state, curves.shape[1]
     models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
     world, own = MultiRobotModel(models, readings.model.movements), readings.model.own
     process = CurvePrior(fitted.prior.amplitude, fitted.prior.length)
@@ -206,8 +204,7 @@ def _posterior(
     x = arranged(state.x, curves)
     groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
     return JointPosterior(
-        replace(readings, model=world),
-        replace(state, x=x, groups=tuple(groups)),
+        replace(state, objective=replace(readings, model=world), x=x, groups=tuple(groups)),
         whole[np.ix_(picked, picked)],
         fitted.weights,
         log_evidence,

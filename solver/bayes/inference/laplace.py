@@ -7,18 +7,10 @@ from math import erfc, log, pi, sqrt
 import numpy as np
 
 from ..model import TYPICAL_SPREAD, Noise, log_constant, log_prior
-from .normal_equations import (
-    ArrowheadMatrix,
-    NormalEquations,
-    curvature,
-    degrees,
-    normal_equations,
-    robust_weights,
-    value,
-)
-from .objective import Objective, State, free_unknowns, prior_gradient, prior_precision, priors
+from .normal_equations import ArrowheadMatrix, curvature, normal_equations
 from .posterior import JointPosterior
-from .state import moved
+from .state import State
+from .steps import moved
 from .uncertain_widths import over_widths, widths_held
 
 SWEEPS = 200
@@ -81,26 +73,24 @@ def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return hazard, excess, log_half
 
 
-def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) -> JointPosterior:
+def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
     """Return the Gaussian posterior at a state where the iteration has settled."""
-    held, limited = state.at_zero.copy(), np.zeros(objective.size, dtype=bool)
-    for group in state.groups:
-        if group.non_negative and group.width:
-            held[group.members], limited[group.members] = False, True
-    state = replace(state, at_zero=held)  # all that may leave zero
-    normal, prior = normal_equations(objective, state), prior_precision(objective, state)
-    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    slope = normal.gradient + prior_gradient(objective, state, prior) + state.linear.by_volume
-    free = free_unknowns(objective, state)[: objective.dense]
-    hessian = normal.information.plus(prior)
+    objective, limited = state.objective, state.bounded
+    # all that may leave zero does
+    state = replace(state, at_zero=state.at_zero & ~limited[: len(state.x)])
+    (information, gradient), prior = normal_equations(state), state.prior_precision()
+    x = np.pad(state.x, (0, objective.size - len(state.x)))
+    slope = gradient + state.prior_gradient(prior) + state.linear.by_volume
+    free = state.free[: objective.dense]
+    hessian = information.plus(prior)
     covariance = hessian.inverse(free)
     away = covariance.times(slope)
-    counts = [len(state.linear.errors[source]) for source in objective.rows.sources]
-    evidence = log_evidence_of_scales(state, counts) - value(objective, state)
+    counts = np.bincount(objective.rows.source_of).tolist()
+    evidence = log_evidence_of_scales(state, counts) - state.value()
     evidence += 0.5 * float(slope @ away)
     evidence -= 0.5 * covariance.log_determinant
     bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
-    widened, mean = prior_precision(objective, widths_held(state), widened=True), state
+    widened, mean = widths_held(state).prior_precision(widened=True), state
     if len(b):
         sigma, pulled = covariance.dense[np.ix_(b, b)], np.zeros(objective.size)
         bounds[b], pulled[b], log_share = expectation_propagation((x - away)[b], sigma)
@@ -109,26 +99,23 @@ def posterior(objective: Objective, state: State, iterates: list[np.ndarray]) ->
         change = hessian.plus(diagonal).inverse(free).times(pulled - bounds * x - slope)
         widened = widened + diagonal
         if change.any():
-            mean = moved(objective, state, change)
+            mean = moved(state, change)
             iterates = [*iterates, mean.x]
-    known = _of_data(objective, state, normal).plus(widened).inverse(free).whole()
-    whole = over_widths(objective, state, known)
-    nu = degrees(objective, mean)
-    weights = robust_weights(objective, mean)[2] * nu / (nu + 3)
-    return JointPosterior(objective, mean, whole, weights, evidence, iterates)
+    known = _of_data(state).plus(widened).inverse(free).whole()
+    weights = mean.weights * mean.degrees / (mean.degrees + 3)
+    return JointPosterior(mean, over_widths(state, known), weights, evidence, iterates)
 
 
-def _of_data(objective: Objective, state: State, normal: NormalEquations) -> ArrowheadMatrix:
+def _of_data(state: State) -> ArrowheadMatrix:
     """Return the data's curvature, without what it claims to know too much, by the errors' tails.
 
     Errors that are more Gaussian than Student's distribution with their nu leave the best fit less
     sure than the curvature says, since the robust weights pass over some of what they tell.
     """
-    weights = normal.told.copy()
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        weights[source] *= _efficiency(normal.squares[source], noise)
-    weighted = normal.inverse_scales * weights[:, None, None]
-    return curvature(objective, state, weighted, normal.information.known)
+    weights = state.told
+    for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
+        weights[source] *= _efficiency(state.squares[source], noise)
+    return curvature(state, state.inverse_scales * weights[:, None, None])
 
 
 def _efficiency(squares: np.ndarray, noise: Noise) -> float:
@@ -162,7 +149,7 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
     result = 0.0
     for count, noise in zip(counts, state.noises, strict=True):
         result += count * log_constant(noise.nu) + log_prior(noise.nu)
-    for group, free in priors(state):
+    for group, free in state.priors:
         result += 0.5 * float(np.linalg.slogdet(group.precision(group.width, free))[1])
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2

@@ -6,20 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import Movement, Noise, SampleRows
+from ..model import Movement, Noise, SampleRows, sample_degrees, sample_scales
 from ..model.effects import KNOTS, curve_values, splines
 from .curve_prior import GivenCurves
 from .normal_equations import normal_equations
-from .objective import (
-    Objective,
-    State,
-    constraint_residuals,
-    free_unknowns,
-    linearise,
-    prior_gradient,
-    prior_precision,
-)
+from .objective import linearise
 from .posterior import JointPosterior
+from .state import State
 
 
 @dataclass(frozen=True)
@@ -48,24 +41,12 @@ class LinearSamples:
         own = ("columns", "readings", "slopes", "arms", "sources")
         return replace(self, **{name: getattr(self, name)[rows] for name in own})
 
-    def scales(self, noises: Sequence[Noise]) -> np.ndarray:
-        """Return C_i of each sample by its noise, shape (N, 3, 3) [m^2]."""
-        scales = np.empty((len(self.sources), 3, 3))
-        for k, noise in enumerate(noises):
-            rows = self.sources == k
-            scales[rows] = noise.scales(self.slopes[rows])
-        return scales
-
-    def degrees(self, noises: Sequence[Noise]) -> np.ndarray:
-        """Return nu of each sample, shape (N,)."""
-        return np.array([noise.nu for noise in noises])[self.sources]
-
     def weights(self, noises: Sequence[Noise], y: np.ndarray, e: np.ndarray) -> np.ndarray:
         """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
-        (index, basis), nu = self.places, self.degrees(noises)
+        (index, basis), nu = self.places, sample_degrees(noises, self.sources)
         shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
         errors = (self.columns @ y + (self.slopes @ shifts[..., None])[..., 0])[..., None]
-        solved = np.linalg.solve(self.scales(noises), errors)
+        solved = np.linalg.solve(sample_scales(noises, self.sources, self.slopes), errors)
         return (nu + 3) / (nu + np.sum(errors * solved, axis=(1, 2)))
 
     @property
@@ -104,20 +85,17 @@ class LinearSamples:
 
 
 def samples_around(
-    readings: Objective,
-    state: State,
-    curves: np.ndarray | None,
-    given: GivenCurves | None = None,
-) -> tuple[Objective, State, LinearSamples]:
-    """Return the objective at the joint positions that curves make of readings, and the samples.
+    state: State, readings: SampleRows, curves: np.ndarray | None, given: GivenCurves | None = None
+) -> tuple[State, LinearSamples]:
+    """Return a state at the joint positions that curves make of the readings, and the samples.
 
     Args:
-        readings: The objective of the readings.
-        state: Where it is made linear again.
+        state: Where all is made linear again.
+        readings: The samples as the encoders read them.
         curves: Coefficients, shape (robots, m, KNOTS) [rad]; None for none.
         given: What is known of the curves.
     """
-    scene = readings.rows.scene
+    scene = readings.scene
     widest = max(arm.positions.shape[1] for arm in scene.arms)
     curves = np.zeros((len(scene.arms), widest, KNOTS)) if curves is None else curves
     positions = np.concatenate([_padded(arm.positions, widest) for arm in scene.arms])
@@ -127,17 +105,17 @@ def samples_around(
     ]
     true = zip(scene.arms, shifts, strict=True)
     arms = tuple(replace(arm, positions=arm.positions + shift) for arm, shift in true)
-    objective = replace(readings, rows=SampleRows(replace(scene, arms=arms)))
+    rows = SampleRows(replace(scene, arms=arms))
+    objective = replace(state.objective, rows=rows)
     linear = linearise(objective, state.x, state.centres, state.frames)
-    state, rows, n, d = replace(state, linear=linear), objective.rows, len(positions), readings.size
-    robots, sources = np.zeros((2, n), dtype=np.int64)
+    state = replace(state, objective=objective, linear=linear)
+    n, d = len(positions), objective.size
+    robots = np.zeros(n, dtype=np.int64)
     slopes = linear.by_joints.copy()
     for i, (own, model) in enumerate(zip(rows.own, objective.model.models, strict=True)):
         robots[own] = i
         prismatic = [k for k, j in enumerate(model.robot.actuated) if j.type == "prismatic"]
         slopes[own][:, :, prismatic] = 0.0
-    for k, source in enumerate(rows.sources):
-        sources[source] = k
     columns, seated = np.zeros((n, 3, d + 1)), np.flatnonzero(rows.sockets >= 0)
     columns[:, :, : objective.dense] = linear.by_unknowns
     centres = objective.dense + 3 * rows.sockets[seated, None] + np.arange(3)
@@ -145,10 +123,12 @@ def samples_around(
     bent = np.concatenate([_padded(shift, widest) for shift in shifts])
     columns[:, :, d] = linear.errors - np.einsum("nij,nj->ni", slopes, bent)
     shift = np.zeros((curves.size, d + 1)) if given is None else given.shift(state.x, d)
-    samples = LinearSamples(columns, positions, slopes, robots, sources, len(arms), given, shift)
+    samples = LinearSamples(
+        columns, positions, slopes, robots, rows.source_of, len(arms), given, shift
+    )
     if given is not None:
         columns += (samples.basis @ shift).reshape(columns.shape)
-    return objective, state, samples
+    return state, samples
 
 
 def _padded(rows: np.ndarray, width: int) -> np.ndarray:
@@ -181,17 +161,17 @@ class Rest:
         return change, covariance
 
 
-def rest_of(
-    objective: Objective, state: State, share: float = 1.0, *, widened: bool = False
-) -> Rest:
+def rest_of(state: State, share: float = 1.0, *, widened: bool = False) -> Rest:
     """Return what priors, known distances and the volume say of the unknowns beside the curves."""
-    d = objective.dense
-    prior = prior_precision(objective, state, widened=widened)
-    B, b = constraint_residuals(objective, state)
+    d, prior, (B, b) = (
+        state.objective.dense,
+        state.prior_precision(widened=widened),
+        state.constraints,
+    )
     precision = B.T @ B
     precision[:d, :d] += prior
-    gradient = prior_gradient(objective, state, prior) + share * state.linear.by_volume + B.T @ b
-    return Rest(precision, gradient, free_unknowns(objective, state))
+    gradient = state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
+    return Rest(precision, gradient, state.free)
 
 
 def movement_gain(found: JointPosterior, movement: Movement) -> float:
@@ -206,11 +186,11 @@ def movement_gain(found: JointPosterior, movement: Movement) -> float:
     x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
     linear = linearise(objective, x, before.centres, before.frames)
     groups = (*before.groups, prior)
-    state = replace(before, x=x, at_zero=at_zero, groups=groups, linear=linear)
-    normal = normal_equations(objective, state)
-    hessian = normal.information.plus(prior_precision(objective, state))
-    covariance = hessian.inverse(free_unknowns(objective, state)[: objective.dense]).dense
+    state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
+    information, gradient = normal_equations(state)
+    hessian = information.plus(state.prior_precision())
+    covariance = hessian.inverse(state.free[: objective.dense]).dense
     own = slice(len(before.x), len(x))
-    S, g = covariance[own, own], normal.gradient[own]
+    S, g = covariance[own, own], gradient[own]
     logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
     return 0.5 * float(g @ S @ g + logs)

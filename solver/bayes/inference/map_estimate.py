@@ -10,17 +10,11 @@ from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .laplace import posterior
-from .normal_equations import NormalEquations, active_set_step, leverage, normal_equations, value
-from .objective import (
-    Objective,
-    State,
-    build_objective,
-    free_unknowns,
-    prior_gradient,
-    prior_precision,
-)
+from .normal_equations import active_set_step, leverage, normal_equations
+from .objective import build_objective
 from .posterior import JointPosterior
-from .state import (
+from .state import State
+from .steps import (
     Step,
     effect_of,
     following_noise,
@@ -74,106 +68,96 @@ def estimate(
     left = np.zeros(len(state.x), dtype=int)
     try:
         for count in range(MAX_ITERATIONS):
-            held, step = state.at_zero, gauss_newton(objective, state, left < LEAVES)
-            state, change = _advance(objective, state, step, np.inf if count < RESTLESS else CALM)
+            held, step = state.at_zero, gauss_newton(state, left < LEAVES)
+            state, change = _advance(state, step, np.inf if count < RESTLESS else CALM)
             left += held & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
             if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
-            pruned = prune_groups(objective, state)
+            pruned = prune_groups(state)
             if pruned is not state:
                 state = pruned
             else:
-                return posterior(objective, state, iterates)
+                return posterior(state, iterates)
     except np.linalg.LinAlgError:
         raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
 
 
-def gauss_newton(objective: Objective, state: State, may_leave: np.ndarray | bool = True) -> Step:
+def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
-    normal = normal_equations(objective, state)
-    prior = prior_precision(objective, state)
-    free = free_unknowns(objective, state)
-    covariance = normal.information.plus(prior).inverse(free[: objective.dense])
-    spread = leverage(objective, state, covariance)
-    spread = normal.told[:, None, None] * spread
-    volume = _volume_weight(objective, state, normal, spread)
-    bounded = np.zeros(objective.size, dtype=bool)
-    for group in state.groups:
-        bounded[group.members] = group.non_negative and group.width > 0
+    objective, (information, slope) = state.objective, normal_equations(state)
+    prior = state.prior_precision()
+    covariance = information.plus(prior).inverse(state.free[: objective.dense])
+    spread = state.told[:, None, None] * leverage(state, covariance)
+    volume = _volume_weight(state, spread)
+    bounded = state.bounded
     held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
-    released = replace(state, at_zero=held)
-    unheld = covariance
+    released, unheld = replace(state, at_zero=held), covariance
     if (held != state.at_zero).any():
-        prior, unheld = prior_precision(objective, released), None
-    x = np.concatenate([state.x, np.zeros(objective.size - len(state.x))])
-    gradient = (
-        normal.gradient + prior_gradient(objective, state, prior) + volume * state.linear.by_volume
-    )
-    free = free_unknowns(objective, released)
-    H = normal.information.plus(prior)
+        prior, unheld = released.prior_precision(), None
+    x = np.pad(state.x, (0, objective.size - len(state.x)))
+    gradient = slope + state.prior_gradient(prior) + volume * state.linear.by_volume
+    free, H = released.free, information.plus(prior)
     change, covariance = active_set_step(H, gradient, x, free, bounded & free, unheld)
-    return Step(change, covariance, normal, spread, volume, float(gradient @ change))
+    return Step(change, covariance, spread, volume, float(gradient @ change))
 
 
-def _volume_weight(
-    objective: Objective, state: State, normal: NormalEquations, spread: np.ndarray
-) -> float:
+def _volume_weight(state: State, spread: np.ndarray) -> float:
     """Return by how much to multiply the volume's slope: as the errors' squares fit the noise.
 
     While the noise is still too large or small, all of it would let size and noise run away.
     """
-    seated = objective.rows.seated
-    weights = normal.weights[seated]
+    seated = state.objective.rows.seated
+    weights = state.weights[seated]
     if not state.x.any() or not len(weights):
         return 0.0
-    squares = float(weights @ normal.squares[seated])
+    squares = float(weights @ state.squares[seated])
     total = 3 * len(weights)
-    left = total - float(np.sum(normal.inverse_scales[seated] * spread[seated]))
+    left = total - float(np.sum(state.inverse_scales[seated] * spread[seated]))
     return squares / left if left > 0.5 * total else 1.0
 
 
-def _advance(objective: Objective, state: State, step: Step, most: float) -> tuple[State, float]:
+def _advance(state: State, step: Step, most: float) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    there, step = _downhill(objective, state, step)
-    linear = there.linear
+    there, step = _downhill(state, step)
+    linear, rows = there.linear, state.objective.rows
     groups, change = state.groups, 1.0
-    noises = updated_noises(objective, state, there, step)
+    noises = updated_noises(state, there, step)
     # -slope is the step's length squared, in standard deviations of the unknowns
-    if -step.slope < objective.size:
+    if -step.slope < state.objective.size:
         groups, change = updated_groups(
             there, there.x, step.covariance.dense, lambda g: effect_of(there, g) > NEGLIGIBLE, most
         )
-        noises = with_degrees_of_freedom(objective, there, noises, step)
-    groups = following_noise(objective, groups, noises)
-    for source, before, noise in zip(objective.rows.sources, state.noises, noises, strict=True):
+        noises = with_degrees_of_freedom(state, there, noises, step)
+    groups = following_noise(state.objective, groups, noises)
+    for source, before, noise in zip(rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
             change = max(change, abs(log(noise.joint / before.joint)))
     return replace(there, groups=groups, noises=noises), change
 
 
-def _downhill(objective: Objective, state: State, step: Step) -> tuple[State, Step]:
+def _downhill(state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, and the step taken."""
-    before = value(objective, state, step.volume, step.normal)
+    before = state.value(step.volume)
     for _ in range(SHORTER):
-        there = _moved(objective, state, step.change)
-        rise = value(objective, there, step.volume) - before
+        there = _moved(state, step.change)
+        rise = there.value(step.volume) - before
         if rise <= RISE * abs(before):
             break
         part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
         step = replace(step, change=part * step.change, slope=part * step.slope)
     else:
-        there = _moved(objective, state, step.change)
+        there = _moved(state, step.change)
     return there, step
 
 
-def _moved(objective: Objective, state: State, change: np.ndarray) -> State:
+def _moved(state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns: a joint never gives way against its load."""
     at_zero = state.at_zero.copy()
     for group in state.groups:
         if group.non_negative:
             at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
-    return replace(moved(objective, state, change), at_zero=at_zero)
+    return replace(moved(state, change), at_zero=at_zero)

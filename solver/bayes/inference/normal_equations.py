@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .objective import Objective, State, constraint_residuals
+from .state import State
 
 REFINEMENTS = 3
 """Corrections of the step for rounding errors of the inverse. They are large where the
@@ -130,100 +130,29 @@ def active_set_step(
     return change, covariance
 
 
-@dataclass(frozen=True)
-class NormalEquations:
-    """The quadratic approximation of the data's part of the objective L, in all n unknowns."""
-
-    information: ArrowheadMatrix
-    """Its curvature."""
-    gradient: np.ndarray
-    """Its slope, shape (n,)."""
-    inverse_scales: np.ndarray
-    """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-    known: np.ndarray
-    """Residuals of the measured distances and coordinates, shape (K,)."""
-    squares: np.ndarray
-    """e_i^T C_i^-1 e_i, shape (N,)."""
-    weights: np.ndarray
-    """w_i, robust weight of each sample, shape (N,)."""
-    told: np.ndarray
-    """k w_i, what each sample tells, shape (N,)."""
-
-
-def robust_weights(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return C_i^-1, the squared errors relative to the noise, and the robust weights."""
-    inverse, nu = np.linalg.inv(scales(objective, state)), degrees(objective, state)
-    e = state.linear.errors
-    squares = np.einsum("ni,ni->n", np.einsum("nij,nj->ni", inverse, e), e)
-    return inverse, squares, (nu + 3) / (nu + squares)
-
-
-def degrees(objective: Objective, state: State) -> np.ndarray:
-    """Return nu of each sample, by the noise of its source, shape (N,)."""
-    nu = np.empty(len(state.linear.errors))
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        nu[source] = noise.nu
-    return nu
-
-
-def scales(objective: Objective, state: State) -> np.ndarray:
-    """Return C_i of each sample, by the noise of its source, shape (N, 3, 3) [m^2]."""
-    by_joints = state.linear.by_joints
-    scales = np.empty((len(by_joints), 3, 3))
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        scales[source] = noise.scales(by_joints[source])
-    return scales
-
-
-def value(
-    objective: Objective,
-    state: State,
-    volume: float = 1.0,
-    normal: NormalEquations | None = None,
-) -> float:
-    """Return L of (A1) at a state, but for a constant."""
-    if normal is None:
-        (inverse, squares, _), known = (
-            robust_weights(objective, state),
-            constraint_residuals(objective, state)[1],
-        )
-    else:
-        inverse, squares, known = normal.inverse_scales, normal.squares, normal.known
-    sizes, nu = -np.linalg.slogdet(inverse)[1], degrees(objective, state)
-    cost = 0.5 * float(np.sum(sizes + (nu + 3) * np.log1p(squares / nu)))
-    cost += 0.5 * float(np.sum(known**2))
-    for group in state.groups:
-        if group.width:
-            apart = state.x[group.members] - group.mean
-            cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
-    return cost + volume * state.linear.volume
-
-
-def normal_equations(objective: Objective, state: State) -> NormalEquations:
-    """Return curvature and slope of the samples' and the measured distances' part of L."""
-    inverse, squares, weights = robust_weights(objective, state)
-    weighted = inverse * weights[:, None, None]
+def normal_equations(state: State) -> tuple[ArrowheadMatrix, np.ndarray]:
+    """Return curvature and slope of the samples' and the measured distances' part of L (A3)."""
+    objective, inverse = state.objective, state.inverse_scales
     J, size = state.linear.by_unknowns, objective.dense
+    weighted = inverse * state.weights[:, None, None]
     We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
     gradient = np.zeros(objective.size)
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
     gradient[size:] = -objective.rows.by_socket(We).ravel()
-    gradient -= _by_turning(objective, state, We)
-    B, b = constraint_residuals(objective, state)
-    nu = degrees(objective, state)
-    told = weights * (nu + 3) / (nu + 5)
-    information = curvature(objective, state, told[:, None, None] * inverse, B)
-    return NormalEquations(information, gradient + B.T @ b, inverse, b, squares, weights, told)
+    gradient -= _by_turning(state, We)
+    B, b = state.constraints
+    return curvature(state, state.told[:, None, None] * inverse), gradient + B.T @ b
 
 
-def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.ndarray:
+def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     """Return the slope that errors would have if the noise did not turn along with the robot."""
+    objective = state.objective
     torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
     models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
     for i, (own, model, samples) in enumerate(models):
         torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
         if base is not None:
-            begin = objective.model.size + 6 * objective.rows.scene.bases[i]
+            begin = objective.of_frame(objective.rows.scene.bases[i]).start
             slope[begin : begin + 3] += torque
             torque = torque @ base.rotation
         turning = model.ball.turns(model.values(state.x[own]))
@@ -231,37 +160,35 @@ def _by_turning(objective: Objective, state: State, weighed: np.ndarray) -> np.n
     return slope
 
 
-def curvature(
-    objective: Objective, state: State, weighted: np.ndarray, known: np.ndarray
-) -> ArrowheadMatrix:
+def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
     """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B."""
-    size, rows = objective.dense, objective.rows
+    size, rows = state.objective.dense, state.objective.rows
     own = rows.by_socket(weighted)
     centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
-    J = _beside(objective, state, centres)
+    J = _beside(state, centres)
     information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
-    return ArrowheadMatrix(information, centres.reshape(-1, size), own, known)
+    return ArrowheadMatrix(information, centres.reshape(-1, size), own, state.constraints[0])
 
 
-def _beside(objective: Objective, state: State, centres: np.ndarray) -> np.ndarray:
+def _beside(state: State, centres: np.ndarray) -> np.ndarray:
     """Return the errors' derivatives while the centres go along, shape (N, 3, dense)."""
-    J, seated = state.linear.by_unknowns.copy(), objective.rows.seated
-    J[seated] += centres[objective.rows.sockets[seated]]
+    J, seated = state.linear.by_unknowns.copy(), state.objective.rows.seated
+    J[seated] += centres[state.objective.rows.sockets[seated]]
     return J
 
 
-def leverage(objective: Objective, state: State, covariance: Inverse) -> np.ndarray:
+def leverage(state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T."""
-    own, seated = covariance.own, objective.rows.seated
-    J = _beside(objective, state, covariance.centres.reshape(len(own), 3, objective.dense))
+    own, rows = covariance.own, state.objective.rows
+    J = _beside(state, covariance.centres.reshape(len(own), 3, state.objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
-    spread[seated] += own[objective.rows.sockets[seated]]
+    spread[rows.seated] += own[rows.sockets[rows.seated]]
     return spread
 
 
-def predicted_errors(objective: Objective, state: State, change: np.ndarray) -> np.ndarray:
+def predicted_errors(state: State, change: np.ndarray) -> np.ndarray:
     """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
-    size, rows = objective.dense, objective.rows
+    size, rows = state.objective.dense, state.objective.rows
     errors = state.linear.errors + state.linear.by_unknowns @ change[:size]
     errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets[rows.seated]]
     return errors

@@ -1,4 +1,4 @@
-"""The objective L of the default method, and the state of the search."""
+"""The objective L of the default method: its constants, and its errors at some unknowns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,15 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import WORLD, MultiRobotObservations, Observations, Pose, rotation_vectors
-from ..model import ExtendedModel, Movement, MultiRobotModel, Noise, PriorGroup, SampleRows
+from ...data import MultiRobotObservations, Pose, rotation_vectors
+from ..model import ExtendedModel, Movement, MultiRobotModel, SampleRows
 
 Balls = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""Balls, each in its own robot's base, the errors' derivatives there by x and by the joints, and
-the rotations of the balls' links where they were measured, shape (N, 3, 3)."""
-FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
-by 1 rad at most, and shifts it by 10 m."""
+"""Balls, each in its own robot's base, the errors' derivatives there by x and the frames, and by
+the joints, and the rotations of the balls' links where they were measured, shape (N, 3, 3)."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +46,14 @@ class Objective:
         """Number n of all unknowns."""
         return self.dense + 3 * self.rows.socket_count
 
+    def of_frame(self, k: int) -> slice:
+        """Return which unknowns are those of a frame."""
+        return slice(self.model.size + 6 * k, self.model.size + 6 * k + 6)
+
+    def of_socket(self, k: int) -> slice:
+        """Return which unknowns are those of a socket."""
+        return slice(self.dense + 3 * k, self.dense + 3 * k + 3)
+
 
 @dataclass(frozen=True)
 class Linearization:
@@ -74,26 +79,6 @@ class Linearization:
         return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.errors.size
 
 
-@dataclass(frozen=True)
-class State:
-    """State of the estimation between two iterations."""
-
-    x: np.ndarray
-    """Unknowns of the model, shape (size,)."""
-    centres: np.ndarray
-    """Centres of the sockets in the world, shape (S, 3) [m]."""
-    frames: tuple[Pose, ...]
-    """Poses of the frames in the world."""
-    groups: tuple[PriorGroup, ...]
-    """The priors, at their present widths."""
-    noises: tuple[Noise, ...]
-    """The noise of each source of samples, at its present size; see :attr:`.SampleRows.sources`."""
-    at_zero: np.ndarray
-    """True where x is held at zero, shape (size,)."""
-    linear: Linearization
-    """Errors and derivatives at x and the centres."""
-
-
 def build_objective(
     models: Sequence[ExtendedModel],
     data: MultiRobotObservations,
@@ -116,58 +101,58 @@ def linearise(
     frames: tuple[Pose, ...] = (),
     balls: Balls | None = None,
 ) -> Linearization:
-    """Return the samples' errors and their derivatives at some unknowns."""
+    """Return the samples' errors and their derivatives at some unknowns; uses up the balls."""
     model, rows = objective.model, objective.rows
-    balls = balls or predict_balls(objective, x)
-    points = balls[0]
-    errors, by_x, by_joints = _errors(objective, balls, centres, frames)
+    points, J, by_joints, rotations = balls or predict_balls(objective, x)
+    errors = np.array(to_world(objective, frames, points))
+    errors[rows.seated] -= centres[rows.sockets[rows.seated]]
+    for i, (own, samples) in enumerate(zip(model.own, rows.own, strict=True)):
+        base = rows.base(i, frames)
+        if base is not None:
+            of_base = objective.of_frame(rows.scene.bases[i])
+            J[samples, :, own] = base.rotation @ J[samples, :, own]
+            J[samples, :, of_base] = base.slopes(points[samples])
+            J[samples.start + np.flatnonzero(rows.turned[samples]), :, of_base] = np.eye(3, 6)
+            by_joints[samples] = base.rotation @ by_joints[samples]
+            rotations[samples] = base.rotation @ rotations[samples]
+    for k, frame in enumerate(frames):
+        measured, turned = rows.measured_in == k, rows.turned_in == k
+        errors[measured] -= frame.apply(rows.points[measured])
+        placed = frame.rotation @ rows.rotations[turned]
+        errors[turned] = rotation_vectors(rotations[turned] @ placed.swapaxes(1, 2))
+        J[measured, :, objective.of_frame(k)] = -frame.slopes(rows.points[measured])
+        J[turned, :, objective.of_frame(k)] = -np.eye(3, 6)
     if model.movements:
-        at, errors = model.own[-1].stop, errors - objective.moved_places(x)
-        parts = (by_x[:, :, :at], -objective.by_movements, by_x[:, :, at:])
-        by_x = np.concatenate(parts, axis=2)
-    by_x, by_joints = np.ascontiguousarray(by_x), np.ascontiguousarray(by_joints)  # far faster
+        errors -= objective.moved_places(x)
     volume, by_volume = 0.0, np.zeros(objective.size)
     for i, (own, one) in enumerate(zip(model.own, model.models, strict=True)):
         count = rows.volumes[i]
         if count:
-            positions = rows.scene.arms[i].positions
-            log_volume, slope = one.log_volume(x[own], positions)
+            log_volume, slope = one.log_volume(x[own], rows.scene.arms[i].positions)
             by_volume[own] = -count * slope
             volume -= count * (log_volume - objective.nominal_log_volumes[i])
-    return Linearization(points, errors, by_x, by_joints, volume, by_volume)
+    return Linearization(points, errors, J, by_joints, volume, by_volume)
 
 
 def predict_balls(objective: Objective, x: np.ndarray) -> Balls:
     """Return all balls, with the derivatives of what was measured of them."""
-    model, scene = objective.model, objective.rows.scene
-    parts = [
-        _balls_of(one, x[own], arm)
-        for own, one, arm in zip(model.own, model.models, scene.arms, strict=True)
-    ]
-    if len(parts) == 1:
-        return parts[0]
-    widest = max(by_joints.shape[2] for _, _, by_joints, _ in parts)
-    size = model.own[-1].stop
-    by_x = [
-        np.pad(J, ((0, 0), (0, 0), (own.start, size - own.stop)))
-        for own, (_, J, _, _) in zip(model.own, parts, strict=True)
-    ]
-    by_joints = [np.pad(Jq, ((0, 0), (0, 0), (0, widest - Jq.shape[2]))) for _, _, Jq, _ in parts]
-    points, rotations = (np.concatenate([part[i] for part in parts]) for i in (0, 3))
-    return points, np.concatenate(by_x), np.concatenate(by_joints), rotations
-
-
-def _balls_of(model: ExtendedModel, x: np.ndarray, data: Observations) -> Balls:
-    """Return the balls of one robot."""
-    q, torques, turned = data.positions, data.torques, data.turned
-    points, by_x, by_joints = model.linearise(x, q, torques)
-    rotations = np.broadcast_to(np.eye(3), (len(q), 3, 3))
-    if turned.any():
-        rotations = rotations.copy()
-        rotations[turned], by_x[turned], by_joints[turned] = model.linearise(
-            x, q[turned], torques[turned], of_turns=True
+    model, rows, n = objective.model, objective.rows, len(objective.rows.sockets)
+    widest = max(arm.positions.shape[1] for arm in rows.scene.arms)
+    points, rotations = np.empty((n, 3)), np.tile(np.eye(3), (n, 1, 1))
+    J, by_joints = np.zeros((n, 3, objective.dense)), np.zeros((n, 3, widest))
+    arms = zip(model.own, rows.own, model.models, rows.scene.arms, strict=True)
+    for own, samples, one, arm in arms:
+        q, torques, m = arm.positions, arm.torques, arm.positions.shape[1]
+        points[samples], J[samples, :, own], by_joints[samples, :, :m] = one.linearise(
+            x[own], q, torques
         )
-    return points, by_x, by_joints, rotations
+        if arm.turned.any():
+            there = samples.start + np.flatnonzero(arm.turned)
+            rotations[there], J[there, :, own], by_joints[there, :, :m] = one.linearise(
+                x[own], q[arm.turned], torques[arm.turned], of_turns=True
+            )
+    J[:, :, model.own[-1].stop : model.size] = -objective.by_movements
+    return points, J, by_joints, rotations
 
 
 def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray) -> np.ndarray:
@@ -178,99 +163,3 @@ def to_world(objective: Objective, frames: tuple[Pose, ...], points: np.ndarray)
         for rows, base in zip(objective.rows.own, bases, strict=True)
     ]
     return np.concatenate(parts) if len(parts) > 1 else parts[0]
-
-
-def _errors(
-    objective: Objective, balls: Balls, centres: np.ndarray, frames: tuple[Pose, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the errors e_i, and their derivatives by x and the frames, and by the joints."""
-    rows, (points, by_x, by_joints, rotations) = objective.rows, balls
-    errors = np.array(to_world(objective, frames, points))
-    errors[rows.seated] -= centres[rows.sockets[rows.seated]]
-    if not frames:
-        return errors, by_x, by_joints
-    by_frames = np.zeros((len(points), 3, 6 * len(frames)))
-    by_x, by_joints = by_x.copy(), by_joints.copy()
-    for i, own in enumerate(rows.own):
-        base = rows.base(i, frames)
-        if base is not None:
-            by_x[own], by_joints[own] = base.rotation @ by_x[own], base.rotation @ by_joints[own]
-            k = rows.scene.bases[i]
-            by_frames[own, :, 6 * k : 6 * k + 6] = base.slopes(points[own])
-            rotations = rotations.copy()
-            rotations[own] = base.rotation @ rotations[own]
-            there = own.start + np.flatnonzero(rows.turned_in[own] >= 0)
-            by_frames[there, :, 6 * k : 6 * k + 6] = np.eye(3, 6)
-    for k, frame in enumerate(frames):
-        measured = np.flatnonzero(rows.measured_in == k)
-        errors[measured] -= frame.apply(rows.points[measured])
-        by_frames[measured, :, 6 * k : 6 * k + 6] = -frame.slopes(rows.points[measured])
-        turned = np.flatnonzero(rows.turned_in == k)
-        placed = frame.rotation @ rows.rotations[turned]
-        errors[turned] = rotation_vectors(rotations[turned] @ placed.swapaxes(1, 2))
-        by_frames[turned, :, 6 * k : 6 * k + 6] = -np.eye(3, 6)
-    return errors, np.concatenate([by_x, by_frames], axis=2), by_joints
-
-
-def constraint_residuals(objective: Objective, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is known of the sockets, as rows of the least-squares problem."""
-    known, located = objective.rows.scene.arms[0].known, objective.rows.located
-    rows = np.zeros((len(known), objective.size))
-    values = np.zeros(len(known))
-    for i, k in enumerate(known):
-        offset = state.centres[k.second] - state.centres[k.first]
-        length = float(np.linalg.norm(offset))
-        for socket, sign in ((k.second, 1), (k.first, -1)):
-            begin = objective.dense + 3 * socket
-            rows[i, begin : begin + 3] = sign * offset / length
-        values[i] = length - k.distance
-    whitened = [(objective.whiten @ rows, objective.whiten @ values)]
-    for one in located:
-        row, place = np.zeros((3, objective.size)), np.array([one.coordinates])
-        begin = objective.dense + 3 * one.socket
-        row[:, begin : begin + 3] = np.eye(3)
-        if one.frame != WORLD:
-            begin = objective.model.size + 6 * one.frame
-            row[:, begin : begin + 6] = -state.frames[one.frame].slopes(place)[0]
-            place = state.frames[one.frame].apply(place)
-        off = state.centres[one.socket] - place[0]
-        whitened.append((row / one.deviation, off / one.deviation))
-    return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
-
-
-def priors(state: State) -> list[tuple[PriorGroup, np.ndarray]]:
-    """Return the groups that have a width, and which members of each are not held."""
-    kept = [(g, ~state.at_zero[g.members]) for g in state.groups if g.width]
-    return [(group, free) for group, free in kept if free.any()]
-
-
-def free_unknowns(objective: Objective, state: State) -> np.ndarray:
-    """Return which of all unknowns are not held at zero, shape (n,)."""
-    free = np.ones(objective.size, dtype=bool)
-    free[: objective.model.size] = False
-    for group, kept in priors(state):
-        free[group.members[kept]] = True
-    return free
-
-
-def prior_precision(objective: Objective, state: State, *, widened: bool = False) -> np.ndarray:
-    """Return P of x and the frames, shape (dense, dense)."""
-    P = np.zeros((objective.dense, objective.dense))
-    for group, free in priors(state):
-        width, members = group.deviation if widened else group.width, group.members[free]
-        P[members[:, None], members] = group.precision(width, free)
-    frames = np.arange(objective.model.size, objective.dense)
-    P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, objective.rows.frame_count)
-    return P
-
-
-def prior_gradient(objective: Objective, state: State, precision: np.ndarray) -> np.ndarray:
-    """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
-    apart = np.zeros(objective.dense)
-    apart[: len(state.x)] = state.x
-    for group in state.groups:
-        if group.width:
-            apart[group.members] -= group.mean
-    slope = np.zeros(objective.size)
-    slope[: objective.dense] = precision @ apart
-    return slope

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
 from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup, SampleRows
-from .objective import Objective, State
+from .objective import Objective
+from .state import State
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,6 @@ class Posterior:
 class JointPosterior:
     """The posterior of all robots of a fit, and of the frames that they stand in."""
 
-    objective: Objective
     state: State
     """The most probable unknowns, or their mean, with the widths and noises that were found."""
     whole: np.ndarray
@@ -83,6 +83,11 @@ class JointPosterior:
     """See :attr:`Posterior.log_evidence`."""
     iterates: Sequence[np.ndarray]
     """x of all robots and movements after each iteration."""
+
+    @property
+    def objective(self) -> Objective:
+        """What was minimised."""
+        return self.state.objective
 
     @cached_property
     def arms(self) -> tuple[Posterior, ...]:

@@ -1,217 +1,138 @@
-"""States of the estimation: the first, and those after steps of unknowns, widths and noise."""
+"""A state of the search: unknowns, priors and noise, and what follows of the samples there."""
 
-from bisect import bisect
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import log
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..model import NEGLIGIBLE, ExtendedModel, Noise, PriorGroup, degrees_of_freedom, prior_groups
-from .normal_equations import Inverse, NormalEquations, predicted_errors, robust_weights
-from .objective import Objective, State, linearise, predict_balls, to_world
-from .posterior import JointPosterior, Posterior
+from ...data import WORLD, Pose
+from ..model import Noise, PriorGroup, sample_degrees, sample_scales
+from .objective import Linearization, Objective
 
-MOST_HIDDEN = 0.9
-"""Share of an error that a fit can hide, for all that its tails are judged by."""
+FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
+by 1 rad at most, and shifts it by 10 m."""
 
 
 @dataclass(frozen=True)
-class Step:
-    """A Gauss-Newton step, and what it was computed from."""
+class State:
+    """State of the estimation between two iterations."""
 
-    change: np.ndarray
-    """Of all unknowns, shape (n,); zero for those that are held."""
-    covariance: Inverse
-    """Inverse of the whole curvature, priors included; zero for what is held."""
-    normal: NormalEquations
-    leverage: np.ndarray
-    """L_i of (A5), shape (N, 3, 3) [m^2]."""
-    volume: float
-    """Factor of the volume's slope; 1 where the noise fits the errors."""
-    slope: float
-    """Slope of L along the change, per whole step."""
+    objective: Objective
+    x: np.ndarray
+    """Unknowns of the model, shape (size,)."""
+    centres: np.ndarray
+    """Centres of the sockets in the world, shape (S, 3) [m]."""
+    frames: tuple[Pose, ...]
+    """Poses of the frames in the world."""
+    groups: tuple[PriorGroup, ...]
+    """The priors, at their present widths."""
+    noises: tuple[Noise, ...]
+    """The noise of each source of samples, at its present size; see :attr:`.SampleRows.sources`."""
+    at_zero: np.ndarray
+    """True where x is held at zero, shape (size,)."""
+    linear: Linearization
+    """Errors and derivatives at x and the centres."""
 
+    @cached_property
+    def degrees(self) -> np.ndarray:
+        """Degrees of freedom nu of each sample, shape (N,)."""
+        return sample_degrees(self.noises, self.objective.rows.source_of)
 
-def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
-    """Return the first state: nominal robots, each socket at the median of its balls."""
-    rows, model = objective.rows, objective.model
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
-    groups: list[PriorGroup] = []
-    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
-        mine = prior_groups(one, arm)
-        for group in mine:
-            if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
-                x[own.start + group.members] = group.mean
-        if near is not None:
-            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
-        groups += [replace(g, members=g.members + own.start) for g in mine]
-    begin = model.own[-1].stop
-    for one in model.movements:
-        groups.append(one.prior(begin))
-        begin += one.size
-    balls = predict_balls(objective, x)
-    points = balls[0]
-    frames = rows.place_frames(points)
-    in_world = to_world(objective, frames, points)
-    centres = np.array(
-        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
-    ).reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames, balls)
-    noises = list[Noise]() if near is None else [*near.noises_of(rows)]
-    for source in rows.sources if near is None else ():  # as large as the nominal robot's errors
-        typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
-        squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
-        joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
-        noises.append(Noise(max(typical, 1e-7), joint))
-    return State(x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
+    @cached_property
+    def inverse_scales(self) -> np.ndarray:
+        """C_i^-1, shape (N, 3, 3) [1/m^2]."""
+        sources = self.objective.rows.source_of
+        return np.linalg.inv(sample_scales(self.noises, sources, self.linear.by_joints))
 
+    @cached_property
+    def squares(self) -> np.ndarray:
+        """e_i^T C_i^-1 e_i, shape (N,)."""
+        e = self.linear.errors
+        return np.einsum("ni,ni->n", np.einsum("nij,nj->ni", self.inverse_scales, e), e)
 
-def _carried_over(
-    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
-) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
-    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
-    there = {name: i for i, name in enumerate(near.model.names)}
-    common = [i for i, name in enumerate(model.names) if name in there]
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
-    x[common] = near.x[[there[model.names[i]] for i in common]]
-    at_zero[common] = x[common] == 0
-    fitted = {group.name: group for group in near.groups}
-    return (
-        x,
-        at_zero,
-        tuple(
-            replace(fitted[group.name], members=group.members, trail=None)
-            if group.name in fitted and fitted[group.name].expected is group.expected
-            else group
-            for group in groups
-        ),
-    )
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """w_i, robust weight of each sample (A2), shape (N,)."""
+        return (self.degrees + 3) / (self.degrees + self.squares)
 
+    @property
+    def told(self) -> np.ndarray:
+        """K w_i, what each sample tells, shape (N,)."""
+        return self.weights * (self.degrees + 3) / (self.degrees + 5)
 
-def moved(objective: Objective, state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns, sockets going along with their balls.
+    @cached_property
+    def constraints(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is known of K places: derivatives B, shape (K, n), and residuals b, shape (K,)."""
+        objective = self.objective
+        known, located = objective.rows.scene.arms[0].known, objective.rows.located
+        rows, values = np.zeros((len(known), objective.size)), np.zeros(len(known))
+        for i, k in enumerate(known):
+            offset = self.centres[k.second] - self.centres[k.first]
+            length = float(np.linalg.norm(offset))
+            for socket, sign in ((k.second, 1), (k.first, -1)):
+                rows[i, objective.of_socket(socket)] = sign * offset / length
+            values[i] = length - k.distance
+        whitened = [(objective.whiten @ rows, objective.whiten @ values)]
+        for one in located:
+            row, place = np.zeros((3, objective.size)), np.array([one.coordinates])
+            row[:, objective.of_socket(one.socket)] = np.eye(3)
+            if one.frame != WORLD:
+                slopes = self.frames[one.frame].slopes(place)[0]
+                row[:, objective.of_frame(one.frame)] = -slopes
+                place = self.frames[one.frame].apply(place)
+            off = self.centres[one.socket] - place[0]
+            whitened.append((row / one.deviation, off / one.deviation))
+        return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
 
-    Left on the tangent, a centre would be a reason not to turn the whole robot.
-    """
-    size, dense = objective.model.size, objective.dense
-    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    balls, rows = predict_balls(objective, x), objective.rows
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    seated = rows.seated
-    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
-    tangent += state.centres[rows.sockets[seated]]
-    off = np.zeros((len(rows.sockets), 3))
-    there = to_world(objective, frames, balls[0]) - objective.moved_places(x)
-    off[seated] = there[seated] - tangent
-    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
-    along[[one.socket for one in rows.located]] = 0.0
-    centres += along
-    linear = linearise(objective, x, centres, frames, balls)
-    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
+    @cached_property
+    def priors(self) -> list[tuple[PriorGroup, np.ndarray]]:
+        """The groups that have a width, and which members of each are not held."""
+        kept = [(g, ~self.at_zero[g.members]) for g in self.groups if g.width]
+        return [(group, free) for group, free in kept if free.any()]
 
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Which of all unknowns are not held at zero, shape (n,)."""
+        free = np.arange(self.objective.size) >= self.objective.model.size
+        for group, kept in self.priors:
+            free[group.members[kept]] = True
+        return free
 
-def updated_groups(
-    state: State,
-    x: np.ndarray,
-    covariance: np.ndarray,
-    counts: Callable[[PriorGroup], bool],
-    most: float = np.inf,
-) -> tuple[tuple[PriorGroup, ...], float]:
-    """Return the groups after a step of their widths (A4), and the largest relative change."""
-    groups: list[PriorGroup] = []
-    change = 0.0
-    for group in state.groups:
-        new, free = group, ~state.at_zero[group.members]
-        if group.learned and group.width and free.any():
-            members = group.members[free]
-            off = x[members] - group.mean[free]
-            new = group.updated(off, covariance[members[:, None], members], free, most)
-            if counts(new):
-                change = max(change, abs(log(new.width / group.width)))
-        groups.append(new)
-    return tuple(groups), change
+    @property
+    def bounded(self) -> np.ndarray:
+        """Which of all unknowns cannot be below zero, shape (n,)."""
+        bounded = np.zeros(self.objective.size, dtype=bool)
+        for group in self.groups:
+            bounded[group.members] = group.non_negative and group.width > 0
+        return bounded
 
+    def prior_precision(self, *, widened: bool = False) -> np.ndarray:
+        """Return P of x and the frames, shape (dense, dense)."""
+        P = np.zeros((self.objective.dense, self.objective.dense))
+        for group, free in self.priors:
+            width, members = group.deviation if widened else group.width, group.members[free]
+            P[members[:, None], members] = group.precision(width, free)
+        frames = np.arange(self.objective.model.size, self.objective.dense)
+        P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, self.objective.rows.frame_count)
+        return P
 
-def updated_noises(
-    objective: Objective, state: State, there: State, step: Step
-) -> tuple[Noise, ...]:
-    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
-    by_joints = state.linear.by_joints
-    errors = predicted_errors(objective, state, step.change)
-    noises: list[Noise] = []
-    for source, noise in zip(objective.rows.sources, state.noises, strict=True):
-        squares = noise.fisher_step(
-            step.normal.inverse_scales[source],
-            step.normal.weights[source],
-            errors[source],
-            step.leverage[source],
-            by_joints[source],
-        )
-        effect = noise.joint_effect(there.linear.by_joints[source])
-        noises.append(noise.updated(squares, effect))
-    return tuple(noises)
+    def prior_gradient(self, precision: np.ndarray) -> np.ndarray:
+        """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
+        apart = np.pad(self.x, (0, self.objective.size - len(self.x)))
+        for group in self.groups:
+            if group.width:
+                apart[group.members] -= group.mean
+        apart[: len(precision)] = precision @ apart[: len(precision)]
+        return apart
 
-
-def with_degrees_of_freedom(
-    objective: Objective, there: State, noises: tuple[Noise, ...], step: Step
-) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides."""
-    hidden = np.einsum("nij,nji->n", step.normal.inverse_scales, step.leverage) / 3
-    squares = robust_weights(objective, there)[1] / (1 - np.minimum(hidden, MOST_HIDDEN))
-    return tuple(
-        replace(noise, nu=degrees_of_freedom(squares[source]))
-        for source, noise in zip(objective.rows.sources, noises, strict=True)
-    )
-
-
-def following_noise(
-    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
-) -> tuple[PriorGroup, ...]:
-    """Return the groups, with means that follow the noise of each robot's joints where they do."""
-    rows, joint = objective.rows, np.zeros(len(objective.rows.sockets))
-    for source, noise in zip(rows.sources, noises, strict=True):
-        joint[source] = noise.joint
-    noisy = [float(joint[samples].max()) for samples in rows.own]
-    starts = [own.start for own in objective.model.own]
-    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
-    return tuple(
-        group.following(noise) if group.follows_noise and group.width and noise else group
-        for group, noise in zip(groups, of, strict=True)
-    )
-
-
-def effect_of(state: State, group: PriorGroup) -> float:
-    """Return how far a group's width moves the ball, relative to the noise."""
-    members = group.members[~state.at_zero[group.members]]
-    least = min(noise.space for noise in state.noises)
-    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
-
-
-def prune_groups(objective: Objective, state: State) -> State:
-    """Return the state without extensions and joint noise that do hardly anything."""
-    gone = {  # by place: those of two arms may have one name
-        i: group
-        for i, group in enumerate(state.groups)
-        if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
-    }
-    noises = tuple(
-        replace(noise, joint=0.0)
-        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
-        else noise
-        for source, noise in zip(objective.rows.sources, state.noises, strict=True)
-    )
-    if not gone and noises == state.noises:
-        return state
-    x, at_zero = state.x.copy(), state.at_zero.copy()
-    for group in gone.values():
-        x[group.members], at_zero[group.members] = 0.0, True
-    groups = tuple(
-        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
-        for i, g in enumerate(state.groups)
-    )
-    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
-    change = np.zeros(objective.size)
-    change[: len(x)] = x - state.x
-    return moved(objective, state, change) if change.any() else state
+    def value(self, volume: float = 1.0) -> float:
+        """Return L of (A1), but for a constant; ``volume`` is a factor of its last term."""
+        sizes, nu = -np.linalg.slogdet(self.inverse_scales)[1], self.degrees
+        cost = 0.5 * float(np.sum(sizes + (nu + 3) * np.log1p(self.squares / nu)))
+        cost += 0.5 * float(np.sum(self.constraints[1] ** 2))
+        for group in self.groups:
+            if group.width:
+                apart = self.x[group.members] - group.mean
+                cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
+        return cost + volume * self.linear.volume

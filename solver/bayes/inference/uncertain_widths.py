@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..model import GEOMETRY_WIDTHS, TYPICAL_SPREAD, PriorGroup
-from .objective import Objective, State
+from .state import State
 
 FACTORS = np.exp(np.arange(-3, 7) * 0.3)
 """Widths that are tried, as factors of the estimate: smaller ones soon contradict the samples."""
@@ -29,9 +29,9 @@ def widths_held(state: State) -> State:
     return replace(state, groups=known)
 
 
-def over_widths(objective: Objective, state: State, covariance: np.ndarray) -> np.ndarray:
+def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
     """Return a covariance of all unknowns, made at known widths, averaged over these."""
-    for own in objective.model.own:
+    for own in state.objective.model.own:
         mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
         if mine:
             covariance = _averaged_covariance(mine, state.x, covariance)

@@ -14,6 +14,8 @@ from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
+from .noise import sample_degrees as sample_degrees
+from .noise import sample_scales as sample_scales
 from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior

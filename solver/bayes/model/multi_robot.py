@@ -74,6 +74,11 @@ class SampleRows:
         return np.concatenate([arm.turned_in for arm in self.scene.arms])
 
     @cached_property
+    def turned(self) -> np.ndarray:
+        """True for samples that are an orientation, shape (N,)."""
+        return self.turned_in >= 0
+
+    @cached_property
     def rotations(self) -> np.ndarray:
         """Measured orientations in that frame, shape (N, 3, 3)."""
         return np.concatenate([arm.rotations for arm in self.scene.arms])
@@ -85,6 +90,11 @@ class SampleRows:
         if len(counts) == 1:
             return (slice(None),)
         return tuple(np.flatnonzero(self._kinds == kind) for kind in np.unique(self._kinds))
+
+    @cached_property
+    def source_of(self) -> np.ndarray:
+        """Index of each sample's source, shape (N,)."""
+        return np.unique(self._kinds, return_inverse=True)[1]
 
     @cached_property
     def source_kinds(self) -> tuple[tuple[int, Kind], ...]:

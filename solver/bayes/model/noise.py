@@ -1,5 +1,6 @@
 """The noise of a sample: how well the ball sits in its socket, and how well angles are read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import lgamma, log, pi
 
@@ -98,6 +99,20 @@ class Noise:
         scaled = [inverse @ V for V in kinds]
         fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         return np.linalg.solve(fisher, score).astype(np.float64)
+
+
+def sample_scales(
+    noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
+) -> np.ndarray:
+    """Return C_i of samples, by the index of each one's noise and its Jq_i, (N, 3, 3) [m^2]."""
+    squares = np.array([(one.space, one.joint) for one in noises])[sources, :, None, None] ** 2
+    spread = by_joints @ by_joints.transpose(0, 2, 1)
+    return squares[:, 0] * np.eye(3) + squares[:, 1] * spread
+
+
+def sample_degrees(noises: Sequence[Noise], sources: np.ndarray) -> np.ndarray:
+    """Return nu of samples, by the index of each one's noise, shape (N,)."""
+    return np.array([one.nu for one in noises])[sources]
 
 
 def degrees_of_freedom(squares: np.ndarray) -> float:

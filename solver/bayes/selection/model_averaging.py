@@ -93,9 +93,9 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     centres = places.reshape(-1, 3)
     linear = linearise(objective, x, centres, frames)
-    state = State(x, centres, frames, tuple(ordered), best.state.noises, at_zero, linear)
+    state = State(objective, x, centres, frames, tuple(ordered), best.state.noises, at_zero, linear)
     iterates = [*before[:, : model.size], x]
-    return JointPosterior(objective, state, covariance, weights, best.log_evidence, iterates)
+    return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
 
 
 def _first(group: PriorGroup) -> int:

@@ -1,0 +1,215 @@
+"""States of the estimation: the first, and those after steps of unknowns, widths and noise."""
+
+from bisect import bisect
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+from ..model import NEGLIGIBLE, ExtendedModel, Noise, PriorGroup, degrees_of_freedom, prior_groups
+from .normal_equations import Inverse, predicted_errors
+from .objective import Objective, linearise, predict_balls, to_world
+from .posterior import JointPosterior, Posterior
+from .state import State
+
+MOST_HIDDEN = 0.9
+"""Share of an error that a fit can hide, for all that its tails are judged by."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A Gauss-Newton step, and what it was computed from."""
+
+    change: np.ndarray
+    """Of all unknowns, shape (n,); zero for those that are held."""
+    covariance: Inverse
+    """Inverse of the whole curvature, priors included; zero for what is held."""
+    leverage: np.ndarray
+    """L_i of (A5), shape (N, 3, 3) [m^2]."""
+    volume: float
+    """Factor of the volume's slope; 1 where the noise fits the errors."""
+    slope: float
+    """Slope of L along the change, per whole step."""
+
+
+def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
+    """Return the first state: nominal robots, each socket at the median of its balls."""
+    rows, model = objective.rows, objective.model
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    groups: list[PriorGroup] = []
+    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
+        mine = prior_groups(one, arm)
+        for group in mine:
+            if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
+                x[own.start + group.members] = group.mean
+        if near is not None:
+            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
+        groups += [replace(g, members=g.members + own.start) for g in mine]
+    begin = model.own[-1].stop
+    for one in model.movements:
+        groups.append(one.prior(begin))
+        begin += one.size
+    balls = predict_balls(objective, x)
+    points = balls[0]
+    frames = rows.place_frames(points)
+    in_world = to_world(objective, frames, points)
+    centres = np.array(
+        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
+    ).reshape(-1, 3)
+    linear = linearise(objective, x, centres, frames, balls)
+    noises = list[Noise]() if near is None else [*near.noises_of(rows)]
+    for source in rows.sources if near is None else ():  # as large as the nominal robot's errors
+        typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
+        squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
+        joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
+        noises.append(Noise(max(typical, 1e-7), joint))
+    return State(objective, x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
+
+
+def _carried_over(
+    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
+) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
+    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
+    there = {name: i for i, name in enumerate(near.model.names)}
+    common = [i for i, name in enumerate(model.names) if name in there]
+    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    x[common] = near.x[[there[model.names[i]] for i in common]]
+    at_zero[common] = x[common] == 0
+    fitted = {group.name: group for group in near.groups}
+    return (
+        x,
+        at_zero,
+        tuple(
+            replace(fitted[group.name], members=group.members, trail=None)
+            if group.name in fitted and fitted[group.name].expected is group.expected
+            else group
+            for group in groups
+        ),
+    )
+
+
+def moved(state: State, change: np.ndarray) -> State:
+    """Return the state after a change of all unknowns, sockets going along with their balls.
+
+    Left on the tangent, a centre would be a reason not to turn the whole robot.
+    """
+    objective = state.objective
+    size, dense = objective.model.size, objective.dense
+    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
+    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
+    balls, rows = predict_balls(objective, x), objective.rows
+    centres = state.centres + change[dense:].reshape(-1, 3)
+    seated = rows.seated
+    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
+    tangent += state.centres[rows.sockets[seated]]
+    off = np.zeros((len(rows.sockets), 3))
+    there = to_world(objective, frames, balls[0]) - objective.moved_places(x)
+    off[seated] = there[seated] - tangent
+    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
+    along[[one.socket for one in rows.located]] = 0.0
+    centres += along
+    linear = linearise(objective, x, centres, frames, balls)
+    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
+
+
+def updated_groups(
+    state: State,
+    x: np.ndarray,
+    covariance: np.ndarray,
+    counts: Callable[[PriorGroup], bool],
+    most: float = np.inf,
+) -> tuple[tuple[PriorGroup, ...], float]:
+    """Return the groups after a step of their widths (A4), and the largest relative change."""
+    groups: list[PriorGroup] = []
+    change = 0.0
+    for group in state.groups:
+        new, free = group, ~state.at_zero[group.members]
+        if group.learned and group.width and free.any():
+            members = group.members[free]
+            off = x[members] - group.mean[free]
+            new = group.updated(off, covariance[members[:, None], members], free, most)
+            if counts(new):
+                change = max(change, abs(log(new.width / group.width)))
+        groups.append(new)
+    return tuple(groups), change
+
+
+def updated_noises(state: State, there: State, step: Step) -> tuple[Noise, ...]:
+    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
+    by_joints = state.linear.by_joints
+    errors = predicted_errors(state, step.change)
+    noises: list[Noise] = []
+    for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
+        squares = noise.fisher_step(
+            state.inverse_scales[source],
+            state.weights[source],
+            errors[source],
+            step.leverage[source],
+            by_joints[source],
+        )
+        effect = noise.joint_effect(there.linear.by_joints[source])
+        noises.append(noise.updated(squares, effect))
+    return tuple(noises)
+
+
+def with_degrees_of_freedom(
+    state: State, there: State, noises: tuple[Noise, ...], step: Step
+) -> tuple[Noise, ...]:
+    """Return the noises with tails as heavy as those of the errors, but for what the fit hides."""
+    hidden = np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
+    squares = there.squares / (1 - np.minimum(hidden, MOST_HIDDEN))
+    return tuple(
+        replace(noise, nu=degrees_of_freedom(squares[source]))
+        for source, noise in zip(there.objective.rows.sources, noises, strict=True)
+    )
+
+
+def following_noise(
+    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups, with means that follow the noise of each robot's joints where they do."""
+    rows = objective.rows
+    joint = np.array([noise.joint for noise in noises])[rows.source_of]
+    noisy = [float(joint[samples].max()) for samples in rows.own]
+    starts = [own.start for own in objective.model.own]
+    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
+    return tuple(
+        group.following(noise) if group.follows_noise and group.width and noise else group
+        for group, noise in zip(groups, of, strict=True)
+    )
+
+
+def effect_of(state: State, group: PriorGroup) -> float:
+    """Return how far a group's width moves the ball, relative to the noise."""
+    members = group.members[~state.at_zero[group.members]]
+    least = min(noise.space for noise in state.noises)
+    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
+
+
+def prune_groups(state: State) -> State:
+    """Return the state without extensions and joint noise that do hardly anything."""
+    gone = {  # by place: those of two arms may have one name
+        i: group
+        for i, group in enumerate(state.groups)
+        if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
+    }
+    noises = tuple(
+        replace(noise, joint=0.0)
+        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
+        else noise
+        for source, noise in zip(state.objective.rows.sources, state.noises, strict=True)
+    )
+    if not gone and noises == state.noises:
+        return state
+    x, at_zero = state.x.copy(), state.at_zero.copy()
+    for group in gone.values():
+        x[group.members], at_zero[group.members] = 0.0, True
+    groups = tuple(
+        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
+        for i, g in enumerate(state.groups)
+    )
+    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
+    change = np.zeros(state.objective.size)
+    change[: len(x)] = x - state.x
+    return moved(state, change) if change.any() else state
