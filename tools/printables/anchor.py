@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from .socket_base import PLATE, SocketBase
-from .solid import BED, Outline, PrintableError, Prism, Solid, check_range, rectangle, union
+from .solid import BED, Outline, PrintableError, Solid, check_range, prism, rectangle, union
 
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
@@ -80,12 +80,12 @@ class AnchoredBase(SocketBase):
         """Return the part, standing on z = 0."""
         low, high = self.face, self.plate[0][1]
         bridge = rectangle(self._sides, (low, high + 1))
-        return union(super().solid(), Prism((bridge,), PLATE), *self._fingers(PLATE))
+        return union(super().solid(), prism(PLATE, bridge), *self._fingers(PLATE))
 
     def fit_test(self) -> Solid:
         """Return a thin slice of the clip, to try on the arm."""
         bar = rectangle(self._sides, (self.face, self.face + BAR))
-        return union(Prism((bar,), SLICE), *self._fingers(SLICE))
+        return union(prism(SLICE, bar), *self._fingers(SLICE))
 
     def sockets_at(self, placement: str = "anchored") -> str:
         """Return the file for ``mukca solve --sockets-at``, of a placement of that name."""
@@ -109,4 +109,4 @@ class AnchoredBase(SocketBase):
             *((inner + 0.8, y - FINGER), (outer, y - FINGER), (outer, y + 1)),
         )
         left = tuple((-x, y) for x, y in reversed(right))
-        return [Prism((outline,), height) for outline in (right, left)]
+        return [prism(height, outline) for outline in (right, left)]

@@ -11,12 +11,12 @@ from .solid import (
     BED,
     HEIGHT,
     TILT,
-    Frustum,
     PrintableError,
     Solid,
-    Sphere,
     check_range,
     engraving,
+    frustum,
+    sphere,
     text_width,
     union,
 )
@@ -177,12 +177,12 @@ class BallPart:
         """Return the part, standing on z = 0."""
         centre = self.throat / 2 - self.slope * self._start  # the cone's radius, carried on
         top = self.height - 0.5 * self._start
-        neck = Frustum(
+        neck = frustum(
             top - self.mount.top + 1,
             self.root / 2 + self.slope,
             centre + self.slope * 0.5 * self._start,
         ).at(z=self.mount.top - 1)
-        ball = Sphere(self.ball / 2 + (GLUE if self.bought else 0)).at(z=self.height)
+        ball = sphere(self.ball / 2 + (GLUE if self.bought else 0)).at(z=self.height)
         body = union(self.mount.body, neck)
         body = body - ball if self.bought else body | ball
         letters = self._lettering()
@@ -190,7 +190,7 @@ class BallPart:
 
     def envelope(self) -> Solid:
         """Return what moves with the part: itself, a bought ball and the heads of its screws."""
-        extra = [Sphere(self.ball / 2).at(z=self.height)] if self.bought else []
+        extra = [sphere(self.ball / 2).at(z=self.height)] if self.bought else []
         hardware = [self.mount.hardware] if self.mount.hardware else []
         return union(self.solid(), *extra, *hardware)
 

@@ -7,26 +7,13 @@ import importlib
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .solid import (
-    Difference,
-    Frustum,
-    Intersection,
-    Moved,
-    Outline,
-    PrintableError,
-    Prism,
-    Solid,
-    Sphere,
-    Union,
-    signed_area,
-)
+from .solid import Outline, PrintableError, Solid, signed_area
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -38,25 +25,20 @@ SLIVER = 0.0005
 CHORD = 0.002
 """Largest distance of a chord from the round surface that it replaces [mm]."""
 
-
-@dataclass(frozen=True)
-class Mesh:
-    """A closed surface."""
-
-    vertices: np.ndarray
-    """Shape (vertices, 3) [mm], in single precision, as an STL file holds them."""
-    triangles: np.ndarray
-    """Vertex numbers, anticlockwise from outside, shape (triangles, 3)."""
+Mesh = Any
+"""A ``trimesh.Trimesh`` [mm], its vertices in single precision, as an STL file holds them."""
 
 
 def to_mesh(manifold: "Manifold") -> Mesh:
     """Return a body's triangles, without those that single precision folds to nothing."""
+    import trimesh
+
     mesh: Any = manifold.as_original().simplify(SLIVER).to_mesh()
     rounded = np.asarray(mesh.vert_properties, dtype=np.float32)[:, :3]
     vertices, number = np.unique(rounded, axis=0, return_inverse=True)
     corners = number.ravel()[np.asarray(mesh.tri_verts, dtype=np.int64)]
     folded = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
-    return Mesh(vertices, corners[~folded])
+    return trimesh.Trimesh(vertices, corners[~folded], process=False)
 
 
 @lru_cache(maxsize=128)
@@ -64,26 +46,20 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
     """Evaluate a solid's tree, equal ones once; chords are so far from round surfaces [mm]."""
     from manifold3d import CrossSection, Manifold, OpType
 
-    match solid:
-        case Sphere(radius):
+    parts = [to_manifold(part, chord) for part in solid.parts]
+    match solid.kind, *solid.numbers:
+        case "sphere", radius:
             return Manifold.sphere(radius, _segments(radius, chord))
-        case Frustum(height, low, high):
+        case "frustum", height, low, high:
             return Manifold.cylinder(height, low, high, _segments(max(low, high), chord))
-        case Prism(outlines, height):
+        case "prism", height, *outlines:
             section = CrossSection([np.array(outline, dtype=float) for outline in outlines])
             return Manifold.extrude(section, height)
-        case Moved(inner, offset):
-            body = to_manifold(inner, chord)
-            body.num_tri()  # evaluates it: what is moved stands at several places
-            return body.translate(offset)
-        case Union(parts):
-            return Manifold.batch_boolean([to_manifold(p, chord) for p in parts], OpType.Add)
-        case Difference(body, tool):
-            return to_manifold(body, chord) - to_manifold(tool, chord)
-        case Intersection(left, right):
-            return to_manifold(left, chord) ^ to_manifold(right, chord)
+        case "moved", *offset:
+            parts[0].num_tri()  # evaluates it: what is moved stands at several places
+            return parts[0].translate(offset)
         case _:
-            raise TypeError(f"no such solid: {type(solid).__name__}")
+            return Manifold.batch_boolean(parts, OpType.__members__[solid.kind])
 
 
 def _segments(radius: float, chord: float) -> int:
@@ -97,27 +73,31 @@ Shape = Any
 
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
-    step, interface, message = _ocp("STEPControl"), _ocp("Interface"), _ocp("Message")
-    unify = _ocp("ShapeUpgrade").ShapeUpgrade_UnifySameDomain(_shape(solid), True, True, False)
+    unify = _occ("ShapeUpgrade_UnifySameDomain")(_shape(solid), True, True, False)
     unify.Build()  # no superfluous edges
-    chatter = message.Message_PrinterOStream.get_type_descriptor_s()  # goes to standard output
-    message.Message.DefaultMessenger_s().RemovePrinters(chatter)
-    writer = step.STEPControl_Writer()
-    interface.Interface_Static.SetCVal_s("write.step.product.name", name)
-    interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
-    writer.Transfer(_single_body(unify.Shape()), step.STEPControl_AsIs)
+    found = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
+    body = found.Current() if found.More() else None
+    found.Next()
+    if body is None or found.More():
+        raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
+    chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()  # goes to standard output
+    _occ("Message").DefaultMessenger_s().RemovePrinters(chatter)
+    writer = _occ("STEPControl_Writer")()
+    for key, text in (("product.name", name), ("unit", "MM")):
+        _occ("Interface_Static").SetCVal_s(f"write.step.{key}", text)
+    writer.Transfer(body, _occ("STEPControl_AsIs"))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.step"
-        if writer.Write(str(path)) != _ocp("IFSelect").IFSelect_RetDone:
+        if writer.Write(str(path)) != _occ("IFSelect_RetDone"):
             raise PrintableError(f"{name}: Open CASCADE could not write it as STEP")
         return path.read_bytes()
 
 
-def _ocp(module: str) -> Any:
-    """Return a module of the binding."""
+def _occ(name: str) -> Any:
+    """Return a class or constant of Open CASCADE; its name begins with its module's."""
     try:
         importlib.import_module("OCP")
-        return importlib.import_module(f"OCP.{module}")
+        return getattr(importlib.import_module(f"OCP.{name.partition('_')[0]}"), name)
     except ImportError:
         raise PrintableError(
             "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
@@ -125,67 +105,46 @@ def _ocp(module: str) -> Any:
 
 
 def _shape(solid: Solid) -> Shape:
-    primitives = _ocp("BRepPrimAPI")
-    match solid:
-        case Sphere(radius):
-            return primitives.BRepPrimAPI_MakeSphere(radius).Shape()
-        case Frustum(height, low, high) if low == high:
-            return primitives.BRepPrimAPI_MakeCylinder(low, height).Shape()
-        case Frustum(height, low, high):
-            return primitives.BRepPrimAPI_MakeCone(low, high, height).Shape()
-        case Prism(outlines, height):  # what runs anticlockwise, less what runs clockwise
+    parts = [_shape(part) for part in solid.parts]
+    match solid.kind, *solid.numbers:
+        case "sphere", radius:
+            return _occ("BRepPrimAPI_MakeSphere")(radius).Shape()
+        case "frustum", height, low, high if low == high:
+            return _occ("BRepPrimAPI_MakeCylinder")(low, height).Shape()
+        case "frustum", height, low, high:
+            return _occ("BRepPrimAPI_MakeCone")(low, high, height).Shape()
+        case "prism", height, *outlines:  # what runs anticlockwise, less what runs clockwise
             bodies, holes = (
                 [_extruded(o, height) for o in outlines if sign * signed_area(o) > 0]
                 for sign in (1, -1)
             )
-            return _boolean("Cut", _boolean("Fuse", *bodies), *holes)
-        case Moved(inner, offset):
-            move = _ocp("gp").gp_Trsf()
-            move.SetTranslation(_ocp("gp").gp_Vec(*offset))
-            return _shape(inner).Moved(_ocp("TopLoc").TopLoc_Location(move))
-        case Union(parts):
-            return _boolean("Fuse", *map(_shape, parts))
-        case Difference(body, Union(parts)):
-            return _boolean("Cut", _shape(body), *map(_shape, parts))
-        case Difference(body, tool):
-            return _boolean("Cut", _shape(body), _shape(tool))
-        case Intersection(left, right):
-            return _boolean("Common", _shape(left), _shape(right))
+            return _boolean("Cut", [_boolean("Fuse", bodies), *holes])
+        case "moved", *offset:
+            move = _occ("gp_Trsf")()
+            move.SetTranslation(_occ("gp_Vec")(*offset))
+            return parts[0].Moved(_occ("TopLoc_Location")(move))
         case _:
-            raise TypeError(f"no such solid: {type(solid).__name__}")
+            kinds = {"Add": "Fuse", "Subtract": "Cut", "Intersect": "Common"}
+            return _boolean(kinds[solid.kind], parts)
 
 
 def _extruded(outline: Outline, height: float) -> Shape:
-    builder, points = _ocp("BRepBuilderAPI"), _ocp("gp")
-    polygon = builder.BRepBuilderAPI_MakePolygon()
+    polygon = _occ("BRepBuilderAPI_MakePolygon")()
     for x, y in outline:
-        polygon.Add(points.gp_Pnt(x, y, 0.0))
+        polygon.Add(_occ("gp_Pnt")(x, y, 0.0))
     polygon.Close()
-    face = builder.BRepBuilderAPI_MakeFace(polygon.Wire(), True).Face()
-    up = points.gp_Vec(0.0, 0.0, height)
-    return _ocp("BRepPrimAPI").BRepPrimAPI_MakePrism(face, up).Shape()
+    face = _occ("BRepBuilderAPI_MakeFace")(polygon.Wire(), True).Face()
+    return _occ("BRepPrimAPI_MakePrism")(face, _occ("gp_Vec")(0.0, 0.0, height)).Shape()
 
 
-def _boolean(operation: str, body: Shape, *tools: Shape) -> Shape:
-    """Combine a shape with others, one by one: ``Fuse``, ``Cut`` or ``Common``."""
-    combine = getattr(_ocp("BRepAlgoAPI"), f"BRepAlgoAPI_{operation}")
-    return reduce(lambda shape, tool: combine(shape, tool).Shape(), tools, body)
-
-
-def _single_body(shape: Shape) -> Shape:
-    """Return the one solid in a shape."""
-    explorer = _ocp("TopExp").TopExp_Explorer(shape, _ocp("TopAbs").TopAbs_SOLID)
-    bodies: list[Shape] = []
-    while explorer.More():
-        bodies.append(explorer.Current())
-        explorer.Next()
-    if len(bodies) != 1:
-        raise PrintableError(f"Open CASCADE made {len(bodies)} bodies of the part")
-    return bodies[0]
+def _boolean(operation: str, shapes: Sequence[Shape]) -> Shape:
+    """Combine the first shape with the others, one by one: ``Fuse``, ``Cut`` or ``Common``."""
+    combine = _occ(f"BRepAlgoAPI_{operation}")
+    return reduce(lambda shape, tool: combine(shape, tool).Shape(), shapes)
 
 
 MARGIN, STEP = 28.0, 8.0  # around a view, and between two dimensions
-COARSE = 0.02  # chords are so far from round lines
+COARSE = 0.02  # round surfaces are that exact in drawings, and where a part leans [mm]
 
 
 @cache
@@ -215,53 +174,32 @@ def drawing_bytes(
     low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
     (wide, _, tall), middle = high - low, MARGIN - low[0]
     front = MARGIN + tall  # where z = 0 is drawn
-    above = front + MARGIN + high[1]
+    above, right = front + MARGIN + high[1], MARGIN + wide
     foot = above - low[1] + MARGIN
-    paths = [
-        _path(body.rotate((-90, 0, 0)), middle, front),
-        _path(body, middle, above),
-    ]
-    dimensions = [
+    dimensions = [  # x and y of both ends
         *(
-            _dimension(MARGIN + wide + STEP * i, front - a, MARGIN + wide + STEP * i, front - b)
+            (right + STEP * i, front - a, right + STEP * i, front - b)
             for i, (a, b) in enumerate(((low[2], high[2]), *levels), 1)
         ),
-        _dimension(MARGIN, front + STEP, MARGIN + wide, front + STEP),
-        _dimension(MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
+        (MARGIN, front + STEP, right, front + STEP),
+        (MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
     ]
-    words: dict[str, Any] = {
-        "title": title,
-        "width": round(max(wide + 2 * MARGIN + STEP * len(levels), 210), 1),
-        "height": round(foot + 6 * len(notes) + 6, 1),
-        "foot": round(foot, 1),
-    }
     page = templates().get_template("drawing.svg.j2")
-    marks = [
-        {
-            "x": round(middle, 2),
-            "y": round(above, 2),
-            "r": d / 2,
-            "far": MARGIN + wide + 2,
-            "text": t,
-        }
-        for d, t in circles
-    ]
-    lines = {"paths": paths, "dimensions": dimensions, "circles": marks, "notes": notes}
-    return page.render(**lines, **words).encode()
+    return page.render(
+        title=title,
+        width=round(max(right + MARGIN + STEP * len(levels), 210), 1),
+        height=round(foot + 6 * len(notes) + 6, 1),
+        foot=round(foot, 1),
+        paths=[_path(body.rotate((-90, 0, 0)), middle, front), _path(body, middle, above)],
+        dimensions=dimensions,
+        centre=(round(middle, 2), round(above, 2)),
+        right=right,
+        circles=circles,
+        notes=notes,
+    ).encode()
 
 
 def _path(body: Any, x: float, y: float) -> str:
     """Return the outline of a body's shadow along z, its origin drawn at x, y."""
     rings = (ring * (1, -1) + (x, y) for ring in body.project().to_polygons())
     return "".join("M" + "L".join(f"{a:.2f} {b:.2f}" for a, b in ring) + "Z" for ring in rings)
-
-
-def _dimension(x1: float, y1: float, x2: float, y2: float) -> dict[str, Any]:
-    """Return a line between two points, upright or level, with its length."""
-    upright, text = x1 == x2, f"{abs(x2 - x1) + abs(y2 - y1):.4g}"
-    ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2, "x": (x1 + x2) / 2, "y": (y1 + y2) / 2}
-    ends["x" if upright else "y"] -= 1
-    return {name: round(float(v), 2) for name, v in ends.items()} | {
-        "upright": upright,
-        "text": text,
-    }

@@ -10,7 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from .solid import Frustum, PrintableError, Prism, Solid, check_range, cylinder, rectangle, union
+from .solid import (
+    TABLES,
+    PrintableError,
+    Solid,
+    check_range,
+    cylinder,
+    frustum,
+    prism,
+    rectangle,
+    union,
+)
 
 PLATE = 8.0
 RIM = 1.5  # of the plate around the screws' heads
@@ -29,14 +39,7 @@ class Screw:
     """Width across the flats of its key."""
 
 
-SCREWS: Mapping[str, Screw] = {
-    "M3": Screw(3.4, 5.5, 3.0, 2.5),
-    "M4": Screw(4.5, 7.0, 4.0, 3.0),
-    "M5": Screw(5.5, 8.5, 5.0, 4.0),
-    "M6": Screw(6.6, 10.0, 6.0, 5.0),
-    "M8": Screw(9.0, 13.0, 8.0, 6.0),
-    "M10": Screw(11.0, 16.0, 10.0, 8.0),
-}
+SCREWS: Mapping[str, Screw] = {name: Screw(**it) for name, it in TABLES["screws"].items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +124,7 @@ def _slot(angle: float, inner: float, outer: float, radius: float, height: float
         return ends[0]
     corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
     between = tuple((r * c - w * s, r * s + w * c) for r, w in corners)
-    return union(*ends, Prism((between,), height))
+    return union(*ends, prism(height, between))
 
 
 def grip(
@@ -146,14 +149,14 @@ def grip(
             f"second number, of {width:g} mm or more"
         )
     check_range("a grip's length", length, 8, 80)
-    block: Solid = Prism((rectangle(_middle(depth), _middle(width), 1.0),), length)
+    block = prism(length, rectangle(_middle(depth), _middle(width), 1.0))
     across, deep = groove
     low = width / 2 - deep
     if deep:
         for side in ((low, width), (-width, -low)):
-            block = block - Prism((rectangle(_middle(across), side),), length + 2).at(z=-1)
+            block = block - prism(length + 2, rectangle(_middle(across), side)).at(z=-1)
     # A cone of less than 45 degrees' overhang.
-    shoulder = union(Frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
+    shoulder = union(frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
     start = length - 0.3  # it begins inside the block
     frame.setdefault("origin", length)
     return Mount(
@@ -169,8 +172,8 @@ def _strap_plate(**frame: Any) -> Mount:
     """Return a plate for two crossed straps, or for glue, where no holes are known."""
     radius, long, thick = 31.0, 22.0, 4.0  # a slot's length is a strap's width
     far = radius - 8
-    upright = Prism((rectangle(_middle(thick), _middle(long)),), PLATE + 2)
-    level = Prism((rectangle(_middle(long), _middle(thick)),), PLATE + 2)
+    upright = prism(PLATE + 2, rectangle(_middle(thick), _middle(long)))
+    level = prism(PLATE + 2, rectangle(_middle(long), _middle(thick)))
     slots = [upright.at(x, 0, -1) for x in (-far, far)]
     slots += [level.at(0, y, -1) for y in (-far, far)]
     return Mount(
@@ -187,69 +190,14 @@ def _middle(width: float) -> tuple[float, float]:
     return -width / 2, width / 2
 
 
-MOUNTS: Mapping[str, Mount] = {
-    "franka-hand": grip(
-        *(14, 18, 19),
-        origin=9.5,
-        reach=30,
-        links={"panda": "panda_hand_tcp", "fr3": "fr3_hand_tcp"},
-        note="the fingertips' rubber gives way as well: franka-flange holds the ball firmer",
-    ),
-    "franka-flange": bolt_circle(50, links={"panda": "panda_link8", "fr3": "fr3_link8"}),
-    "iso-50-4-m6": bolt_circle(
-        50,
-        links={
-            **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e"), "tool0"),
-            "piper": "link6",
-        },
-    ),
-    "iso-80-6-m8": bolt_circle(80, count=6, screw="M8", links={"ur20": "tool0"}),
-    "iiwa14": bolt_circle(
-        50,
-        count=8,
-        links={"iiwa14": "tool0"},
-        note="tool0 is the face of the basic flange: on a media flange add its height to z",
-    ),
-    "xarm": bolt_circle(
-        50,
-        count=6,
-        screw="M5",
-        links={"xarm6": "link_eef", "xarm7": "link_eef"},
-        note="for xArm 5, 6 and 7; measure the flange of a Lite 6 or an 850",
-    ),
-    "robotiq-2f-85": grip(22, 22, 35),
-    "ufactory-gripper": grip(30, 30, 35),
-    "so101": grip(
-        *(45, 45, 30),
-        origin=23.7,
-        groove=(16.6, 2.5),
-        aside=(-20, 0),  # the frame lies in the face of the fixed jaw
-        links={"so101": "gripper_frame_link"},
-        note="hold it by a rubber band round the jaws: without torque the gripper does not",
-    ),
-    "interbotix": grip(
-        *(50, 50, 40),
-        axis=0,
-        links=dict.fromkeys(("vx300s", "wx250s"), "ee_gripper_link"),
-        note="hold it by a rubber band round the fingers: without torque the gripper does not",
-    ),
-    "gen3-lite": bolt_circle(
-        32,
-        screw="M5",
-        slot=10,
-        links={"gen3_lite": "end_effector_link"},
-        note="slots for M3 to M5, with washers, on circles of 32 to 52 mm: measure your flange",
-    ),
-    "strap": _strap_plate(
-        links={
-            **dict.fromkeys(("lite6", "uf850"), "link_eef"),
-            "gen3": "end_effector_link",
-            **dict.fromkeys(("so100", "koch", "openarm", "wxai"), ""),
-        },
-        note="the makers publish no holes that are known here: lash it to flange or gripper by two "
-        "straps of 20 mm, or glue it on; z counts from its lower face",
-    ),
-}
+def _shipped(fields: dict[str, Any]) -> Mount:
+    """Return a mount of the table: a function of this module with its lengths, then its fields."""
+    (kind, lengths), *rest = fields.items()
+    make = {"bolt_circle": bolt_circle, "grip": grip, "strap_plate": _strap_plate}[kind]
+    return make(*lengths, **dict(rest))
+
+
+MOUNTS: Mapping[str, Mount] = {name: _shipped(it) for name, it in TABLES["mounts"].items()}
 """Mounts by name; a link without a name is for the user to choose."""
 _ISO = re.compile(r"iso-(\d+(?:\.\d+)?)-(\d+)-(m\d+)")
 

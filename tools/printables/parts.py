@@ -4,22 +4,29 @@ import math
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._version import __version__
+from ...solver.data import turn
 from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
-from .kernels import Mesh, drawing_bytes, rendered, step_bytes, templates, to_manifold, to_mesh
+from .kernels import (
+    COARSE,
+    Mesh,
+    drawing_bytes,
+    rendered,
+    step_bytes,
+    templates,
+    to_manifold,
+    to_mesh,
+)
 from .socket_base import SCREW_HOLE, SocketBase
-from .solid import BED, TILT, PrintableError, Solid, Sphere
+from .solid import BED, TILT, PrintableError, Solid, sphere
 
-if TYPE_CHECKING:
-    from manifold3d import Manifold
-
-_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
 """Of solid plastic [kg/m³]."""
 FLOW = 5e-9
@@ -27,7 +34,6 @@ FLOW = 5e-9
 
 LIFT = 0.1
 """Height of the ball above its pads, to tell contact from collision [mm]."""
-COARSE = 0.02  # round surfaces are that exact here [mm]: far less than LIFT, and ten times faster
 COLLISION = 1e-6  # [mm³]
 AZIMUTHS = np.radians(np.arange(0, 360, 15))
 SPINS = (0.0, math.pi / 4, math.pi / 2)  # of the ball part about its own neck
@@ -115,10 +121,7 @@ def ball_part(name: str, ball: BallPart) -> Part:
     }
     circles = [ball.mount.holes] if ball.mount.holes else []
     part = _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)], circles)
-    corners = part.mesh.vertices[part.mesh.triangles].astype(np.float64)
-    volumes = np.linalg.det(corners)  # of the tetrahedra from the origin, times six
-    height = float(volumes @ corners[:, :, 2].sum(axis=1) / (4 * volumes.sum()))
-    middle = ball.in_frame(height)  # of its mass, full of plastic
+    middle = ball.in_frame(float(part.mesh.center_mass[2]))  # of its mass, full of plastic
     return replace(part, facts={**part.facts, "centre_of_mass": [x / 1000 for x in middle]})
 
 
@@ -131,11 +134,15 @@ def _checked(
 ) -> Part:
     body = to_manifold(solid)
     mesh = to_mesh(body)
-    check_body(name, body, mesh)
+    if not (len(body.decompose()) == 1 and mesh.is_watertight and mesh.is_winding_consistent):
+        raise PrintableError(f"{name}: these parameters make no single closed body")
+    if max(mesh.extents) > BED:
+        shown = " x ".join(f"{edge:.0f}" for edge in mesh.extents)
+        raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
     volume = body.volume() * 1e-9
     common = {
         "name": name,
-        "size": [round(float(edge) / 1000, 7) for edge in np.ptp(mesh.vertices, axis=0)],
+        "size": [round(edge / 1000, 7) for edge in mesh.extents.tolist()],
         "volume": volume,
         "mass": {material: density * volume for material, density in DENSITIES.items()},
         "print_time": volume / FLOW,
@@ -143,29 +150,9 @@ def _checked(
     return Part(name, solid, mesh, levels, circles, {**common, **facts})
 
 
-def is_closed(mesh: Mesh) -> bool:
-    """Tell whether each edge joins two triangles that agree on which side is out."""
-    starts, ends = mesh.triangles, np.roll(mesh.triangles, -1, axis=1)
-    count = len(mesh.vertices)
-    there = np.sort((starts * count + ends).ravel())
-    back = np.sort((ends * count + starts).ravel())
-    return bool((np.diff(there) > 0).all() and (there == back).all())
-
-
-def check_body(name: str, body: "Manifold", mesh: Mesh) -> None:
-    """Refuse a part that is not one closed body, or does not fit the printer."""
-    bodies = len(body.decompose())
-    if bodies != 1 or not is_closed(mesh):
-        raise PrintableError(f"{name}: these parameters make no single closed body")
-    size = np.ptp(mesh.vertices, axis=0)
-    if size.max() > BED:
-        shown = " x ".join(f"{edge:.0f}" for edge in size)
-        raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
-
-
 def check_tilt(base: SocketBase, part: BallPart) -> None:
     """Lean the ball part in every socket, all around, and refuse any collision with the base."""
-    ball = Sphere(part.ball / 2).at(z=part.height)
+    ball = sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
     rest = to_manifold(part.envelope() - ball, COARSE)
     leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
@@ -191,32 +178,15 @@ def leaning(
 
     Its neck leans by a tilt from the vertical to an azimuth from x, turned by a spin [rad].
     """
-    flipped = np.diag((1.0, -1.0, -1.0))
-    lean = _turn_z(azimuth) @ _turn_y(tilt) @ _turn_z(spin - azimuth) @ flipped
+    turns = ((0.0, 0.0, azimuth), (0.0, tilt, 0.0), (0.0, 0.0, spin - azimuth), (math.pi, 0.0, 0.0))
+    lean = reduce(np.matmul, (turn(np.array(vector)) for vector in turns))
     centre = np.array((*base.centres[socket], base.height + LIFT))
     return np.column_stack((lean, centre - lean[:, 2] * part.height))
 
 
-def _turn_z(angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
-
-
-def _turn_y(angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
-
-
 def stl_bytes(mesh: Mesh) -> bytes:
     """Return a binary STL file; its unit, which the format does not state, is the millimetre."""
-    corners = mesh.vertices[mesh.triangles].astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    facets = np.zeros(len(corners), _FACET)
-    facets["normal"] = normals / np.where(lengths > 0, lengths, 1)
-    facets["corners"] = corners
-    header = b"mukca, millimetres".ljust(80)
-    return header + len(facets).to_bytes(4, "little") + facets.tobytes()
+    return b"mukca, millimetres".ljust(80) + mesh.export(file_type="stl")[80:]
 
 
 def threemf_bytes(part: Part, author: str) -> bytes:
@@ -229,7 +199,7 @@ def threemf_bytes(part: Part, author: str) -> bytes:
         "LicenseTerms": "Apache-2.0",
         "Description": part.making,
     }
-    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.triangles.tolist()}
+    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.faces.tolist()}
     stream = BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, template in (

@@ -13,17 +13,17 @@ from functools import cached_property
 from .solid import (
     BED,
     HEIGHT,
-    Frustum,
     PrintableError,
-    Prism,
     Solid,
-    Sphere,
     check_range,
     cylinder,
     engraving,
+    frustum,
     hexagon,
+    prism,
     rectangle,
     signed_area,
+    sphere,
     text_width,
     union,
 )
@@ -181,7 +181,7 @@ class SocketBase:
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
         (x0, y0), (x1, y1) = self.plate
-        plate = Prism((rectangle((x0, x1), (y0, y1), 5.0),), PLATE)
+        plate = prism(PLATE, rectangle((x0, x1), (y0, y1), 5.0))
         posts = [self._post().at(x, y) for x, y in self.centres]
         seats = [self._seat().at(x, y) for x, y in self.centres]
         holes = [cylinder(SCREW_HOLE / 2, PLATE + 2).at(x, y, -1) for x, y in self.holes]
@@ -191,24 +191,24 @@ class SocketBase:
         """Return a hexagonal post with a waist, whose ceiling leans less than 45 degrees."""
         low, height = WAIST
         rest = self.rim - low - height
-        head = Prism((hexagon(self.post),), rest)
+        head = prism(rest, hexagon(self.post))
         start = self.waist - 0.2
-        flare = Frustum(rest, start, start + rest / 1.1)
+        flare = frustum(rest, start, start + rest / 1.1)
         return union(
-            Prism((hexagon(self.post),), low),
-            Prism((hexagon(self.waist),), low + height),
+            prism(low, hexagon(self.post)),
+            prism(low + height, hexagon(self.waist)),
             (head & flare).at(z=low + height),
         )
 
     def _seat(self) -> Solid:
         """Return what is cut out for a ball: a wider ball less three pads, and a drain below."""
         radius = self.ball / 2
-        bowl = Sphere(radius + self.clearance)
+        bowl = sphere(radius + self.clearance)
         pads = union(*(_sector(i * 2 * math.pi / 3 + math.pi / 2, 2 * radius) for i in range(3)))
         drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
         # the cone opens upwards and touches the ball at CONTACT; its slope is radius over height
         apex, slope, high = -radius / math.cos(CONTACT), 1 / math.tan(CONTACT), 1.2 * radius
-        cone = Frustum(2 * high, (-high - apex) * slope, (high - apex) * slope).at(z=-high)
+        cone = frustum(2 * high, (-high - apex) * slope, (high - apex) * slope).at(z=-high)
         return union(bowl - (pads - cone), drain).at(z=self.height)
 
     def _engravings(self) -> list[Solid]:
@@ -228,7 +228,7 @@ def _sector(middle: float, reach: float) -> Solid:
         (reach * math.cos(angle), reach * math.sin(angle))
         for angle in (middle - PAD / 2, middle + PAD / 2)
     ]
-    return Prism((((0.0, 0.0), *ends),), 2 * reach).at(z=-reach)
+    return prism(2 * reach, ((0.0, 0.0), *ends)).at(z=-reach)
 
 
 def _middle(box: Box) -> Point:

@@ -4,17 +4,14 @@ A part is described once, and evaluated by two :mod:`.kernels`. Lengths are mill
 """
 
 import itertools
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
-
-import numpy as np
+from pathlib import Path
+from typing import Any, cast
 
 from ...errors import MukcaError
-
-if TYPE_CHECKING:
-    from manifold3d import CrossSection
 
 TILT = math.radians(60)
 """Largest lean of the ball's neck from the vertical, in every direction [rad]."""
@@ -37,85 +34,51 @@ def check_range(name: str, value: float, low: float, high: float) -> None:
 
 @dataclass(frozen=True)
 class Solid:
-    """A set of points of space; ``|``, ``-`` and ``&`` combine two."""
+    """A set of points of space, as numbers or as a combination; ``|``, ``-``, ``&`` combine two."""
+
+    kind: str
+    """``sphere``, ``frustum``, ``prism`` or ``moved``, or how parts combine: ``Add``, ``Subtract``
+    all others from the first, ``Intersect``."""
+    numbers: tuple[Any, ...] = ()
+    parts: tuple["Solid", ...] = ()
 
     def __or__(self, other: "Solid") -> "Solid":
-        return Union((self, other))
+        return union(self, other)
 
     def __sub__(self, other: "Solid") -> "Solid":
-        return Difference(self, other)
+        return Solid("Subtract", (), (self, *(other.parts if other.kind == "Add" else (other,))))
 
     def __and__(self, other: "Solid") -> "Solid":
-        return Intersection(self, other)
+        return Solid("Intersect", (), (self, other))
 
     def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
         """Return the solid moved by an offset."""
-        return Moved(self, (x, y, z))
+        return Solid("moved", (x, y, z), (self,))
 
 
-@dataclass(frozen=True)
-class Sphere(Solid):
-    """A ball about the origin."""
-
-    radius: float
+def sphere(radius: float) -> Solid:
+    """Return a ball about the origin."""
+    return Solid("sphere", (radius,))
 
 
-@dataclass(frozen=True)
-class Frustum(Solid):
-    """A truncated cone about the z axis, from z = 0 up; a cylinder where both radii agree."""
-
-    height: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Prism(Solid):
-    """Outlines in the plane z = 0, extruded upwards."""
-
-    outlines: tuple[Outline, ...]
-    height: float
-
-
-@dataclass(frozen=True)
-class Union(Solid):
-    """All points of any of the parts."""
-
-    parts: tuple[Solid, ...]
-
-
-@dataclass(frozen=True)
-class Difference(Solid):
-    """The points of one solid that are not in the other."""
-
-    body: Solid
-    tool: Solid
-
-
-@dataclass(frozen=True)
-class Intersection(Solid):
-    """The points that two solids share."""
-
-    left: Solid
-    right: Solid
-
-
-@dataclass(frozen=True)
-class Moved(Solid):
-    """A solid moved by an offset."""
-
-    solid: Solid
-    offset: tuple[float, float, float]
-
-
-def union(*parts: Solid) -> Solid:
-    """Return all points of any of the parts."""
-    return Union(parts)
+def frustum(height: float, low: float, high: float) -> Solid:
+    """Return a truncated cone about the z axis, from z = 0 up, by its radii below and above."""
+    return Solid("frustum", (height, low, high))
 
 
 def cylinder(radius: float, height: float) -> Solid:
     """Return a cylinder about the z axis, from z = 0 up."""
-    return Frustum(height, radius, radius)
+    return frustum(height, radius, radius)
+
+
+def prism(height: float, *outlines: Outline) -> Solid:
+    """Return outlines in the plane z = 0, extruded upwards."""
+    return Solid("prism", (height, *outlines))
+
+
+def union(*parts: Solid) -> Solid:
+    """Return all points of any of the parts."""
+    return Solid("Add", (), parts)
 
 
 def rectangle(x: tuple[float, float], y: tuple[float, float], corner: float = 0.0) -> Outline:
@@ -147,69 +110,39 @@ HEIGHT = 5.4
 STROKE = 0.9
 DEPTH = 0.8
 
-_WIDTH, _RISE = 2.4, 4.5  # of a letter, between the middles of its outermost strokes
+TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "tables.json").read_text("utf-8"))
+"""Screws, mounts, and letters: the width between the middles of the outermost strokes [mm], and
+corners of polylines on a grid of 2 by 4, digits being those of a seven-segment display."""
+_LETTERS: Mapping[str, tuple[float, Sequence[str]]] = TABLES["letters"]
+_RISE = 4.5  # of a letter, between the middles of its outermost strokes
 _GAP = 1.2  # between the strokes of neighbouring letters
-
-# Corners of polylines, on a grid of 2 by 4; digits are those of a seven-segment display.
-_STROKES: dict[str, tuple[str, ...]] = {
-    "0": ("00 20 24 04 00",),
-    "1": ("10 14 03",),
-    "2": ("04 24 22 02 00 20",),
-    "3": ("04 24 20 00", "02 22"),
-    "4": ("04 02 22", "24 20"),
-    "5": ("24 04 02 22 20 00",),
-    "6": ("24 04 00 20 22 02",),
-    "7": ("04 24 20",),
-    "8": ("00 20 24 04 00", "02 22"),
-    "9": ("22 02 04 24 20 00",),
-    ".": ("00 00",),
-    "I": ("00 04",),
-    "n": ("00 02 22 20",),
-    "O": ("00 20 24 04 00",),
-    "T": ("10 14", "04 24"),
-    "U": ("04 00 20 24",),
-    "Z": ("04 24", "24 00", "00 20"),
-    " ": (),
-}
-_NARROW = {".": 0.0, "I": 0.0, " ": 0.4, "1": 1.2}  # widths that differ from _WIDTH
 
 
 def text_width(text: str, scale: float = 1.0) -> float:
     """Return the width of a line of text, strokes included [mm]."""
-    return scale * (sum(_advance(letter) for letter in text) - _GAP)
+    return scale * (sum(_LETTERS[letter][0] + STROKE + _GAP for letter in text) - _GAP)
 
 
 def engraving(text: str, x: float, y: float, top: float, scale: float = 1.0) -> Solid:
     """Return the tool that engraves a line of text about x, y into a flat top [mm]."""
-    outlines = _outlines(text, scale)
     middle_x = x - (text_width(text, scale) - scale * STROKE) / 2
-    tool = Prism(outlines, DEPTH + 1.0)
+    tool = prism(DEPTH + 1.0, *_outlines(text, scale))
     return tool.at(middle_x, y - scale * _RISE / 2, top - DEPTH)
 
 
-def _outlines(text: str, scale: float) -> tuple[Outline, ...]:
+def _outlines(text: str, scale: float) -> Iterator[Outline]:
     from manifold3d import CrossSection, OpType
 
+    square = CrossSection.square((STROKE, STROKE), True)
     bars: list[CrossSection] = []
     left = 0.0
     for letter in text:
-        for stroke in _STROKES[letter]:
-            width = _NARROW.get(letter, _WIDTH)
+        width, strokes = _LETTERS[letter]
+        for stroke in strokes:
             words = [(int(word[0]) / 2, int(word[1]) / 4) for word in stroke.split()]
-            corners = [(left + x * width, y * _RISE) for x, y in words]
-            bars += [_bar(a, b) for a, b in itertools.pairwise(corners)]
-        left += _advance(letter)
+            corners = [square.translate((left + x * width, y * _RISE)) for x, y in words]
+            bars += [CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)]
+        left += width + STROKE + _GAP
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
-    rings: list[np.ndarray] = cast("Any", shape).to_polygons()
-    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
-
-
-def _bar(start: tuple[float, float], end: tuple[float, float]) -> "CrossSection":
-    from manifold3d import CrossSection
-
-    square = CrossSection.square((STROKE, STROKE), True)
-    return CrossSection.batch_hull([square.translate(start), square.translate(end)])
-
-
-def _advance(letter: str) -> float:
-    return _NARROW.get(letter, _WIDTH) + STROKE + _GAP
+    for ring in cast("Any", shape).to_polygons():
+        yield tuple((float(x), float(y)) for x, y in ring)

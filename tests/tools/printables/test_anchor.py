@@ -25,7 +25,7 @@ def plate(y, width=BASE.width):
 @pytest.mark.parametrize("number", [0, 1], ids=["base", "fit test"])
 def test_the_clip_meets_the_plate_and_grips_it(number):
     mesh = list(build_parts(BASE, {}))[number].mesh
-    body = Manifold(Mesh(mesh.vertices, mesh.triangles.astype(np.uint32)))
+    body = Manifold(Mesh(np.float32(mesh.vertices), np.uint32(mesh.faces)))
     bumps = (body ^ plate(BASE.face)).volume()
     assert 0 < bumps < 2 * 6 * 6 * 0.4, "only the bumps press on it"
     narrow = BASE.width - 2 * 0.41

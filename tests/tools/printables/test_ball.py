@@ -168,7 +168,7 @@ def test_screws_find_their_holes(diameter, count, screw, slot):
     """Straight through the plate, at the circle, and through all of a slot's length."""
     part = BallPart(bolt_circle(diameter, count, screw, slot))
     made = printed_parts.made("screwed", part).mesh
-    mesh = trimesh.Trimesh(made.vertices, made.triangles)
+    mesh = made
     for i in range(count):
         angle = 2 * math.pi * (i + 0.5) / count
         for radius in np.linspace(diameter / 2, diameter / 2 + slot, 5):
