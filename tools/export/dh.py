@@ -7,8 +7,9 @@ import csv
 import io
 import json
 import math
-from dataclasses import asdict, astuple, dataclass, fields
+from dataclasses import asdict
 from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,7 @@ NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """The numbers of one joint."""
 
     joint: str
@@ -38,22 +38,9 @@ class Row:
     """[rad], Hayati's parameter; zero in every row of another form."""
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table, and what is left of the robot."""
+class _Step(NamedTuple):
+    """A step between two axes, its numbers as a row has them."""
 
-    convention: str
-    """``standard`` or ``modified``."""
-    rows: tuple[Row, ...]
-    base: np.ndarray
-    """From the robot's base to the first line's frame, shape (4, 4)."""
-    tool: np.ndarray
-    flange: np.ndarray
-    """From the last line's frame to the ball's link, and to the link that carries it, (4, 4)."""
-
-
-@dataclass(frozen=True)
-class _Step:
     hayati: bool = False
     theta: float = 0.0
     d: float = 0.0
@@ -68,38 +55,36 @@ class _Step:
         return about_z @ rigid((self.a, 0, 0, self.alpha, 0, 0)) @ rigid((0, 0, 0, 0, self.beta, 0))
 
 
-def dh_table(joints: tuple[Joint, ...], origins: np.ndarray, convention: str) -> Table:
-    """Return the table of a chain, by its origins, shape (joints, 6) [m, rad]."""
+def dh_table(
+    joints: tuple[Joint, ...], origins: np.ndarray, standard: bool
+) -> tuple[list[Row], dict[str, np.ndarray]]:
+    """Return the rows of a chain, by its origins, shape (joints, 6) [m, rad], and what is left.
+
+    That is, each of shape (4, 4): from the robot's base to the first line's frame (``base``), and
+    from the last line's frame to the link that carries the ball (``flange``), and to it (``tool``).
+    """
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
     steps: list[_Step] = []
     # From the frame on the present line to the URDF's frame of that joint: a turn about the line
     # and a shift along it, so that it may stand on either side of the joint's motion.
     rest, base, begin = np.eye(4), np.eye(4), 0
     for i in moving:
-        across = reduce(np.matmul, map(rigid, origins[begin : i + 1]), rest) @ to_axis(
-            joints[i].axis
-        )
+        upright = to_axis(joints[i].axis)
+        across = reduce(np.matmul, map(rigid, origins[begin : i + 1]), rest) @ upright
         if begin == 0:
             base, rest = across, np.eye(4)
         else:
             steps.append(_step(across))
             rest = np.linalg.inv(steps[-1].matrix) @ across
-        rest, begin = rest @ to_axis(joints[i].axis).T, i + 1
+        rest, begin = rest @ upright.T, i + 1
     flange = reduce(np.matmul, map(rigid, origins[begin:-1]), rest)
-    standard = convention == "standard"
-    after = [*steps, _Step()]
-    rows = tuple(
-        Row(
-            joints[i].name,
-            "prismatic" if joints[i].type == "prismatic" else "revolute",
-            "hayati" if over.hayati else "dh" if standard else "mdh",
-            *(along.theta, along.d, over.a, over.alpha, over.beta),
-        )
-        for i, along, over in zip(
-            moving, after, after if standard else [_Step(), *steps], strict=False
-        )
-    )
-    return Table(convention, rows, base, flange @ rigid(origins[-1]), flange)
+    rows: list[Row] = []
+    overs = [*steps, _Step()] if standard else [_Step(), *steps]
+    for i, along, over in zip(moving, [*steps, _Step()], overs, strict=True):
+        kind = "prismatic" if joints[i].type == "prismatic" else "revolute"
+        form = "hayati" if over.hayati else "dh" if standard else "mdh"
+        rows.append(Row(joints[i].name, kind, form, along.theta, along.d, *over[3:]))
+    return rows, {"base": base, "flange": flange, "tool": flange @ rigid(origins[-1])}
 
 
 def _step(across: np.ndarray) -> _Step:
@@ -129,62 +114,53 @@ def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
 def write(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
     convention = {"dh": "standard", "mdh": "modified"}[request.format]
-    table = dh_table(request.calibration.robot.joints, request.origins, convention)
+    robot = request.calibration.robot
+    rows, frames = dh_table(robot.joints, request.origins, convention == "standard")
     request.require_ending(".json", ".csv")
-    write = _as_json if request.file.suffix == ".json" else _as_csv
-    files = {request.file.name: write(request, table).encode()}
-    return Exported(files, losses_without(request), _printed(table))
+    along, across = "J(q) Rz(theta) Tz(d)", "Tx(a) Rx(alpha) Ry(beta)"
+    row = f"{along} {across}" if convention == "standard" else f"{across} {along}"
+    explained = (
+        f"{convention.title()}: T = base * product of [{row}] * tool",
+        "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians.",
+        "beta is Hayati's parameter, of rows of the form `hayati`: two axes are nearly parallel.",
+    )
+    if request.file.suffix == ".json":
+        document = {
+            "convention": convention,
+            "units": {"lengths": "m", "angles": "rad"},
+            **asdict(request.identity),
+            "base_link": robot.base,
+            "flange_link": robot.ball_joint.parent,
+            "tip_link": robot.tip,
+            "joints": [row._asdict() for row in rows],
+            **{name: T.tolist() for name, T in frames.items()},
+        }
+        text = json.dumps(document, indent=1) + "\n"
+    else:
+        text = _as_csv([*request.identity.lines(), *explained], rows, frames)
+    lines = (*explained, *_printed(rows, frames))
+    return Exported({request.file.name: text.encode()}, losses_without(request), lines)
 
 
-def _as_json(request: Request, table: Table) -> str:
-    document = {
-        "convention": table.convention,
-        "units": {"lengths": "m", "angles": "rad"},
-        **asdict(request.identity),
-        "base_link": request.calibration.robot.base,
-        "flange_link": request.calibration.robot.ball_joint.parent,
-        "tip_link": request.calibration.robot.tip,
-        "joints": [asdict(row) for row in table.rows],
-        "base": table.base.tolist(),
-        "flange": table.flange.tolist(),
-        "tool": table.tool.tolist(),
-    }
-    return json.dumps(document, indent=1) + "\n"
-
-
-def _as_csv(request: Request, table: Table) -> str:
+def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
     text = io.StringIO()
-    parts = (("base", table.base), ("flange", table.flange), ("tool", table.tool))
-    rest = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in parts]
-    for line in [*request.identity.lines(), *_explained(table), *rest]:
-        text.write(f"# {line}\n")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in fields(Row))
-    writer.writerows(map(astuple, table.rows))
+    rest = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in frames.items()]
+    text.writelines(f"# {line}\n" for line in [*about, *rest])
+    csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
     return text.getvalue()
 
 
-def _explained(table: Table) -> list[str]:
-    along, across = "J(q) Rz(theta) Tz(d)", "Tx(a) Rx(alpha) Ry(beta)"
-    row = f"{along} {across}" if table.convention == "standard" else f"{across} {along}"
-    return [
-        f"{table.convention.title()}: T = base * product of [{row}] * tool",
-        "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians.",
-        "beta is Hayati's parameter, of rows of the form `hayati`: two axes are nearly parallel.",
-    ]
-
-
-def _printed(table: Table) -> tuple[str, ...]:
+def _printed(rows: list[Row], frames: dict[str, np.ndarray]) -> list[str]:
     """Return the table in millimetres and degrees."""
-    width = max(len(row.joint) for row in table.rows)
-    names = [f"{row.joint:<{width}}  {row.form:<6}" for row in table.rows]
+    width = max(len(row.joint) for row in rows)
     head = ("theta deg", "d mm", "a mm", "alpha deg", "beta deg")
     lines = [f"{'joint':<{width}}  form  " + "".join(f"{word:>13}" for word in head)]
-    for name, row in zip(names, table.rows, strict=True):
+    for row in rows:
         theta, alpha, beta = map(math.degrees, (row.theta, row.alpha, row.beta))
         numbers = (theta, 1e3 * row.d, 1e3 * row.a, alpha, beta)
-        lines.append(name + "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers))
-    for name, T in (("base", table.base), ("tool", table.tool)):
-        x, y, z = (1e3 * T[:3, 3]).tolist()
+        shown = "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
+        lines.append(f"{row.joint:<{width}}  {row.form:<6}{shown}")
+    for name in ("base", "tool"):
+        x, y, z = (1e3 * frames[name][:3, 3]).tolist()
         lines.append(f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file")
-    return (*_explained(table), *lines)
+    return lines

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -24,67 +25,25 @@ SAME_ROBOT = 0.02
 """Largest distance of an origin in a file of the same robot from nominal [m]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Vendor:
-    """One maker's file."""
+    """One maker's file, as ``vendors.json`` has it."""
 
     makes: str
     keys: Mapping[str, str]
     """The key of each joint, by the end of the joint's name in the maker's URDF."""
     root: str
     """Ending of the name of the first joint's parent link."""
-    outer: tuple[str, ...] = ()
-    inner: tuple[str, ...] = ()
+    outer: Sequence[str] = ()
+    inner: Sequence[str] = ()
     """Keys round all joints, and round the numbers of each."""
-    lines: tuple[str, ...] = ()
-
-
-VENDORS = {
-    "ur": Vendor(
-        "a Universal Robots arm",
-        {
-            "shoulder_pan_joint": "shoulder",
-            "shoulder_lift_joint": "upper_arm",
-            "elbow_joint": "forearm",
-            "wrist_1_joint": "wrist_1",
-            "wrist_2_joint": "wrist_2",
-            "wrist_3_joint": "wrist_3",
-        },
-        "base_link_inertia",
-        outer=("kinematics",),
-        lines=(
-            "Load it by  ros2 launch ur_robot_driver ur_control.launch.py "
-            "kinematics_params_file:=FILE  or  xacro ur.urdf.xacro kinematics_params:=FILE",
-            "The controller's own Cartesian moves and its display keep the factory's kinematics.",
-        ),
-    ),
-    "franka": Vendor(
-        "a Franka arm",
-        {f"joint{i}": f"joint{i}" for i in range(1, 9)},
-        "link0",
-        inner=("kinematic",),
-        lines=(
-            "Put it over franka_description/robots/MODEL/kinematics.yaml in a workspace of yours; "
-            "there is no launch argument for it.",
-            "libfranka's own O_T_EE stays nominal.",
-        ),
-    ),
-    "xarm": Vendor(
-        "an xArm, Lite 6 or 850",
-        {f"joint{i}": f"joint{i}" for i in range(1, 8)},
-        "link_base",
-        outer=("kinematics",),
-        lines=(
-            "Call it ROBOT_kinematics_NAME.yaml, put it into "
-            "xarm_description/config/kinematics/user, and launch with kinematics_suffix:=NAME",
-        ),
-    ),
-}
+    lines: Sequence[str] = ()
 
 
 def write(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
-    vendor = VENDORS[request.format]
+    tables = json.loads((Path(__file__).parent / "vendors.json").read_text("utf-8"))
+    vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
     request.require_ending(".yaml", ".yml")
     origins = {keys[name]: o for name, o in redistributed_origins(request, keys).items()}
