@@ -10,7 +10,6 @@ import json
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,20 +22,13 @@ from .log import (
     Question,
     check_angles,
     columns_of,
+    in_order,
     needed_columns,
     unknown_joints,
 )
 
-
-@dataclass
-class _Topic:
-    """States of the model's joints on one topic."""
-
-    stamps: list[float] = field(default_factory=list[float])
-    positions: list[np.ndarray] = field(default_factory=list[np.ndarray])
-    efforts: list[np.ndarray | None] = field(default_factory=list["np.ndarray | None"])
-    skipped: int = 0
-    """Messages without all joints, or with values that are no numbers."""
+_State = tuple[float, np.ndarray, "np.ndarray | None"]
+"""Stamp [s], positions, and efforts if all are known."""
 
 
 def read_bag(question: Question) -> Log:
@@ -68,61 +60,42 @@ def _states(reader: Any, question: Question) -> Log:
             f"{', '.join(offered) or 'nothing'}"
         )
     orders: dict[tuple[str, ...], list[int] | None] = {}
-    topics: dict[str, _Topic] = {}
+    found: dict[str, list[_State]] = {}
+    skipped = Counter[str]()
     for connection, time, raw in reader.messages(connections=chosen):
         message = reader.deserialize(raw, connection.msgtype)
         names = tuple(message.name)
         if names not in orders:
             orders[names] = columns_of(names, question)
-        _take(topics.setdefault(connection.topic, _Topic()), message, orders[names], time)
-    best = max(topics, key=lambda topic: len(topics[topic].stamps), default=None)
-    if best is None or not topics[best].stamps:
-        named = dict.fromkeys(name for names in orders for name in names)
-        raise unknown_joints(list(named), question)
-    return _ordered(topics[best], _notes(best, topics), question)
+        if (state := _state(message, orders[names], time)) is None:
+            skipped[connection.topic] += 1
+        else:
+            found.setdefault(connection.topic, []).append(state)
+    if not found:
+        raise unknown_joints(list(dict.fromkeys(sum(orders, ()))), question)
+    best = max(found, key=lambda topic: len(found[topic]))
+    notes = [f"read {best}, {len(found[best])} states"]
+    if skipped[best]:
+        notes.append(f"{skipped[best]} messages there lack a joint, and are left out")
+    if others := [f"{name} ({len(states)})" for name, states in found.items() if name != best]:
+        notes.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
+    stamps, positions, efforts = zip(*found[best], strict=True)
+    known = question.efforts and all(effort is not None for effort in efforts)
+    if question.efforts and not known:
+        notes.append("its messages have no efforts, or not always")
+    return in_order(stamps, positions, efforts if known else None, notes)
 
 
-def _take(topic: _Topic, message: Any, order: Sequence[int] | None, time: int) -> None:
-    """Add a message's state, if it has all joints."""
+def _state(message: Any, order: Sequence[int] | None, time: int) -> _State | None:
+    """Return the state of a message; None if it has not all joints, or values are no numbers."""
     position = np.asarray(message.position, dtype=float)
     if order is None or len(position) != len(message.name) or not np.isfinite(position).all():
-        topic.skipped += 1
-        return
+        return None
     stamp = message.header.stamp
     nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
-    topic.stamps.append(1e-9 * (nanoseconds or time))
-    topic.positions.append(position[order])
     effort = np.asarray(message.effort, dtype=float)
     whole = len(effort) == len(position) and bool(np.isfinite(effort).all())
-    topic.efforts.append(effort[order] if whole else None)
-
-
-def _notes(best: str, topics: dict[str, _Topic]) -> tuple[str, ...]:
-    counts = Counter({name: len(topic.stamps) for name, topic in topics.items()})
-    notes = [f"read {best}, {counts[best]} states"]
-    if topics[best].skipped:
-        notes.append(f"{topics[best].skipped} messages there lack a joint, and are left out")
-    others = [f"{name} ({count})" for name, count in counts.items() if count and name != best]
-    if others:
-        notes.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
-    return tuple(notes)
-
-
-def _ordered(topic: _Topic, notes: tuple[str, ...], question: Question) -> Log:
-    """Return the states in order of their stamps, each once."""
-    stamps, first = np.unique(np.array(topic.stamps), return_index=True)
-    order: list[int] = first.tolist()
-    efforts = [effort for i in order if (effort := topic.efforts[i]) is not None]
-    known = question.efforts and len(efforts) == len(stamps)
-    if question.efforts and not known:
-        notes = (*notes, "its messages have no efforts, or not always")
-    return Log(
-        stamps,
-        np.array([topic.positions[i] for i in order]),
-        np.array(efforts, dtype=float) if known else None,
-        np.zeros(len(stamps), dtype=int),
-        notes,
-    )
+    return 1e-9 * (nanoseconds or time), position[order], effort[order] if whole else None
 
 
 INFO = Path("meta") / "info.json"

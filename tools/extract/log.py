@@ -66,6 +66,19 @@ class Log:
         return (STATES + 0.5) * float(np.median(steps)) if len(steps) else 0.0
 
 
+def in_order(
+    stamps: Sequence[float] | np.ndarray,
+    positions: Sequence[np.ndarray] | np.ndarray,
+    efforts: Sequence[np.ndarray] | None = None,
+    notes: Sequence[str] = (),
+) -> Log:
+    """Return a log of one part, its states in order of time, each moment once."""
+    moments, first = np.unique(stamps, return_index=True)
+    known = None if efforts is None else np.array(efforts, dtype=float)[first]
+    parts = np.zeros(len(moments), dtype=int)
+    return Log(moments, np.array(positions)[first], known, parts, tuple(notes))
+
+
 _CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
 
 
@@ -201,8 +214,15 @@ def read_csv_log(question: Question) -> Log:
     stamps = rows[:, times[0]] * _SECONDS.get(unit, 1.0)
     positions = np.delete(rows, times[0], axis=1)[:, columns]
     marked = [bool(_DEGREES.search(names[i]) or _DEGREES.search(f"[{units[i]}]")) for i in columns]
-    positions = _in_radians(positions, marked, question)
-    return _in_order(stamps, positions, question)
+    log = in_order(stamps, _in_radians(positions, marked, question))
+    step = float(np.median(np.diff(log.stamps))) if len(log.stamps) > 1 else np.inf
+    if not 1e-5 < step < SLOWEST:
+        raise ExtractError(
+            f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
+            "second and more are needed; if time is not in seconds, name its column time[ms], [us] "
+            "or [ns]"
+        )
+    return log
 
 
 def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -> np.ndarray:
@@ -218,41 +238,23 @@ def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -
     return radians
 
 
-def _in_order(stamps: np.ndarray, positions: np.ndarray, question: Question) -> Log:
-    """Return the states in order of time, each moment once."""
-    stamps, first = np.unique(stamps, return_index=True)
-    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else np.inf
-    if not 1e-5 < step < SLOWEST:
-        raise ExtractError(
-            f"{question.path}: {len(stamps)} moments, typically {step:.3g} s apart; 10 a second "
-            "and more are needed; if time is not in seconds, name its column time[ms], [us] or [ns]"
-        )
-    return Log(stamps, positions[first], None, np.zeros(len(stamps), dtype=int))
-
-
 def read_kept_stream(question: Question) -> Log:
     """Return the states of a kept stream, or of all in a placement's folder, one part each."""
     path, m = question.path, len(question.joints)
     files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
-    stamps, positions, efforts = [np.empty(0)], [np.empty((0, m))], [np.empty((0, m))]
-    parts, notes = [np.empty(0, dtype=int)], list[str]()
+    rows: list[tuple[np.ndarray, ...]] = []
+    notes, last, measured = list[str](), 0, True
     for file in files if path.is_dir() else [path]:
         kept = read_stream_log(file)
         columns = needed_columns(kept.joints, question)
         if not len(kept.stamps):
             continue
         notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]
-        stamps.append(kept.stamps)
-        positions.append(kept.positions[:, columns])
-        if kept.efforts is not None:
-            efforts.append(kept.efforts[:, columns])
-        first = parts[-1].max(initial=-1) + 1
-        parts.append(kept.connections - kept.connections.min() + first)
-    measured = len(efforts) == len(positions)
-    return Log(
-        np.concatenate(stamps),
-        np.concatenate(positions),
-        np.concatenate(efforts) if measured else None,
-        np.concatenate(parts),
-        tuple(notes),
-    )
+        measured = measured and kept.efforts is not None
+        efforts = np.full_like(kept.positions, np.nan) if kept.efforts is None else kept.efforts
+        parts = kept.connections - kept.connections.min() + last
+        last = int(parts.max()) + 1
+        rows.append((kept.stamps, kept.positions[:, columns], efforts[:, columns], parts))
+    empty = (np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))
+    stamps, positions, torques, numbers = map(np.concatenate, zip(empty, *rows, strict=True))
+    return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))

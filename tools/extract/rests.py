@@ -67,14 +67,11 @@ def find_rests(
 def _slow_enough(log: Log) -> list[int]:
     """Return the states but those at the beginning of a part in which the arm was already fast."""
     # The speed before the first state is not known, so the next one would look like a jump.
-    begins = np.flatnonzero(np.diff(log.parts, prepend=log.parts[0] - 1))
-    ends = [*begins[1:].tolist(), len(log.parts)]
-    kept: list[int] = []
-    for begin, end in zip(begins.tolist(), ends, strict=True):
-        steps = np.abs(np.diff(log.positions[begin:end], axis=0)).max(axis=1, initial=0.0)
-        slow = np.flatnonzero(steps < JUMP / 2)
-        kept += range(begin + int(slow[0]), end) if len(slow) else []
-    return kept
+    steps = np.abs(np.diff(log.positions, axis=0)).max(axis=1)
+    ends = np.diff(log.parts) != 0
+    slow = np.append((steps < JUMP / 2) & ~ends, False)
+    parts = np.split(np.arange(len(slow)), np.flatnonzero(ends) + 1)
+    return [int(i) for part in parts for i in part[np.cumsum(slow[part]) > 0]]
 
 
 def _joined(first: TimedRest, second: TimedRest) -> TimedRest:
@@ -126,16 +123,9 @@ def propose_samples(
 def _together(points: np.ndarray, within: float) -> list[list[int]]:
     """Return groups of points, each within a distance of another one of its group."""
     near = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
-    left = set(range(len(points)))
-    groups: list[list[int]] = []
-    while left:
-        group, fresh = set[int](), {min(left)}
-        while fresh:
-            group |= fresh
-            fresh = {int(j) for i in fresh for j in np.flatnonzero(near[i])} - group
-        groups.append(sorted(group))
-        left -= group
-    return groups
+    while (wider := near.astype(np.float32) @ near > 0).sum() > near.sum():
+        near = wider
+    return [np.flatnonzero(row).tolist() for i, row in enumerate(near) if row.argmax() == i]
 
 
 def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from .socket_base import PLATE, SocketBase
-from .solid import BED, Outline, PrintableError, Solid, check_range, prism, rectangle, union
+from .solid import BED, TABLES, Outline, PrintableError, Solid, check_range, prism, rectangle, union
 
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
@@ -27,7 +27,7 @@ class AnchoredArm:
     """Height of the second joint's axis in the base frame: to see whether z = 0 is the table."""
 
 
-ARMS: Mapping[str, AnchoredArm] = {"so101": AnchoredArm(axis=38.8353, shoulder=116.6)}
+ARMS: Mapping[str, AnchoredArm] = {name: AnchoredArm(**it) for name, it in TABLES["arms"].items()}
 """Arms by the name of their model."""
 
 

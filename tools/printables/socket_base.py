@@ -6,7 +6,7 @@ the middle of the sockets, z up from the table [mm].
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -204,7 +204,7 @@ class SocketBase:
         """Return what is cut out for a ball: a wider ball less three pads, and a drain below."""
         radius = self.ball / 2
         bowl = sphere(radius + self.clearance)
-        pads = union(*(_sector(i * 2 * math.pi / 3 + math.pi / 2, 2 * radius) for i in range(3)))
+        pads = union(*(_pad(math.pi / 2 + i * 2 * math.pi / 3, self.ball) for i in range(3)))
         drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
         # the cone opens upwards and touches the ball at CONTACT; its slope is radius over height
         apex, slope, high = -radius / math.cos(CONTACT), 1 / math.tan(CONTACT), 1.2 * radius
@@ -212,42 +212,44 @@ class SocketBase:
         return union(bowl - (pads - cone), drain).at(z=self.height)
 
     def _engravings(self) -> list[Solid]:
-        *digits, lines = self.text_boxes
-        tools = [
-            engraving(str(i), *_middle(box), PLATE, DIGIT_SCALE) for i, box in enumerate(digits)
+        *digits, (x0, y0, x1, y1) = self.text_boxes
+        x, y, step = (x0 + x1) / 2, (y0 + y1) / 2, HEIGHT / 2 + 0.6
+        lines = zip(self.readings, (y + step, y - step), strict=True)
+        return [
+            *(
+                engraving(str(i), (a + c) / 2, (b + d) / 2, PLATE, DIGIT_SCALE)
+                for i, (a, b, c, d) in enumerate(digits)
+            ),
+            *(engraving(reading, x, height, PLATE) for reading, height in lines),
         ]
-        x, y = _middle(lines)
-        step = HEIGHT / 2 + 0.6
-        first, second = self.readings
-        return [*tools, engraving(first, x, y + step, PLATE), engraving(second, x, y - step, PLATE)]
 
 
-def _sector(middle: float, reach: float) -> Solid:
+def _pad(middle: float, reach: float) -> Solid:
     """Return a wedge of angle PAD about a direction, from the axis out to the reach."""
-    ends = [
-        (reach * math.cos(angle), reach * math.sin(angle))
-        for angle in (middle - PAD / 2, middle + PAD / 2)
-    ]
-    return prism(2 * reach, ((0.0, 0.0), *ends)).at(z=-reach)
-
-
-def _middle(box: Box) -> Point:
-    return (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
+    ends = [middle - PAD / 2, middle + PAD / 2]
+    corners = [(reach * math.cos(angle), reach * math.sin(angle)) for angle in ends]
+    return prism(2 * reach, ((0.0, 0.0), *corners)).at(z=-reach)
 
 
 def place_holes(
     area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
 ) -> tuple[Point, ...]:
     """Return 3 or 4 holes, best symmetric about y, that hold a plate widest; none if fewer fit."""
-    blocked = [(x0 - margin, y0 - margin, x1 + margin, y1 + margin) for x0, y0, x1, y1 in boxes]
+    x0, y0, x1, y1 = area
     best: tuple[Point, ...] = ()
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):
         for x, y in itertools.product(columns, range(int(PITCH))):
+            across = range(math.ceil((x0 - x) / PITCH), math.floor((x1 - x) / PITCH) + 1)
+            along = range(math.ceil((y0 - y) / PITCH), math.floor((y1 - y) / PITCH) + 1)
+            grid = ((x + PITCH * i, y + PITCH * j) for i, j in itertools.product(across, along))
             free = [
-                point
-                for point in _grid(area, x, y)
-                if not any(math.dist(point, disc[:2]) < disc[2] for disc in discs)
-                and not any(a < point[0] < c and b < point[1] < d for a, b, c, d in blocked)
+                (u, v)
+                for u, v in grid
+                if not any(math.dist((u, v), disc[:2]) < disc[2] for disc in discs)
+                and not any(
+                    a - margin < u < c + margin and b - margin < v < d + margin
+                    for a, b, c, d in boxes
+                )
             ]
             best = max(best, _outermost(free), key=signed_area)
         if len(best) >= 3:
@@ -255,17 +257,8 @@ def place_holes(
     return ()
 
 
-def _grid(area: Box, x: float, y: float) -> Iterable[Point]:
-    x0, y0, x1, y1 = area
-    columns = range(math.ceil((x0 - x) / PITCH), math.floor((x1 - x) / PITCH) + 1)
-    rows = range(math.ceil((y0 - y) / PITCH), math.floor((y1 - y) / PITCH) + 1)
-    return ((x + PITCH * i, y + PITCH * j) for i, j in itertools.product(columns, rows))
-
-
 def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the points farthest out along the diagonals, in anticlockwise order."""
-    if not points:
-        return ()
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1)) if points else ()
     corners = [max(points, key=lambda p: (sx * p[0] + sy * p[1], sy * p[1])) for sx, sy in signs]
     return tuple(dict.fromkeys(corners))
