@@ -150,11 +150,11 @@ def run_compare(options: CompareOptions, terminal: Terminal) -> int:
         raise UsageError("--open needs --out DIR, where the page is written")
     options.check_out()
     contenders = figures.contenders_of([one_arm(file) for file in options.calibrations])
-    robot = contenders[0].calibration.robot
     if options.data:
+        robot = next(iter(contenders.values())).robot
         data = measure_all(options.data, robot, options.distance, sockets=1)
     else:
-        data = figures.shared_data(contenders)
+        data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
     if options.out is not None:

@@ -4,12 +4,12 @@ from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
 from .answers import use_text as use_text
 from .collect import report_figures as report_figures
-from .contenders import contenders_of as contenders_of
-from .contenders import shared_data as shared_data
 from .model_comparison import ComparisonDocument as ComparisonDocument
 from .model_comparison import ErrorsAtPlacement as ErrorsAtPlacement
 from .model_comparison import compare as compare
 from .model_comparison import comparison_sentence as comparison_sentence
+from .model_comparison import contenders_of as contenders_of
+from .model_comparison import shared_data as shared_data
 from .recommendations import as_options as as_options
 from .recommendations import steps as steps
 from .texts import environment as environment

@@ -1,23 +1,28 @@
 """Several calibrations of one robot on the same data: which is better where, beyond the noise."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
 
-import msgspec
 import numpy as np
 
-from ....solver.assessment import Quantiles, mm, norms, plural, quantiles
-from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
+from ....errors import MukcaError
+from ....solver.assessment import Quantiles, measurements_of, mm, norms, plural, quantiles
+from ....solver.calibration import Calibration
+from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, targets
 from ....solver.results import CurveAgreement, Document, agreement, agreement_words, fields_of
-from .contenders import NOMINAL, Contender
 from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
+NOMINAL = "nominal"
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
 """Half the width of a 95 % interval in standard errors, for 1 to 9 degrees of freedom."""
 MANY = 2.2
 """Likewise for more."""
+
+
+class ComparisonError(MukcaError):
+    """Calibrations that cannot be compared."""
 
 
 class ErrorsOverall(Quantiles, kw_only=True, frozen=True):
@@ -98,100 +103,99 @@ class ComparisonDocument(Document, kw_only=True, frozen=True):
     """Only where a page was written."""
 
 
-@dataclass(frozen=True)
-class _Compared:
-    """One placement, and the predictions of every model for its samples."""
+def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
+    """Return the calibrations in some files, by the shortest names that tell their folders apart.
 
-    measured: Measurement
-    points: tuple[np.ndarray, ...]
-    """Ball centres by each model, shape (N, 3) [m]."""
-    trained: tuple[bool, ...]
-    """True for each model that was fitted to this placement."""
+    Raises:
+        DocumentError: A file is no calibration.
+        ComparisonError: They are not of the same joints.
+    """
+    if len(set(files)) < len(files):
+        raise ComparisonError("a calibration is named twice; name each only once")
+    tries = [["/".join(file.resolve().parent.parts[-n:]) for file in files] for n in (1, 2)]
+    tries.append([str(file) for file in files])
+    names = next(names for names in tries if len({*names, NOMINAL}) > len(files))
+    contenders = dict(zip(names, map(Calibration.of_file, files), strict=True))
+    first, *others = contenders.values()
+    for other in others:
+        if other.robot.joint_names != first.robot.joint_names:
+            raise ComparisonError(
+                f"{other.source}: its joints are {', '.join(other.robot.joint_names)}, but those "
+                f"of {first.source} are {', '.join(first.robot.joint_names)}; only calibrations "
+                "of one robot can be compared"
+            )
+    return contenders
 
-    @cached_property
-    def errors(self) -> list[np.ndarray]:
-        """Distance of each ball from its true place by each model, shape (N,) [m]."""
-        return [norms(points - targets(points, self.measured)) for points in self.points]
 
-    @cached_property
-    def metrics(self) -> list[Metrics]:
-        """The paper's metrics of each model."""
-        return [evaluate(points, self.measured) for points in self.points]
+def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
+    """Return all placements that the calibrations' files hold, each once."""
+    shared: dict[tuple[float, ...], Measurement] = {}
+    for one in contenders:
+        for m in measurements_of(one.document, one.robot, one.source):
+            shared.setdefault(tuple(m.placement.positions.ravel().tolist()), m)
+    return list(shared.values())
 
 
-def compare(contenders: Sequence[Contender], data: Sequence[Measurement]) -> ComparisonDocument:
+def compare(
+    contenders: Mapping[str, Calibration], data: Sequence[Measurement]
+) -> ComparisonDocument:
     """Compare calibrations, and the nominal model of the first of them, on placements."""
-    names = [NOMINAL, *(contender.name for contender in contenders)]
-    first = contenders[0].calibration
-    compared = [
-        _Compared(
-            m,
-            (
-                first.nominal_ball(m.positions),
-                *(c.calibration.models["calibrated"](m) for c in contenders),
-            ),
-            (False, *(c.trained_on(m) for c in contenders)),
+    each = list(contenders.values())
+    models = [each[0].calibrated.models["nominal"]]
+    models += [one.calibrated.models["calibrated"] for one in each]
+    points = [[model(m) for model in models] for m in data]
+    errors = [[norms(p - targets(p, m)) for p in row] for row, m in zip(points, data, strict=True)]
+    metrics = [[evaluate(p, m) for p in row] for row, m in zip(points, data, strict=True)]
+    trained = [[False, *(one.was_trained_on(m) for one in each)] for m in data]
+    fair = [i for i, row in enumerate(trained) if not any(row)]
+
+    def overall(k: int) -> ErrorsOverall | None:
+        if not fair:
+            return None
+        mean = mean_metrics([metrics[i][k] for i in fair])
+        return ErrorsOverall(
+            mean_absolute_error=mean.mean_absolute_error,
+            distance_error=mean.distance_error,
+            **fields_of(quantiles(np.concatenate([errors[i][k] for i in fair]))),
         )
-        for m in data
-    ]
-    curves = [None, *(contender.document.curves for contender in contenders)]
-    fair = [i for i, placement in enumerate(compared) if not any(placement.trained)]
-    judged = [compared[i] for i in fair]
+
+    def placement(i: int) -> ComparedPlacement:
+        rows = zip(metrics[i], errors[i], trained[i], strict=True)
+        return ComparedPlacement(
+            name=data[i].name,
+            samples=tuple(data[i].counts),
+            models=tuple(
+                ErrorsAtPlacement(**asdict(row), quantiles=quantiles(own), trained_on=known)
+                for row, own, known in rows
+            ),
+        )
+
+    def pair(a: int, b: int) -> ComparedPair:
+        # A placement's mean difference, and the noise that its samples leave in it.
+        apart = [row[b] - row[a] for row in errors]
+        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
+        # A ball in a socket does not show the base frame, so a rigid motion means nothing.
+        A, B = (np.concatenate([row[k] for row in points]) for k in (a, b))
+        gaps = norms(kabsch(B, A).apply(B) - A)
+        return ComparedPair(
+            a=a,
+            b=b,
+            placements=rows,
+            summary=_mean_difference([rows[i] for i in fair]) if fair else None,
+            apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
+            curves=agreement(
+                each[a - 1].document.curves if a else None, each[b - 1].document.curves
+            ),
+        )
+
+    names = (NOMINAL, *contenders)
     return ComparisonDocument(
         format=COMPARISON,
-        robot_name=first.robot.name,
-        models=tuple(
-            ComparedModel(name=name, summary=_overall(k, judged) if judged else None)
-            for k, name in enumerate(names)
-        ),
-        placements=tuple(map(_placement, compared)),
+        robot_name=each[0].robot.name,
+        models=tuple(ComparedModel(name=name, summary=overall(k)) for k, name in enumerate(names)),
+        placements=tuple(map(placement, range(len(data)))),
         fair=tuple(fair),
-        pairs=tuple(
-            msgspec.structs.replace(
-                _pair(compared, fair, a, b), curves=agreement(curves[a], curves[b])
-            )
-            for b in range(1, len(names))
-            for a in range(b)
-        ),
-    )
-
-
-def _overall(k: int, judged: Sequence[_Compared]) -> ErrorsOverall:
-    """Return the errors of model k over the placements that none was trained on."""
-    means = mean_metrics([placement.metrics[k] for placement in judged])
-    return ErrorsOverall(
-        mean_absolute_error=means.mean_absolute_error,
-        distance_error=means.distance_error,
-        **fields_of(quantiles(np.concatenate([placement.errors[k] for placement in judged]))),
-    )
-
-
-def _placement(compared: _Compared) -> ComparedPlacement:
-    rows = zip(compared.metrics, compared.errors, compared.trained, strict=True)
-    return ComparedPlacement(
-        name=compared.measured.name,
-        samples=tuple(compared.measured.counts),
-        models=tuple(
-            ErrorsAtPlacement(**asdict(metrics), quantiles=quantiles(errors), trained_on=trained)
-            for metrics, errors, trained in rows
-        ),
-    )
-
-
-def _pair(compared: Sequence[_Compared], fair: Sequence[int], a: int, b: int) -> ComparedPair:
-    """Return by how much the error of model b exceeds that of model a, sample by sample."""
-    # A placement's mean difference, and the noise that its samples leave in it.
-    apart = [placement.errors[b] - placement.errors[a] for placement in compared]
-    rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
-    # A ball in a socket does not show the base frame, so a rigid motion means nothing.
-    A, B = (np.concatenate([each.points[k] for each in compared]) for k in (a, b))
-    gaps = norms(kabsch(B, A).apply(B) - A)
-    return ComparedPair(
-        a=a,
-        b=b,
-        placements=rows,
-        summary=_mean_difference([rows[i] for i in fair]) if fair else None,
-        apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
+        pairs=tuple(pair(a, b) for b in range(1, len(names)) for a in range(b)),
     )
 
 
