@@ -1,54 +1,73 @@
 """Answers of a report: use of the arm for a task, the next placement, the data."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ....solver import assessment, diagnostics
 from ....solver.data import as_point
-from ....solver.results import Diagnostic, NextPlacement, Uncertainty
+from ....solver.results import Diagnostic
+from . import types
 from .texts import text
-from .types import (
-    Answer,
-    Answers,
-    DataAnswer,
-    LoneFit,
-    NextAnswer,
-    UseAnswer,
-    UseAtPlacement,
-    WorstSample,
-)
+from .types import Answer
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
 UNSOUND = 10.0
 """A placement that fitted alone leaves this many times what the arm repeats is not all right."""
+_TEXTS = "answers.txt.j2"
+_DRIFTS = ("fail", "not enough", "warning")
+SIDE = 0.05
+"""A place nearer than this to the robot's x axis is neither left nor right [m]."""
+_CANNOT_SEE = (
+    "the flange's orientation and another tool's centre point: calibrate that tool by itself",
+    "where the robot's base stands in the room, or what a camera sees",
+    "loads other than the one carried while recording",
+)
+HARDLY_MOVED = float(np.radians(30))
+"""A joint that turns less than this in a socket tells little about itself [rad]."""
 
 
-def data_answer(
-    placements: Sequence[assessment.PlacementReport],
+def answers_of(
+    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors], tolerance: float
+) -> types.Answers:
+    """Return the answers to a user's three questions, for a task's tolerance [m]."""
+    names = assessment.short_names([row.name for row in found.placements])
+    wrong = placements_with_errors(found.placements, found.predictions.document.checks)
+    return types.Answers(
+        use=_use_answer(found, names, tolerance),
+        next=_next_answer(found, names, wrong),
+        data=_data_answer(found, names, wrong, samples),
+    )
+
+
+def _data_answer(
+    found: assessment.Assessment,
+    names: Sequence[str],
+    wrong: Sequence[int],
     samples: Sequence[assessment.SampleErrors],
-    floors: Mapping[str, float],
-    checks: Sequence[Diagnostic] | None,
-    repeatability: float | None,
-    drifts: Sequence[str] = (),
-) -> DataAnswer:
-    """Return the answer whether the recordings look sound; ``floors`` by placement's name [m]."""
-    worst = worst_samples(placements, samples)
-    names = assessment.short_names([row.name for row in placements])
+) -> types.DataAnswer:
+    """Return the answer whether the recordings look sound."""
+    placements, checks = found.placements, found.predictions.document.checks
+    farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
+    worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
+    measured = [placement.measured for placement in found.predictions.placements]
+    seated = [each for each in measured if each.kind == "sockets"]
+    floors = diagnostics.fitted_alone(found.predictions.robot, seated)
     rows = zip(names, placements, strict=True)
     alone = {name: floors[row.name] for name, row in rows if row.name in floors}
     left = list(alone.values())
     typical = diagnostics.standing_out(left) if len(left) > 1 else left
-    wrong = placements_with_errors(placements, checks)
+    repeatability = found.limits.repeatability
     most = np.inf if repeatability is None else UNSOUND * repeatability
+    limits = found.verdict.limits
     words = text(
-        "answers.txt.j2",
+        _TEXTS,
         "data",
         checked=checks is not None,
         errors=sum(check.level == "error" for check in checks or ()),
         warnings=sum(check.level == "warning" for check in checks or ()),
-        drifts=drifts,
+        drifts=[row.text for row in limits if "drift" in row.name and row.status in _DRIFTS],
         trained=[names[i] for i in wrong if placements[i].role == "train"],
         floors=left,
         repeatability=repeatability,
@@ -57,8 +76,96 @@ def data_answer(
         worst=worst[0],
         far=FAR,
     )
-    fits = [LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()]
-    return DataAnswer(text=words, worst=tuple(worst[:5]), floors=tuple(fits))
+    fits = [types.LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()]
+    return types.DataAnswer(text=words, worst=tuple(worst), floors=tuple(fits))
+
+
+def _worst(
+    sample: assessment.SampleErrors, placement: assessment.PlacementReport
+) -> types.WorstSample:
+    error, mean = sample.error(), placement.calibrated.mean_absolute_error
+    return types.WorstSample(
+        where=sample.where or f"{placement.name}, sample {sample.number}",
+        name=placement.name,
+        socket=sample.socket,
+        number=sample.number,
+        weight=sample.weight,
+        error=error,
+        ratio=error / mean if mean > 0 else 0.0,
+    )
+
+
+def _use_answer(
+    found: assessment.Assessment, names: Sequence[str], tolerance: float
+) -> types.UseAnswer:
+    """Return the answer whether a task with a tolerance may be done, placement by placement."""
+    uncertainty = found.predictions.document.uncertainty
+    rows: list[types.UseAtPlacement] = []
+    for name, row in zip(names, found.placements, strict=True):
+        y = row.position[1]  # the name may be given from the other side
+        side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
+        where, answer = assessment.area(row.position, brief=True), answer_at(row, tolerance)
+        rows.append(types.UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
+    between = next(row for row in found.verdict.limits if row.name == "between_placements")
+    called = [row.called for row in rows]
+    answers: list[Answer] = [row.answer for row in rows]
+    return types.UseAnswer(
+        rows=tuple(rows),
+        text=use_text(called, answers, f"{1e3 * tolerance:g}", found.verdict.status),
+        meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
+        alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
+        between=text(_TEXTS, "between", found=between.found, uncertainty=uncertainty),
+        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
+    )
+
+
+def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
+    """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
+    if row.role == "train":
+        return "trained on"
+    errors = row.quantiles.loaded
+    if abs(row.loaded.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
+        return "no"
+    return "yes" if errors.max <= tolerance else "mostly"
+
+
+def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
+    """Return the answer in words, from the placements' names and the answer at each."""
+    given = list(zip(called, answers, strict=True))
+    words: tuple[Answer, ...] = ("yes", "mostly", "no")
+    at = {word: [name for name, answer in given if answer == word] for word in words}
+    return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
+
+
+def _next_answer(
+    found: assessment.Assessment, names: Sequence[str], wrong: Sequence[int]
+) -> types.NextAnswer:
+    """Return what to train on and to record next: the method's advice, or the farthest place."""
+    placements, advice = found.placements, found.predictions.document.next_placement
+    positions = np.array([row.position for row in placements])
+    place = as_point(diagnostics.farthest_place(positions))
+    trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
+    joints = [
+        joint.name
+        for i, joint in enumerate(found.coverage.joints)
+        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in trained)
+    ]
+    advised = advice.text if advice else ""
+    farthest = None if advised else farthest_held_out(placements, wrong)
+    train_on = names[farthest[0]] if farthest else None
+    words = text(
+        _TEXTS,
+        "next",
+        wrong=[names[i] for i in wrong],
+        advice=advised,
+        train_on=train_on,
+        far=farthest and farthest[1],
+        held_out=any(row.role == "test" for row in placements),
+        place=place,
+        gap=float(assessment.norms(positions - place).min()),
+        joints=joints,
+    )
+    return types.NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
 
 
 def placements_with_errors(
@@ -87,137 +194,3 @@ def farthest_held_out(
     gaps = assessment.norms(positions[free][:, None] - positions[trained]).min(axis=1)
     best = int(np.argmax(gaps))
     return free[best], float(gaps[best])
-
-
-def worst_samples(
-    placements: Sequence[assessment.PlacementReport], samples: Sequence[assessment.SampleErrors]
-) -> list[WorstSample]:
-    """Return the samples by falling calibrated error."""
-    rows: list[WorstSample] = []
-    for sample in samples:
-        placement = placements[sample.placement]
-        error = sample.error()
-        mean = placement.calibrated.mean_absolute_error
-        rows.append(
-            WorstSample(
-                where=sample.where or f"{placement.name}, sample {sample.number}",
-                name=placement.name,
-                socket=sample.socket,
-                number=sample.number,
-                weight=sample.weight,
-                error=error,
-                ratio=error / mean if mean > 0 else 0.0,
-            )
-        )
-    return sorted(rows, key=lambda row: -row.error)
-
-
-_TEXTS = "answers.txt.j2"
-_DRIFTS = ("fail", "not enough", "warning")
-SIDE = 0.05
-"""A place nearer than this to the robot's x axis is neither left nor right [m]."""
-_CANNOT_SEE = (
-    "the flange's orientation and another tool's centre point: calibrate that tool by itself",
-    "where the robot's base stands in the room, or what a camera sees",
-    "loads other than the one carried while recording",
-)
-HARDLY_MOVED = float(np.radians(30))
-"""A joint that turns less than this in a socket tells little about itself [rad]."""
-
-
-def answers_of(
-    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors], tolerance: float
-) -> Answers:
-    """Return the answers to a user's three questions, for a task's tolerance [m]."""
-    document = found.predictions.document
-    measured = [placement.measured for placement in found.predictions.placements]
-    seated = [each for each in measured if each.kind == "sockets"]
-    floors = diagnostics.fitted_alone(found.predictions.robot, seated)
-    limits = found.verdict.limits
-    drifts = [row.text for row in limits if "drift" in row.name and row.status in _DRIFTS]
-    return Answers(
-        use=_use_answer(found, document.uncertainty, tolerance),
-        next=_next_answer(found, document.checks, document.next_placement),
-        data=data_answer(
-            found.placements, samples, floors, document.checks, found.limits.repeatability, drifts
-        ),
-    )
-
-
-def _use_answer(
-    found: assessment.Assessment, uncertainty: Uncertainty | None, tolerance: float
-) -> UseAnswer:
-    """Return the answer whether a task with a tolerance may be done, placement by placement."""
-    placements, verdict = found.placements, found.verdict
-    names = assessment.short_names([row.name for row in placements])
-    rows: list[UseAtPlacement] = []
-    for name, row in zip(names, placements, strict=True):
-        y = row.position[1]  # the name may be given from the other side
-        side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
-        where, answer = assessment.area(row.position, brief=True), answer_at(row, tolerance)
-        rows.append(UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
-    distances = next(row for row in verdict.limits if row.name == "between_placements")
-    called = [row.called for row in rows]
-    answers: list[Answer] = [row.answer for row in rows]
-    between = text(_TEXTS, "between", found=distances.found, uncertainty=uncertainty)
-    return UseAnswer(
-        rows=tuple(rows),
-        text=use_text(called, answers, f"{1e3 * tolerance:g}", verdict.status),
-        meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
-        alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
-        between=between,
-        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
-    )
-
-
-def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
-    """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
-    if row.role == "train":
-        return "trained on"
-    errors = row.quantiles.loaded
-    if abs(row.loaded.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
-        return "no"
-    return "yes" if errors.max <= tolerance else "mostly"
-
-
-def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
-    """Return the answer in words, from the placements' names and the answer at each."""
-    given = list(zip(called, answers, strict=True))
-    words: tuple[Answer, ...] = ("yes", "mostly", "no")
-    at = {word: [name for name, answer in given if answer == word] for word in words}
-    return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
-
-
-def _next_answer(
-    found: assessment.Assessment,
-    checks: Sequence[Diagnostic] | None,
-    advice: NextPlacement | None,
-) -> NextAnswer:
-    """Return what to train on and to record next: the method's advice, or the farthest place."""
-    placements = found.placements
-    names = assessment.short_names([row.name for row in placements])
-    positions = np.array([row.position for row in placements])
-    place = as_point(diagnostics.farthest_place(positions))
-    trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
-    joints = [
-        joint.name
-        for i, joint in enumerate(found.coverage.joints)
-        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in trained)
-    ]
-    wrong = placements_with_errors(placements, checks)
-    advised = advice.text if advice else ""
-    farthest = None if advised else farthest_held_out(placements, wrong)
-    train_on = names[farthest[0]] if farthest else None
-    words = text(
-        _TEXTS,
-        "next",
-        wrong=[names[i] for i in wrong],
-        advice=advised,
-        train_on=train_on,
-        far=farthest and farthest[1],
-        held_out=any(row.role == "test" for row in placements),
-        place=place,
-        gap=float(assessment.norms(positions - place).min()),
-        joints=joints,
-    )
-    return NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))

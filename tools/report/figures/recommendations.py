@@ -1,7 +1,8 @@
 """Steps to do where the verdict is not PASS, the most useful first, each with a command."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +19,7 @@ from ....solver.assessment import (
 )
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
-from ....solver.results import ArmsDocument, CalibrationDocument, Role
+from ....solver.results import CalibrationDocument, Role
 from ....solver.robot import BALL_LINK
 from .answers import farthest_held_out, placements_with_errors
 from .types import Step
@@ -31,52 +32,55 @@ def steps(
     predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
 ) -> tuple[Step, ...]:
     """Return the next steps for a calibration, best first; none where the verdict is PASS."""
-    if verdict.status == "pass":
-        return ()
+    return () if verdict.status == "pass" else tuple(_steps(predictions, placements, verdict))
+
+
+def _steps(
+    predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
+) -> Iterator[Step]:
     document = predictions.document
     status = {row.name: row.status for row in verdict.limits}
-    steps: list[Step] = []
     if status["data_checks"] != "pass":
         text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = "figures that can be believed"
         folders = [row.folder for row in document.data]
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
-        steps.append(Step(text=text, command=command, expected=words))
-        steps += _leave_out(predictions, placements)
+        yield Step(text=text, command=command, expected=words)
+        yield from _leave_out(predictions, placements)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
-        steps += _measure(document, placements)
+        yield from _measure(document, placements)
     if "fail" in status.values() or "not enough" in status.values():
-        steps += _train_more(document, placements)
+        yield from _train_more(document, placements)
     if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
-        steps.append(Step(text=text, command=again, expected="a verdict, not a smaller error"))
+        yield Step(text=text, command=again, expected="a verdict, not a smaller error")
     if all(row.kind == "points" for row in placements):
         text = "Measure more points, in poses as varied as can be, and hold some of them out by"
         words = "an error that nothing was fitted to"
-        more = Step(text=f"{text} --test", command=solve_command(document), expected=words)
-        return (*steps, more)
+        yield Step(text=f"{text} --test", command=solve_command(document), expected=words)
+        return
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    if any(row.role == "test" for row in placements):
-        text += ", and train on it too"
-    else:
-        text += ", and hold it out by --test"
-    steps.append(_forecast(document, None, text, record_command(document)))
-    return tuple(steps)
+    held_out = any(row.role == "test" for row in placements)
+    text += ", and train on it too" if held_out else ", and hold it out by --test"
+    yield _forecast(document, None, text, record_command(document))
 
 
-def _measure(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
-    """Return the step to measure the sockets' distance, unless joints come before it."""
+def _measure(
+    document: CalibrationDocument, placements: Sequence[PlacementReport]
+) -> Iterator[Step]:
+    """Yield the step to measure the sockets' distance, unless joints come before it."""
     scale = document.scale
     if not any(row.distance for row in placements) or joints_wrong(document.checks):
-        return []
+        return
     text = "Measure the sockets' distance, and type what you read"
     command = solve_command(document, given={"distance": "MEASURED"})
     if scale is None:
-        return [Step(text=text, command=command, expected="an arm of the right size")]
+        yield Step(text=text, command=command, expected="an arm of the right size")
+        return
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before, after = (value * _SPAN for value in (abs(scale.value), deviation))
     words = f"a distance of {_SPAN:g} m is known to {mm(after)}"
@@ -85,7 +89,7 @@ def _measure(document: CalibrationDocument, placements: Sequence[PlacementReport
             f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
             f"{mm(after)}; if you read the same, a length of the model is wrong"
         )
-    return [Step(text=text, command=command, expected=words, before=before, after=after)]
+    yield Step(text=text, command=command, expected=words, before=before, after=after)
 
 
 def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
@@ -110,11 +114,13 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     )
 
 
-def _train_more(document: CalibrationDocument, placements: Sequence[PlacementReport]) -> list[Step]:
-    """Return the step to train on what is held out and farthest, where another stays held out."""
+def _train_more(
+    document: CalibrationDocument, placements: Sequence[PlacementReport]
+) -> Iterator[Step]:
+    """Yield the step to train on what is held out and farthest, where another stays held out."""
     farthest = farthest_held_out(placements, placements_with_errors(placements, document.checks))
     if sum(row.role == "test" for row in placements) < 2 or farthest is None:
-        return []
+        return
     best, gap = farthest
     name = placements[best].name
     text = (
@@ -122,11 +128,11 @@ def _train_more(document: CalibrationDocument, placements: Sequence[PlacementRep
         f"{gap:.2f} m from the nearest trained on; a second placement is what lowers the errors "
         "most"
     )
-    return [_forecast(document, name, text, solve_command(document, moved={name: "train"}))]
+    yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
 
 
-def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> list[Step]:
-    """Return the step to leave out placements with errors, with what Eq. (5) expects of it."""
+def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> Iterator[Step]:
+    """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
     document = predictions.document
     names = short_names([row.name for row in placements])
     bad = placements_with_errors(placements, document.checks)
@@ -136,7 +142,7 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
     kept = [m for m in trained if m.name not in wrong]
     judges = [p.measured for p in paired if p.role == "test" and p.name not in wrong]
     if not kept or not judges or len(kept) == len(trained):
-        return []
+        return
 
     def held_out(train: Sequence[Measurement]) -> float:
         problem = build_problem(predictions.robot, train)
@@ -144,19 +150,15 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
         errors = (evaluate(problem.model.points(x, m.positions), m) for m in judges)
         return sum(error.mean_absolute_error for error in errors) / len(judges)
 
-    try:
+    with suppress(MukcaError):
         before, after = held_out(trained), held_out(kept)
-    except MukcaError:
-        return []
-    return [
-        Step(
+        yield Step(
             text=f"Leave out {joined([names[i] for i in bad])}",
             command=solve_command(document, moved=dict.fromkeys(sorted(wrong))),
             expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
             before=before,
             after=after,
         )
-    ]
 
 
 _CHAIN = ("base", "tip", "flange", "ball")
@@ -190,27 +192,33 @@ def solve_command(
     document: CalibrationDocument,
     *,
     moved: Mapping[str, Role | None] | None = None,
-    given: dict[str, str] | None = None,
+    given: Mapping[str, str] | None = None,
 ) -> str:
     """Return the command that makes the calibration again, by other roles (None: out), settings."""
-    folders: dict[Role, list[str]] = {"train": [], "test": []}
-    for row in document.data:
-        role = row.role if moved is None or row.name not in moved else moved[row.name]
-        if role is not None:
-            folders[role].append(row.folder)
-    settings = {**document.settings, **(given or {})}
-    robots = ["--robot", document.robot]
-    if document.arms is not None:
-        folders = _of_all(document.arms, document.arm_name, folders)
-        robots = _all_robots(document.arms)
+
+    def folders(role: Role) -> list[str]:
+        rows = [(row.folder, (moved or {}).get(row.name, row.role)) for row in document.data]
+        own = [folder for folder, now in rows if now == role]
+        if document.arms is None:
+            return own
+        each = ((a.name, own if a.name == document.arm_name else getattr(a, role)) for a in arms)
+        return [f"{name}:{folder}" for name, all_ in each for folder in all_]
+
+    arms = () if document.arms is None else document.arms.arms
+    settings, robots = {**document.settings, **(given or {})}, ["--robot", document.robot]
+    if arms:
         settings = {key: value for key, value in settings.items() if key not in _CHAIN}
-    words = ["mukca", "solve", *folders["train"]]
-    if folders["test"]:
-        words += ["--test", *folders["test"]]
+        robots = [word for arm in arms for word in ("--robot", f"{arm.name}={arm.robot}")]
+        for arm in arms:
+            links = ((key, arm.options.get(key)) for key in _CHAIN[:-1])
+            robots += as_options({key: f"{arm.name}={link}" for key, link in links if link})
+        robots += as_options(
+            {"ball": next(filter(None, (a.options.get("ball") for a in arms)), None)}
+        )
+    held_out = folders("test")
+    words = ["mukca", "solve", *folders("train"), *(["--test"] if held_out else []), *held_out]
     words += [*robots, "--method", document.method, *as_options(settings)]
-    if moved or given:
-        words += ["--out", "calibrated-again"]
-    return shlex.join(words)
+    return shlex.join([*words, "--out", "calibrated-again"] if moved or given else words)
 
 
 def as_options(settings: Mapping[str, Any]) -> list[str]:
@@ -226,29 +234,3 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
 def _one_robot(document: CalibrationDocument) -> list[str]:
     chain = {key: document.settings.get(key) for key in _CHAIN}
     return ["--robot", document.robot, *as_options(chain)]
-
-
-def _of_all(
-    arms: ArmsDocument, own: str, folders: Mapping[Role, list[str]]
-) -> dict[Role, list[str]]:
-    """Return whose each folder is, ``NAME:PATH``, those of one robot as they are to be now."""
-    roles: tuple[Role, Role] = ("train", "test")
-    return {
-        role: [
-            f"{arm.name}:{folder}"
-            for arm in arms.arms
-            for folder in (folders[role] if arm.name == own else getattr(arm, role))
-        ]
-        for role in roles
-    }
-
-
-def _all_robots(arms: ArmsDocument) -> list[str]:
-    words: list[str] = []
-    for arm in arms.arms:
-        words += ["--robot", f"{arm.name}={arm.robot}"]
-    for arm in arms.arms:
-        links = {key: arm.options.get(key) for key in _CHAIN[:-1]}
-        words += as_options({key: f"{arm.name}={link}" for key, link in links.items() if link})
-    balls = [ball for arm in arms.arms if (ball := arm.options.get("ball"))]
-    return [*words, *as_options({"ball": balls[0] if balls else None})]
