@@ -14,17 +14,10 @@ from ...recorder import Placement, is_placement, read_placement
 from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.partial import what_changed
-from ...solver.results import agreement
+from ...solver.results import ParameterValue, agreement
 from ...solver.robot import load_robot
 from ..report import build_report
-from .document import (
-    FleetArm,
-    FleetChange,
-    FleetCurves,
-    FleetDrift,
-    FleetParameter,
-    FleetSession,
-)
+from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSession
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""
@@ -135,9 +128,7 @@ def _session(
         text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
         todo=report.figures.todo[0] if report.figures.todo else None,
         drift=drift,
-        parameters=msgspec.convert(
-            document.parameters, tuple[FleetChange, ...], from_attributes=True
-        ),
+        parameters=document.parameters,
         curves=document.curves,
         outputs=outputs,
     )
@@ -196,7 +187,7 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     A mean far from zero is wrong in the model that all share; the spread is what each arm has of
     its own.
     """
-    groups: dict[tuple[str, str], list[tuple[FleetChange, str]]] = {}
+    groups: dict[tuple[str, str], list[tuple[ParameterValue, str]]] = {}
     for arm in arms:
         robot = MODEL if "/" in arm.robot else arm.robot
         for value in (value for session in last_sessions([arm]) for value in session.parameters):

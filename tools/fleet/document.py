@@ -5,20 +5,11 @@ from typing import Literal
 from urllib.parse import quote
 
 from ...solver.assessment import Kind, Outcome, Scope, mm, plural
-from ...solver.results import CurveAgreement, Document, ErrorCurves
+from ...solver.results import CurveAgreement, Document, ErrorCurves, ParameterValue
 from ..report import render
 from ..report.figures import Step
 
 FORMAT = "mukca-fleet-1"
-
-
-class FleetChange(Document, kw_only=True, frozen=True):
-    """By how much one number of one arm differs from its nominal model."""
-
-    name: str
-    unit: str
-    change: float
-    standard_deviation: float | None
 
 
 class FleetDrift(Document, kw_only=True, frozen=True):
@@ -55,7 +46,7 @@ class FleetSession(Document, kw_only=True, frozen=True):
     text: str
     todo: Step | None = None
     drift: FleetDrift | None = None
-    parameters: tuple[FleetChange, ...] = ()
+    parameters: tuple[ParameterValue, ...] = ()
     curves: ErrorCurves | None = None
     """Error curves of its joints; None where the data support none."""
     outputs: dict[str, str]

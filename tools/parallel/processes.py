@@ -10,10 +10,11 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -27,10 +28,11 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 ANSWER_SECONDS = 10.0
 """Within this time a scheduler answers, and has a worker."""
-ALONE_SECONDS = 30.0
-"""A cluster may be without any worker for so long, for instance while they are started again."""
-POLL_SECONDS = 0.02
 LOOK_SECONDS = 2.0
+MOST_LOOKS = 15
+"""So often in a row may a cluster be without any worker, for instance while they start again."""
+MOST_LOSSES = 3
+"""So often in a row may processes be lost without any piece of work done in between."""
 SHARES = 32
 """To so many for each worker the work is cut at first."""
 SHARE_SECONDS = 1.0
@@ -43,115 +45,6 @@ class WorkersLostError(MukcaError):
     """There is nobody left to do the work."""
 
     failed = True
-
-
-def done_by_cluster(
-    address: str, work: Callable[[Item], Result], items: Sequence[Item]
-) -> Generator[tuple[int, Result]]:
-    """Yield results as they come, see :meth:`.processes.Workers.map`."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise UsageError("--cluster needs Dask: pip install 'mukca[cluster]'") from None
-    try:
-        client: Any = Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise UsageError(
-            f"--cluster {address}: no Dask scheduler answers there ({type(error).__name__}); start "
-            "one with `dask scheduler`, and `dask worker ADDRESS` on each computer"
-        ) from None
-    with client:
-        _check_workers(client, address)
-        task = partial(share, work, SHARE_SECONDS)
-
-        def hand_over(pieces: Sequence[int], size: int) -> dict[Any, Sequence[int]]:
-            shares = [pieces[i : i + size] for i in range(0, len(pieces), size)]
-            futures = client.map(task, [[items[i] for i in each] for each in shares], pure=False)
-            return dict(zip(futures, shares, strict=True))
-
-        size = 1 + len(items) // (1 + SHARES * sum(client.nthreads().values()))
-        futures = hand_over(range(len(items)), size)
-        try:
-            yield from _gather(client, futures, hand_over)
-        finally:
-            client.cancel(list(futures), force=True)
-
-
-def share(work: Callable[[Item], Result], seconds: float, items: Sequence[Item]) -> list[Result]:
-    """Do pieces of work until the time is over, and at least one; return what is done."""
-    end = time.monotonic() + seconds
-    results = [work(items[0])]
-    for item in items[1:]:
-        if time.monotonic() > end:
-            break
-        results.append(work(item))
-    return results
-
-
-def _check_workers(client: Any, address: str) -> None:
-    """Refuse a cluster without workers, or with workers that would compute something else."""
-    try:
-        client.wait_for_workers(1, timeout=ANSWER_SECONDS)
-    except TimeoutError:
-        raise UsageError(
-            f"--cluster {address}: it has no worker; start some with `dask worker {address}`"
-        ) from None
-    mine = _versions()
-    for worker, theirs in client.run(_versions).items():
-        for name in COMPUTING:
-            if theirs[name] != mine[name]:
-                raise UsageError(
-                    f"--cluster {address}: worker {worker} has {name} {theirs[name]}, here is "
-                    f"{mine[name]}; install the same everywhere"
-                )
-
-
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in COMPUTING}
-
-
-def _gather(
-    client: Any,
-    futures: dict[Any, Sequence[int]],
-    hand_over: Callable[[Sequence[int], int], dict[Any, Sequence[int]]],
-) -> Generator[tuple[int, Any]]:
-    from distributed import KilledWorker, as_completed
-
-    finished: Any = as_completed(futures, loop=client.loop)
-    total = sum(map(len, futures.values()))
-    looked = alive = time.monotonic()
-    while futures:
-        if not finished.has_ready():
-            time.sleep(POLL_SECONDS)
-            now = time.monotonic()
-            if now - looked > LOOK_SECONDS:
-                looked, alive = now, now if client.nthreads() else alive
-            if now - alive > ALONE_SECONDS:
-                raise WorkersLostError(
-                    f"the cluster has had no worker for {ALONE_SECONDS:.0f} s, with "
-                    f"{sum(map(len, futures.values()))} of {total} left to do"
-                )
-            continue
-        for future in finished.next_batch(block=False):
-            share = futures.pop(future)
-            try:
-                got = future.result()
-            except KilledWorker:
-                first, *rest = share
-                which = f"pieces {first} to {rest[-1]}" if rest else f"piece {first}"
-                raise WorkersLostError(
-                    f"{which} of the work ended several workers: is their memory full?"
-                ) from None
-            future.release()  # a worker that is lost later takes no result with it
-            yield from zip(share, got, strict=False)
-            if rest := share[len(got) :]:  # in shares that fit into the time
-                again = hand_over(rest, len(got))
-                futures |= again
-                finished.update(again)
-
-
-MOST_LOSSES = 3
-"""So often in a row may processes be lost without any piece of work done in between."""
 
 
 @dataclass(frozen=True)
@@ -181,11 +74,12 @@ class Workers:
         """
         results: dict[int, Result] = {}
         if self.cluster is not None:
-            pairs = done_by_cluster(self.cluster, work, items)
+            pairs = _shared_out(partial(_cluster, self.cluster), work, items)
         elif self.processes == 1 or len(items) < 2:
             pairs = ((i, work(item)) for i, item in enumerate(items))
         else:
-            pairs = _done_by_processes(min(self.processes, len(items)), work, items)
+            processes = min(self.processes, len(items))
+            pairs = _shared_out(partial(_processes, processes), work, items)
         with closing(pairs):
             for i, result in pairs:
                 results[i] = result
@@ -193,20 +87,32 @@ class Workers:
         return [results[i] for i in range(len(items))]
 
 
-def _done_by_processes(
-    processes: int, work: Callable[[Item], Result], items: Sequence[Item]
+@dataclass
+class _Pool:
+    """Workers that are there."""
+
+    executor: Executor
+    count: int
+    workers: Callable[[], object] = lambda: True
+    """False where there is no worker now."""
+    lost: tuple[type[Exception], ...] = ()
+    """Raised by a piece of work that ended several workers."""
+
+
+def _shared_out(
+    pool: Callable[[], AbstractContextManager[_Pool]],
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
 ) -> Generator[tuple[int, Result]]:
-    """Give the items to processes; where one is lost, begin anew with what is not done yet."""
-    left = dict(enumerate(items))
-    losses = 0
+    """Yield results as they come; where a process is lost, begin anew with what is not done yet."""
+    left, losses = dict(enumerate(items)), 0
     while left:
+        before = len(left)
         try:
-            for i, result in _done_by_pool(processes, work, dict(left)):
-                del left[i]
-                losses = 0
-                yield i, result
+            with pool() as workers:
+                yield from _gather(workers, work, left)
         except BrokenProcessPool:
-            losses += 1
+            losses = losses + 1 if len(left) == before else 1
             if losses == MOST_LOSSES:
                 raise WorkersLostError(
                     f"processes ended {losses} times without doing anything, with {len(left)} of "
@@ -214,23 +120,107 @@ def _done_by_processes(
                 ) from None
 
 
-def _done_by_pool(
-    processes: int, work: Callable[[Item], Result], items: Mapping[int, Item]
+def _gather(
+    pool: _Pool, work: Callable[[Item], Result], left: dict[int, Item]
 ) -> Generator[tuple[int, Result]]:
-    """Yield results as they come. Whatever ends it, no process is left behind."""
+    """Yield results, and take them out of ``left``; the rest of a slow share is shared out anew."""
+    futures: dict[Future[list[Result]], Sequence[int]] = {}
+    looks, total = 0, len(left)
+
+    def hand_over(pieces: Sequence[int], size: int) -> None:
+        for each in (pieces[i : i + size] for i in range(0, len(pieces), size)):
+            given = [left[i] for i in each]
+            futures[pool.executor.submit(share, work, SHARE_SECONDS, given)] = each
+
+    hand_over(list(left), 1 + total // (1 + SHARES * pool.count))
+    while futures:
+        finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
+        looks = 0 if finished or pool.workers() else looks + 1
+        if looks > MOST_LOOKS:
+            raise WorkersLostError(
+                f"the cluster has had no worker for {looks * LOOK_SECONDS:.0f} s, with "
+                f"{len(left)} of {total} left to do"
+            )
+        for future in finished:
+            pieces = futures.pop(future)
+            try:
+                got = future.result()
+            except pool.lost:
+                raise WorkersLostError(
+                    f"piece {pieces[0]} of the work, or one of {len(pieces)} from there, ended "
+                    "several workers: is their memory full?"
+                ) from None
+            for i, result in zip(pieces, got, strict=False):
+                del left[i]
+                yield i, result
+            hand_over(pieces[len(got) :], len(got))  # in shares that fit into the time
+
+
+def share(work: Callable[[Item], Result], seconds: float, items: Sequence[Item]) -> list[Result]:
+    """Do pieces of work until the time is over, and at least one; return what is done."""
+    end = time.monotonic() + seconds
+    results = [work(items[0])]
+    for item in items[1:]:
+        if time.monotonic() > end:
+            break
+        results.append(work(item))
+    return results
+
+
+@contextmanager
+def _cluster(address: str) -> Generator[_Pool]:
+    """Workers of a Dask cluster; one without any, or of other versions, is refused."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise UsageError("--cluster needs Dask: pip install 'mukca[cluster]'") from None
+    try:
+        client: Any = Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"--cluster {address}: no Dask scheduler answers there ({type(error).__name__}); start "
+            "one with `dask scheduler`, and `dask worker ADDRESS` on each computer"
+        ) from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=ANSWER_SECONDS)
+        except TimeoutError:
+            raise UsageError(
+                f"--cluster {address}: it has no worker; start some with `dask worker {address}`"
+            ) from None
+        mine = _versions()
+        for worker, theirs in client.run(_versions).items():
+            for name in COMPUTING:
+                if theirs[name] != mine[name]:
+                    raise UsageError(
+                        f"--cluster {address}: worker {worker} has {name} {theirs[name]}, here is "
+                        f"{mine[name]}; install the same everywhere"
+                    )
+        executor: Executor = client.get_executor(pure=False)
+        try:
+            yield _Pool(executor, sum(client.nthreads().values()), client.nthreads, (KilledWorker,))
+        finally:
+            executor.shutdown(wait=False)
+
+
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in COMPUTING}
+
+
+@contextmanager
+def _processes(count: int) -> Generator[_Pool]:
+    """Processes of this computer. Whatever ends them, none is left behind."""
     others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, spawn, _prepare, (os.getpid(),))
+    executor = ProcessPoolExecutor(count, spawn, _prepare, (os.getpid(),))
     try:
-        futures = {pool.submit(work, item): i for i, item in items.items()}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        yield _Pool(executor, count)
     except BaseException:
         for child in set(multiprocessing.active_children()) - others:
             child.kill()
         raise
     finally:
-        pool.shutdown(cancel_futures=True)
+        executor.shutdown(cancel_futures=True)
 
 
 def _prepare(parent: int) -> None:

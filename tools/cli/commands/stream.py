@@ -56,33 +56,6 @@ def run_stream(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-class Meter:
-    """Rate and intervals of a stream, by the arrivals of its states."""
-
-    def __init__(self) -> None:
-        self._arrivals: deque[float] = deque()
-        self._intervals: deque[float] = deque(maxlen=LATEST_INTERVALS)
-        self._waited = False
-
-    def add(self, arrival: float, waited: bool) -> None:
-        """Note a state and its arrival by the monotonic clock [s]."""
-        # A state that was not waited for was there already: it says nothing about when it came,
-        # and the next one's interval is not counted either.
-        if waited and self._waited:
-            self._intervals.append(arrival - self._arrivals[-1])
-        self._waited = waited
-        self._arrivals.append(arrival)
-        while self._arrivals[0] < arrival - WINDOW_SECONDS:
-            self._arrivals.popleft()
-
-    def read(self) -> tuple[float, float, float]:
-        """States per second, median and 99th percentile of the intervals [s]; 0 if not known."""
-        span = self._arrivals[-1] - self._arrivals[0] if self._arrivals else 0.0
-        rate = (len(self._arrivals) - 1) / span if span > 0 else 0.0
-        ordered = sorted(self._intervals) or [0.0]
-        return rate, ordered[len(ordered) // 2], ordered[int(0.99 * (len(ordered) - 1))]
-
-
 class Monitor:
     """Reader of states, up to a count or a time [s], where one is given."""
 
@@ -90,7 +63,9 @@ class Monitor:
         self._driver = driver
         self._left = math.inf if count is None else count
         self._end = math.inf if seconds is None else clock.now() + seconds
-        self._meter = Meter()
+        self._arrivals: deque[float] = deque()
+        self._intervals: deque[float] = deque(maxlen=LATEST_INTERVALS)
+        self._waited = False
         self._state: JointState | None = None
         self._arrival = clock.now()
 
@@ -128,7 +103,15 @@ class Monitor:
                 raise
             return None
         self._arrival = clock.now()
-        self._meter.add(self._arrival, waited=self._arrival - asked > WAITED_SECONDS)
+        # A state that was not waited for was there already: it says nothing about when it came,
+        # and the next one's interval is not counted either.
+        waited = self._arrival - asked > WAITED_SECONDS
+        if waited and self._waited:
+            self._intervals.append(self._arrival - self._arrivals[-1])
+        self._waited = waited
+        self._arrivals.append(self._arrival)
+        while self._arrivals[0] < self._arrival - WINDOW_SECONDS:
+            self._arrivals.popleft()
         self._left -= 1
         self._state = state
         return state
@@ -152,12 +135,15 @@ class Monitor:
 
     def _figures(self) -> list[str]:
         """Rate, gaps and losses; what the robot says of itself; why no state comes."""
-        rate, interval, worst = self._meter.read()
+        span = self._arrivals[-1] - self._arrivals[0] if self._arrivals else 0.0
         age = clock.now() - self._arrival
+        rate = (len(self._arrivals) - 1) / span if span > 0 and age < 1 else 0.0
+        ordered = sorted(self._intervals) or [0.0]
+        interval, worst = (1e3 * ordered[int(q * (len(ordered) - 1))] for q in (0.5, 0.99))
         figures = (
-            f"{rate if age < 1 else 0.0:.0f} Hz, every {1e3 * interval:.2f} ms "
-            f"(99 %: {1e3 * worst:.2f}), missed {self._driver.missed}, "
-            f"rejected {self._driver.rejected}, drops {self._driver.drops}"
+            f"{rate:.0f} Hz, every {interval:.2f} ms (99 %: {worst:.2f}), "
+            f"missed {self._driver.missed}, rejected {self._driver.rejected}, "
+            f"drops {self._driver.drops}"
         )
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
         return [part for part in (figures, self._driver.status, trouble) if part]
