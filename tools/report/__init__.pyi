@@ -1,5 +1,5 @@
+from .build import build_comparison as build_comparison
 from .build import build_report as build_report
-from .build import comparison_page as comparison_page
 from .build import found_page as found_page
 from .build import render as render
 from .build import report_files as report_files

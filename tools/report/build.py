@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import msgspec
 from markupsafe import Markup
@@ -17,29 +17,32 @@ from ...solver.calibration import Calibration
 from ...solver.results import CalibrationDocument, Document, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
-from .figures import ReportDocument, report_figures
+from .figures import ComparisonDocument, ReportDocument, report_figures
 from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
+
+Figures = TypeVar("Figures", ReportDocument, ComparisonDocument)
 
 
 @dataclass(frozen=True)
-class Report:
-    """A report: its figures, and the page that shows them."""
+class Report(Generic[Figures]):
+    """A report, or a comparison: its figures, and the page that shows them."""
 
-    figures: ReportDocument
+    figures: Figures
     html: str
+    name: str = "report"
 
     @property
     def files(self) -> dict[str, bytes]:
         """The files to write, by name."""
         return {
-            "report.html": self.html.encode("utf-8", "replace"),
-            "report.json": encode(self.figures) + b"\n",
+            f"{self.name}.html": self.html.encode("utf-8", "replace"),
+            f"{self.name}.json": encode(self.figures) + b"\n",
         }
 
 
 def build_report(
     document: CalibrationDocument, source: str, options: Options | None = None
-) -> Report:
+) -> Report[ReportDocument]:
     """Return the report of a calibration; the same calibration and options give the same bytes.
 
     Args:
@@ -204,16 +207,19 @@ def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> s
     return render("found.html.j2", found, found=found)
 
 
-def comparison_page(result: figures.ComparisonDocument) -> str:
-    """Return the comparison of calibrations as HTML."""
-    return render(
+def build_comparison(result: ComparisonDocument) -> Report[ComparisonDocument]:
+    """Return the comparison of calibrations, with its plots."""
+    plots = comparison_plots(result)
+    result = msgspec.structs.replace(result, plots=tuple(plot.caption for plot in plots))
+    html = render(
         "comparison.html.j2",
         result,
         result=result,
         sentences=[figures.comparison_sentence(result, pair) for pair in result.pairs],
-        plots=comparison_plots(result),
+        plots=plots,
         names=short_names([row.name for row in result.placements]),
     )
+    return Report(result, html, "compare")
 
 
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:

@@ -8,9 +8,9 @@ from pathlib import Path
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions, UsageError
-from ....solver.results import OutputError, encode, write_files
+from ....solver.results import OutputError, write_files
 from ... import report
-from ...report import figures, plots
+from ...report import figures
 from .. import (
     MILLIMETRES,
     OutputOptions,
@@ -158,7 +158,7 @@ def run_compare(options: CompareOptions, terminal: Terminal) -> int:
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
     if options.out is not None:
-        written = write_comparison(options.out, result)
+        written = write_files(options.out, report.build_comparison(result).files)["compare.html"]
         terminal.say(f"Wrote {written}")
         if options.open:
             open_page(written, terminal)
@@ -180,16 +180,3 @@ def show_comparison(terminal: Terminal, result: "figures.ComparisonDocument") ->
     bold = (len(rows) - 1,)
     terminal.console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
     terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
-
-
-def write_comparison(folder: Path, result: "figures.ComparisonDocument") -> Path:
-    """Write the page and its figures; return the page."""
-    import msgspec
-
-    captions = tuple(plot.caption for plot in plots.comparison_plots(result))
-    result = msgspec.structs.replace(result, plots=captions)
-    contents = {
-        "compare.html": report.comparison_page(result).encode("utf-8", "replace"),
-        "compare.json": encode(result) + b"\n",
-    }
-    return write_files(folder, contents)["compare.html"]

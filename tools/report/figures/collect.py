@@ -1,30 +1,188 @@
-"""All figures of a report, worked out from a calibration, and the cross-placement matrix."""
+"""All figures of a report, worked out from a calibration; the drawing of the arm is one of them."""
 
+import contextlib
+import io
+import logging
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
 
 from ....errors import MukcaError
 from ....solver import assessment
-from ....solver.data import evaluate
+from ....solver.data import as_point, evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
-from ....solver.results import CalibrationDocument, FitResult, fields_of
-from ....solver.robot import all_parameters
+from ....solver.results import CalibrationDocument, FitResult, Model, fields_of
+from ....solver.robot import Joint, Robot, RowFunction, all_parameters, link_frames
+from . import types
 from .answers import answers_of
-from .arm import arm_drawing
 from .recommendations import solve_command, steps
-from .types import REPORT, CrossPlacement, ReportDocument, ReportProvenance
+
+FACES = 600
+"""Triangles kept of each link at most."""
+LARGEST_FILE = 50_000_000
+"""Mesh files beyond this are left out [bytes]."""
+
+
+def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
+    """Return the triangles that move with each frame, of those files that are at the model's."""
+    text = model.nominal_urdf
+    find = _finder(Path(model.source).parent)
+    files = re.findall(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']([^\"']*)", text)
+    if not any(map(find, files)) and not re.search("<(box|cylinder|sphere)", text):
+        return ()
+    import trimesh
+
+    frames = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
+    shapes: dict[int, list[Any]] = {}
+    try:
+        for frame, mesh in _shapes(_load(text, find), frames):
+            shapes.setdefault(frame, []).append(mesh)
+    except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
+        logging.getLogger(__name__).info("no meshes: %s", error)
+        return ()
+    util: Any = trimesh.util
+    meshes = {frame: util.concatenate(parts) for frame, parts in sorted(shapes.items())}
+    return tuple(_link_mesh(frame, mesh) for frame, mesh in meshes.items())
+
+
+def _load(text: str, find: Callable[[str], str]) -> Any:
+    import yourdfpy  # pyright: ignore[reportMissingTypeStubs]
+
+    for name in ("yourdfpy", "trimesh"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        return yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
+            io.BytesIO(text.encode()), filename_handler=find, load_meshes=True
+        )
+
+
+def _finder(folder: Path) -> Callable[[str], str]:
+    """Return a search for mesh files: beside the model, or, for ``package://``, above it."""
+
+    def find(fname: str) -> str:
+        scheme, _, rest = fname.rpartition("://")
+        if scheme in ("", "file"):
+            candidates = [folder / rest]
+        else:
+            inside = Path(*Path(rest).parts[1:])
+            candidates = [up / part for up in folder.resolve().parents for part in (rest, inside)]
+            candidates.append(folder / inside)
+        for file in candidates:
+            if file.is_file() and file.stat().st_size <= LARGEST_FILE:
+                return str(file)
+        return ""
+
+    return find
+
+
+def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, Any]]:
+    """Yield every mesh that hangs on a link of the chain, in that link's frame."""
+    graph = urdf.scene.graph
+    parents = graph.transforms.parents
+    for node in graph.nodes_geometry:
+        link = node
+        while link not in index and link in parents:
+            link = parents[link]
+        if link not in index:
+            continue
+        transform, geometry = graph.get(node, link)
+        mesh = urdf.scene.geometry[geometry]
+        if hasattr(mesh, "faces") and len(mesh.faces):
+            yield index[link], mesh.copy().apply_transform(transform)
+
+
+def _link_mesh(frame: int, mesh: Any) -> types.LinkMesh:
+    """Return a mesh with the vertices in each cell of a grid merged, the finest with few faces."""
+    import trimesh
+
+    thin, cells = mesh, 64
+    while len(thin.faces) > FACES and cells >= 2:
+        grid = np.floor((mesh.vertices - mesh.bounds[0]) * (cells / mesh.extents.max()))
+        _, cell = np.unique(grid, axis=0, return_inverse=True)
+        means = np.stack([np.bincount(cell.ravel(), v) for v in mesh.vertices.T], axis=1)
+        means /= np.bincount(cell.ravel())[:, None]
+        thin = trimesh.Trimesh(means, cell.ravel()[mesh.faces], process=False)
+        thin.update_faces(thin.nondegenerate_faces() & thin.unique_faces())
+        cells = cells * 3 // 4
+    vertices = np.round(thin.vertices, 4).tolist()
+    return types.LinkMesh(frame=frame, vertices=vertices, faces=thin.faces[:FACES].tolist())
+
+
+CONFIGURATIONS = 400
+"""Configurations drawn at most: of more, every second, third, ..."""
+SHOWN_SHIFT = 0.05
+"""The view first enlarges the difference of the two models to this share of the arm's reach."""
+
+
+def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
+    """Return the skeletons of both models, and meshes where there are any."""
+    robot, calibration = predictions.robot, predictions.calibration
+    placements = predictions.placements
+    measured = [each.measured for each in placements]
+    owners = np.repeat(np.arange(len(placements)), [len(each.samples) for each in placements])
+    q = np.concatenate([m.positions for m in measured])
+    true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
+    apart = np.concatenate(
+        [assessment.norms(each.points.nominal - each.points.calibrated) for each in placements]
+    )
+    rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
+    nominal = _frames(robot, robot.origins, q[rows])
+    calibrated = _frames(robot, calibration.model.origins(calibration.values), true[rows])
+    places = calibrated[..., 3]
+    reach = float(np.abs(places).max())
+    meshes = link_meshes(predictions.document.model, robot)
+    mean = float(apart.mean())  # and the round factor that makes it visible
+    factor = (
+        max(1.0, assessment.nice_above(SHOWN_SHIFT * reach / mean / 2)) if mean >= 1e-7 else 1.0
+    )
+    shown = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
+    return types.ArmDrawing(
+        joints=tuple(joint.name for joint in robot.joints),
+        placements=owners[rows].tolist(),
+        nominal=np.round(nominal[..., 3], 5).tolist(),
+        calibrated=np.round(places, 5).tolist(),
+        low=as_point(places.min(axis=(0, 1)).round(4)),
+        high=as_point(places.max(axis=(0, 1)).round(4)),
+        reach=reach,
+        displacement=types.Displacement(mean=mean, max=float(apart.max())),
+        exaggeration=factor,
+        meshes=meshes,
+        frames=shown if meshes else None,
+    )
+
+
+def _frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the frames of base and child links, [R | p], shape (N, joints + 1, 3, 4)."""
+    numbers = _frames_function(robot.joints)(positions, origins.ravel())[0]
+    links = numbers.reshape(len(positions), len(robot.joints), 3, 4)
+    return np.insert(links, 0, np.eye(3, 4), axis=1)
+
+
+@lru_cache(maxsize=16)
+def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return the child links' frames as a function of joint positions and origins."""
+    origins, q = ca.SX.sym("o", 6 * len(joints)), ca.SX.sym("q", sum(j.actuated for j in joints))
+    frames = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in link_frames(joints, origins, q)]
+    return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])
 
 
 def report_figures(
     document: CalibrationDocument, source: str, options: assessment.Options
-) -> ReportDocument:
+) -> types.ReportDocument:
     """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
     found = assessment.assess(document, source, options)
     predictions, placements = found.predictions, found.placements
     samples = assessment.sample_errors(predictions, assessment.DRAWN)
     matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
-    return ReportDocument(
+    return types.ReportDocument(
         **{name: getattr(document, name) for name in FitResult.__struct_fields__},
-        format=REPORT,
+        format=types.REPORT,
         robot_name=predictions.robot.name,
         summary=found.summary,
         placements=placements,
@@ -35,7 +193,9 @@ def report_figures(
         cross_placement=matrix,
         coverage=found.coverage,
         distance_text=assessment.distance_text(document.placements),
-        provenance=ReportProvenance(**fields_of(document.provenance), settings=document.settings),
+        provenance=types.ReportProvenance(
+            **fields_of(document.provenance), settings=document.settings
+        ),
         command=solve_command(document),
         verdict=found.verdict,
         rests_on=found.verdict.rests_on,
@@ -48,7 +208,7 @@ def report_figures(
 
 def cross_placement(
     predictions: assessment.Predictions, regularization: float | None
-) -> CrossPlacement | None:
+) -> types.CrossPlacement | None:
     """Return the errors everywhere by models trained on each placement alone; None for only one."""
     if len(predictions.placements) < 2:
         return None
@@ -60,7 +220,7 @@ def cross_placement(
         parameters=[p for p in all_parameters(predictions.robot) if p.name in chosen],
         regularization=REGULARIZATION if regularization is None else regularization,
     )
-    return CrossPlacement(
+    return types.CrossPlacement(
         method="Eq. (5)",
         names=tuple(placement.name for placement in predictions.placements),
         matrix=tuple(_row(problem, placement) for placement in predictions.placements),
