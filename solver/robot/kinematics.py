@@ -11,9 +11,9 @@ two axes :func:`across` its own, b and c, and the link after it turns by R(b, u)
 configuration is a row of m positions, or of 3 m: with all tilts u, then all tilts v.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -47,61 +47,55 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
     Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
     are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
     """
-    m = sum(joint.actuated for joint in joints)
-    turn, p, moving = ca.DM.eye(3), ca.DM.zeros(3), 0
+    return frames_and_axes(joints, origins, q)[0]
+
+
+def frames_and_axes(
+    joints: Sequence[Joint], origins: Any, q: Any
+) -> tuple[list[tuple[Any, Any]], list[tuple[int, bool, Any]]]:
+    """Return :func:`link_frames`, and for each number of q what it moves and how.
+
+    That is the index of its joint, True where it slides, and its axis in the base frame.
+    """
+    turn, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
-    for i, joint in enumerate(joints):
-        origin = origins[6 * i : 6 * i + 6]
+    axes = dict[int, tuple[int, bool, Any]]()
+    for i, (origin, motions) in enumerate(_motions(joints, origins, q)):
         p, turn = p + turn @ origin[:3], turn @ rotation_rpy(origin[3:])
-        if joint.type == "prismatic":
-            p = p + turn @ ca.DM(joint.axis) * q[moving]
-        elif joint.actuated:
-            turn = turn @ rotation(joint.axis, q[moving])
-        if joint.actuated and q.shape[0] > m:
-            for k, axis in enumerate(across(joint.axis), 1):
-                turn = turn @ rotation(axis, q[k * m + moving])
-        moving += joint.actuated
+        for column, axis, slides in motions:
+            along = turn @ ca.DM(axis)
+            axes[column] = (i, slides, along)
+            if slides:
+                p = p + along * q[column]
+            else:
+                turn = turn @ rotation(axis, q[column])
         frames.append((turn, p))
-    return frames
+    return frames, [axes[column] for column in range(len(axes))]
 
 
 def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
     """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`."""
     # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
-    for transform in reversed(_transforms(joints, origins, q)):
-        p = transform(p)
+    for origin, motions in reversed(_motions(joints, origins, q)):
+        for column, axis, slides in reversed(motions):
+            p = p + q[column] * ca.DM(axis) if slides else rotation(axis, q[column]) @ p
+        for k, of_frame in enumerate(np.eye(3).tolist()):
+            p = rotation(of_frame, origin[3 + k]) @ p
+        p = p + origin[:3]
     return p
 
 
-def _transforms(joints: Sequence[Joint], origins: Any, q: Any) -> list[Callable[[Any], Any]]:
-    """Return each joint's T(i-1, i) as a function of a point, see :func:`_transform`."""
-    m = sum(joint.actuated for joint in joints)
-    angles = 3 if q.shape[0] > m else 1
-    transforms: list[Callable[[Any], Any]] = []
-    moving = 0
-    for i, joint in enumerate(joints):
-        own = [q[k * m + moving] for k in range(angles if joint.actuated else 0)]
-        function = _transform(joint.type, joint.axis, len(own))
-        transforms.append(partial(function, origins[6 * i : 6 * i + 6], ca.vertcat(*own)))
-        moving += joint.actuated
-    return transforms
-
-
-@lru_cache(maxsize=64)
-def _transform(kind: str, axis: tuple[float, ...], angles: int) -> Any:
-    """Return T(i-1, i): of origin, position (and tilts), and a point of the link after it."""
-    origin, own, point = ca.SX.sym("origin", 6), ca.SX.sym("own", angles), ca.SX.sym("p", 3)
-    p = point
-    for k in range(angles - 1, 0, -1):
-        p = rotation(across(axis)[k - 1], own[k]) @ p
-    if kind == "prismatic":
-        p = p + own[0] * ca.DM(axis)
-    elif kind != "fixed":
-        p = rotation(axis, own[0]) @ p
-    for k, of_frame in enumerate(np.eye(3).tolist()):
-        p = rotation(of_frame, origin[3 + k]) @ p
-    return ca.Function("T", [origin, own, point], [p + origin[:3]])
+def _motions(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, list[Any]]]:
+    """Return each joint's origin, and its motions: index in q, axis, and True for a slide."""
+    moving = [i for i, joint in enumerate(joints) if joint.actuated]
+    parts = [(origins[6 * i : 6 * i + 6], list[Any]()) for i in range(len(joints))]
+    for column in range(q.shape[0]):
+        tilt, place = divmod(column, len(moving))
+        joint, own = joints[moving[place]], parts[moving[place]][1]
+        axis = across(joint.axis)[tilt - 1] if tilt else joint.axis
+        own.append((column, axis, not tilt and joint.type == "prismatic"))
+    return parts
 
 
 def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -139,11 +133,9 @@ class BallModel:
     def __init__(self, robot: Robot, free: Sequence[int]) -> None:
         self.robot = robot
         self.free = np.array(free, dtype=int)
-        self.nominal: np.ndarray = robot.origins.ravel()[self.free]
         self._given = robot.origins.ravel()
-        chain = (tuple(map(_kind, robot.joints)), tuple(self.free.tolist()))
-        self._functions = _ball_functions(*chain, len(robot.actuated))
-        self._tilted = partial(_ball_functions, *chain, 3 * len(robot.actuated))
+        self.nominal: np.ndarray = self._given[self.free]
+        self._chain = (tuple(map(_kind, robot.joints)), tuple(self.free.tolist()))
 
     @property
     def function(self) -> Any:
@@ -180,22 +172,20 @@ class BallModel:
         The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
         [rad], or with tilts (N, 3 m).
         """
-        return self._of(positions).points(positions, self._given, parameters)[0]
+        return self._values("points", parameters, positions)[0]
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        points, by_x, by_q = self._of(positions).linear(positions, self._given, parameters)
-        (N, m), n = positions.shape, len(self.free)
-        return Linearisation(points, by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
+        points, *slopes = self._values("linear", parameters, positions)
+        return Linearisation(points, *self._by_axis(slopes))
 
     def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
 
         Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
         """
-        R, by_x, by_q = self._of(positions).rotations(positions, self._given, parameters)
-        (N, m), n = positions.shape, len(self.free)
-        return Linearisation(R.reshape(N, 3, 3), by_x.reshape(N, 3, n), by_q.reshape(N, 3, m))
+        R, *slopes = self._values("rotations", parameters, positions)
+        return Linearisation(R.reshape(-1, 3, 3), *self._by_axis(slopes))
 
     def log_volume(
         self, parameters: np.ndarray, positions: np.ndarray
@@ -208,64 +198,51 @@ class BallModel:
         """
         if positions.shape[1] < 3:
             return 0.0, np.zeros(len(self.free)), 0 * positions[0]
-        value, slope, by_joints = self._functions.volume(positions, self._given, parameters)
+        value, slope, by_joints = self._values("volume", parameters, positions)
         return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
-    def _of(self, positions: np.ndarray) -> "_BallFunctions":
-        """Return the functions for joint positions without or with tilts."""
-        rigid = positions.shape[1] == len(self.robot.actuated)
-        return self._functions if rigid else self._tilted()
+    def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
+        function = _row_function(kind, *self._chain, positions.shape[1])
+        return function(positions, self._given, parameters)
+
+    def _by_axis(self, slopes: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+        """Yield slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
+        return (slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
 
 
-class _BallFunctions:
-    """Functions of x and rows q, all origins given, so that arms of like joints share them."""
+@lru_cache(maxsize=256)
+def _row_function(
+    kind: str, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
+) -> RowFunction:
+    """Return a function of given origins, x and rows q, which arms of like joints share.
 
-    def __init__(self, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int) -> None:
-        given = ca.SX.sym("given", 6 * len(joints))
-        self._x, self._q = ca.SX.sym("x", len(free)), ca.SX.sym("q", columns)
-        self._inputs = [given, self._x, self._q]
-        self._joints, self._origins = joints, ca.SX(given)
-        self._origins[list(free)] = self._x
-        self._p = ca.densify(ball_position(joints, self._origins, self._q))
-
-    @cached_property
-    def points(self) -> RowFunction:
-        return RowFunction("points", self._inputs, [self._p])
-
-    @cached_property
-    def linear(self) -> RowFunction:
-        n = self._x.numel()
-        slopes = ca.jacobian(self._p, ca.vertcat(self._x, self._q))
-        return RowFunction("linear", self._inputs, [self._p, slopes[:, :n], slopes[:, n:]])
-
-    @cached_property
-    def rotations(self) -> RowFunction:
-        R, n = link_frames(self._joints, self._origins, self._q)[-1][0], self._x.numel()
+    To build one takes longer than most of its calls.
+    """
+    given, x, q = (
+        ca.SX.sym(*s) for s in (("given", 6 * len(joints)), ("x", len(free)), ("q", columns))
+    )
+    origins, n = ca.SX(given), len(free)
+    origins[list(free)] = x
+    unknowns = ca.vertcat(x, q)
+    if kind == "rotations":
+        value = link_frames(joints, origins, q)[-1][0]
         # a turn w changes each column r by w x r, and the sum of r x (w x r) over three is 2 w
-        turns: Any = ca.DM.zeros(3, n + self._q.numel())
-        for r in (ca.densify(R[:, k]) for k in range(3)):
-            J = ca.jacobian(r, ca.vertcat(self._x, self._q))
-            turns += ca.vertcat(
+        slopes: Any = ca.DM.zeros(3, n + columns)
+        for r in (ca.densify(value[:, k]) for k in range(3)):
+            J = ca.jacobian(r, unknowns)
+            slopes += ca.vertcat(
                 *(r[i - 2] * J[i - 1, :] - r[i - 1] * J[i - 2, :] for i in range(3))
             )
-        turns = turns / 2
-        return RowFunction("rotations", self._inputs, [R, turns[:, :n], turns[:, n:]])
-
-    @cached_property
-    def volume(self) -> RowFunction:
-        J = ca.jacobian(self._p, self._q)
-        value = 0.5 * ca.log(ca.det(J @ J.T))
-        n = self._x.numel()
-        slopes = ca.gradient(value, ca.vertcat(self._x, self._q))
-        return RowFunction("volume", self._inputs, [value, slopes[:n], slopes[n:]])
-
-
-@lru_cache(maxsize=64)
-def _ball_functions(
-    joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
-) -> _BallFunctions:
-    """The functions of a chain; to build them takes longer than most of their calls."""
-    return _BallFunctions(joints, free, columns)
+        slopes = slopes / 2
+    else:
+        value = ca.densify(ball_position(joints, origins, q))
+        if kind == "points":
+            return RowFunction(kind, [given, x, q], [value])
+        if kind == "volume":
+            J = ca.jacobian(value, q)
+            value = 0.5 * ca.log(ca.det(J @ J.T))
+        slopes = ca.jacobian(value, unknowns)
+    return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
 
 
 def _kind(joint: Joint) -> Joint:

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint
-from .kinematics import across, link_frames, rotation, rotation_rpy
+from .kinematics import frames_and_axes, link_frames
 from .row_function import RowFunction
 from .urdf import Robot
 
@@ -37,12 +37,10 @@ class PoseModel:
     """Joint positions as the encoders read them, shape (m,) [rad]."""
     corrected: Any
     """True positions of the joints, shape (m,) [rad]; their tilts follow where there are any."""
-    joints: tuple[Joint, ...]
-    """The chain, from the base to the ball."""
-    origins: Any
-    """Their origins, one after the other, 6 numbers each [m, rad]."""
-    frames: tuple[tuple[Any, Any], ...]
+    frames: Sequence[tuple[Any, Any]]
     """Rotation and position of each joint's child link in the base frame."""
+    axes: Sequence[tuple[int, bool, Any]]
+    """For each number of ``corrected``, see :func:`.frames_and_axes`."""
 
     @classmethod
     def of(
@@ -59,7 +57,7 @@ class PoseModel:
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
         places = ca.DM((robot.origins if origins is None else origins).ravel())
-        return cls(q, true, robot.joints, places, tuple(link_frames(robot.joints, places, true)))
+        return cls(q, true, *frames_and_axes(robot.joints, places, true))
 
     @property
     def true_positions(self) -> Any:
@@ -92,25 +90,12 @@ class PoseModel:
         Its first m columns are nearly those of :meth:`jacobian`, since joints are corrected by
         milliradians, and take a tenth of the work.
         """
-        m, count = self.q.numel(), self.corrected.numel()
-        columns = [ca.DM.zeros(6)] * count
-        moving, before = 0, ca.DM.eye(3)
-        for i, (one, (R, p)) in enumerate(zip(self.joints, self.frames, strict=True)):
-            # the same products as in link_frames, so that they are computed once
-            upright, before = before @ rotation_rpy(self.origins[6 * i + 3 : 6 * i + 6]), R
-            if not one.actuated or i > joint:
-                continue
-            axes = [upright @ ca.DM(one.axis)]
-            if count > m:
-                b, c = across(one.axis)
-                slides = one.type == "prismatic"
-                own = upright if slides else upright @ rotation(one.axis, self.corrected[moving])
-                axes += [own @ ca.DM(b), R @ ca.DM(c)]
-            for k, along in enumerate(axes):
-                slides = k == 0 and one.type == "prismatic"
-                turned = ca.vertcat(ca.cross(along, point - p), along)
-                columns[k * m + moving] = ca.vertcat(along, ca.DM.zeros(3)) if slides else turned
-            moving += 1
+        columns = [ca.DM.zeros(6)] * len(self.axes)
+        for k, (i, slides, along) in enumerate(self.axes):
+            if i <= joint:
+                arm = point - self.frames[i][1]
+                parts = (along, ca.DM.zeros(3)) if slides else (ca.cross(along, arm), along)
+                columns[k] = ca.vertcat(*parts)
         return ca.horzcat(*columns)
 
 
@@ -129,27 +114,26 @@ def gravity_moments(
         Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
         then about the first axis :func:`across` each, then about the second.
     """
-    rows = _moments_of_rows(robot.joints, robot.bodies, payload)
-    return rows(positions, np.array(gravity))[0]
+    function = _moments(robot.joints, robot.bodies, payload)
+    return function(positions, np.array(gravity))[0]
 
 
 def moments_function(
     robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    of_both = _moments_function(robot.joints, robot.bodies, payload)
+    of_both = _moments(robot.joints, robot.bodies, payload).function
     q = ca.SX.sym("q", of_both.numel_in(1))
-    moments = of_both(ca.DM(list(gravity)), q)
+    moments = of_both(ca.DM(list(gravity)), q).T
     return ca.Function("moments", [q], [moments], {"cse": True})
 
 
 @lru_cache(maxsize=16)
-def _moments_function(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> Any:
+def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
-    q, tilts = ca.SX.sym("q", m), ca.SX.sym("tilts", 2 * m)
+    q, tilts, gravity = (ca.SX.sym(*of) for of in (("q", m), ("tilts", 2 * m), ("gravity", 3)))
     origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
     frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
-    gravity = ca.SX.sym("gravity", 3)
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
@@ -157,16 +141,7 @@ def _moments_function(joints: tuple[Joint, ...], bodies: tuple[Body, ...], paylo
     # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
     slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
     upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return ca.Function("moments", [gravity, q], [upright], {"cse": True})
-
-
-@lru_cache(maxsize=16)
-def _moments_of_rows(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
-) -> RowFunction:
-    function = _moments_function(joints, bodies, payload)
-    gravity, q = (ca.SX.sym(name, function.numel_in(i)) for i, name in enumerate("gq"))
-    return RowFunction("moments", [gravity, q], [function(gravity, q)])
+    return RowFunction("moments", [gravity, q], [upright])
 
 
 @dataclass(frozen=True)
@@ -240,7 +215,7 @@ def _pull(q: Any, prefer: Any, e: Any) -> Any:
 def _damped(freed: Any, J: Any, e: Any, moves: Any) -> Any:
     """Return a step: some moves, and the damped one of free joints for what these leave."""
     damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(e.numel())
-    return moves + freed.T @ _solved(freed @ freed.T + damping, e - J @ moves)
+    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *ca.ldl(freed @ freed.T + damping, False))
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:
@@ -256,19 +231,3 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)  # of a turn of pi the axis is lost, not the angle
     angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle
-
-
-def _solved(A: Any, b: Any) -> Any:
-    """Return A^-1 b for a symmetric positive definite A (Cholesky)."""
-    n = b.numel()
-    L = ca.SX.zeros(n, n)
-    for i in range(n):
-        for j in range(i + 1):
-            rest = A[i, j] - sum(L[i, k] * L[j, k] for k in range(j))
-            L[i, j] = ca.sqrt(rest) if i == j else rest / L[j, j]
-    y: list[Any] = []
-    for i in range(n):
-        y.append((b[i] - sum(L[i, k] * y[k] for k in range(i))) / L[i, i])
-    for i in reversed(range(n)):
-        y[i] = (y[i] - sum(L[k, i] * y[k] for k in range(i + 1, n))) / L[i, i]
-    return ca.vertcat(*y)

@@ -30,7 +30,7 @@ class RowFunction:
         turned = [ca.densify(ca.SX(output).T) for output in outputs]
         self._sizes = [output.numel() for output in turned]
         self._lengths = [symbol.numel() for symbol in inputs]
-        self._function = ca.Function(name, inputs, turned, {"cse": True})
+        self.function = ca.Function(name, inputs, turned, {"cse": True})
         self._mapped = lru_cache(maxsize=32)(self._map)
 
     def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
@@ -59,8 +59,8 @@ class RowFunction:
 
     def _map(self, N: int) -> Any:
         """Return the function for N rows; its arguments but the last are the same for each."""
-        shared = list(range(self._function.n_in() - 1))
-        return self._function.map(f"{self._function.name()}_{N}", "serial", N, shared, [])
+        shared = list(range(self.function.n_in() - 1))
+        return self.function.map(f"{self.function.name()}_{N}", "serial", N, shared, [])
 
 
 class ColumnFunction(RowFunction):
@@ -104,7 +104,7 @@ class ColumnFunction(RowFunction):
     @cached_property
     def _program(self) -> Any:
         """Instructions with their columns; inputs and outputs; None where one is not known."""
-        f = self._function
+        f = self.function
         work = np.ones((f.sz_w(), BLOCK))
         column: list[Any] = list(work)
         program: list[Any] = []
