@@ -103,7 +103,7 @@ class World:
         origins = {k: Origin(tuple(v[:3]), tuple(v[3:])) for k, v in changed.items()}
         text = scan(set_origins(self.robot.text, origins), self.robot.source)
         robot = self.robot
-        self.robot = parse_robot(text, source=robot.source, base=robot.base, tip=robot.tip)
+        self.robot = parse_robot(text, base=robot.base, tip=robot.tip)
 
     def with_origin(self, index: int, column: int, by: float) -> None:
         """Change one number of a joint's origin in the model that is believed."""

@@ -80,10 +80,10 @@ def _renamed(tree: ET.Element, prefix: str) -> ET.Element:
 def _stand(one: Placed, urdf: bytes) -> ET.Element:
     """Return the joint from the world to a robot's root."""
     text = one.robot.text
-    parents = find_parents(text, one.name)
-    root = find_root(text, parents, one.name)
+    parents = find_parents(text)
+    root = find_root(text, parents)
     in_root, origins = IDENTITY, scan(urdf, one.name).origins
-    for joint in find_chain(text, parents, root, one.robot.base, one.name):
+    for joint in find_chain(text, parents, root, one.robot.base):
         if joint.actuated:
             raise ModelError(
                 f"{one.name}: joint {joint.name!r} moves the base link {one.robot.base!r}; "

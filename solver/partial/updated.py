@@ -79,7 +79,7 @@ def updated(
     deflection = model.deflection(x[: model.size]).without_joint_offsets
     text = old.robot.text
     if tool:
-        text = scan(add_link(text, tool.parent, tool.origin, tool.name), "nominal_urdf")
+        text = scan(add_link(text, tool.parent, tool.origin, tool.name), text.source)
     robot = replace(old.robot, text=text)
     beyond = exported if deflection.extensions else None
     calibrated = CalibratedRobot(robot, old.parameters, values, deflection, old.load, beyond)

@@ -155,19 +155,19 @@ def load_robot(
         raise ModelError(
             f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
         ) from None
-    text = scan(data, str(file))
+    text = scan(data, name)
     if flange is not None and ball is not None:
-        require_link(text, flange, str(file))
+        require_link(text, flange)
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
         centre = Origin(_three_numbers(ball, "ball"))
         try:
-            text = scan(add_link(text, flange, centre, tip), str(file))
+            text = scan(add_link(text, flange, centre, tip), name)
         except ModelError as error:
             raise ModelError(
                 f"{error}; leave out --flange, or give the new ball another name, as in "
                 "--tip printed_ball"
             ) from None
-    loaded = parse_robot(text, source=name, base=base, tip=tip)
+    loaded = parse_robot(text, base=base, tip=tip)
     place = None if ball is None else list(ball)
     return replace(loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place})
 
@@ -191,8 +191,8 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
         ModelError: No such link, or one that moves against the flange.
     """
     text, chain = robot.text, [joint.name for joint in robot.joints]
-    require_link(text, link, robot.source)
-    parents = find_parents(text, robot.source)
+    require_link(text, link)
+    parents = find_parents(text)
 
     def in_last_that_moves(name: str) -> np.ndarray:
         pose = np.eye(4)
@@ -207,32 +207,25 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
             own = origins[chain.index(joint)] if joint in chain else (*written.xyz, *written.rpy)
             step = np.eye(4)
             step[:3, :3], step[:3, 3] = matrix_rpy(own[3:]), own[:3]
-            pose, name = step @ pose, text.joints[joint].children["parent"]["link"]
+            pose, name = step @ pose, text.joints[joint].read("parent", "link")
         return pose
 
     return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
 
 
-def parse_robot(
-    text: UrdfText, *, source: str, base: str | None = None, tip: str = BALL_LINK
-) -> Robot:
+def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK) -> Robot:
     """Read the chain from a model's text; see :func:`load_robot`.
 
     Raises:
         ModelError: The text has no such chain.
     """
-    parents = find_parents(text, source)
-    root = find_root(text, parents, source)
-    require_link(
-        text,
-        tip,
-        source,
-        hint="; name the ball's link by --tip, or put a ball on a "
-        "link by --flange LINK --ball X Y Z",
-    )
+    source, parents = text.source, find_parents(text)
+    root = find_root(text, parents)
+    hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
+    require_link(text, tip, hint)
     base = base or root
-    require_link(text, base, source)
-    joints = find_chain(text, parents, base, tip, source)
+    require_link(text, base)
+    joints = find_chain(text, parents, base, tip)
     if not any(joint.actuated for joint in joints):
         raise ModelError(f"{source}: no joint moves between {base!r} and {tip!r}")
     if joints[-1].actuated:
@@ -240,5 +233,5 @@ def parse_robot(
             f"{source}: {tip!r} hangs on the moving joint {joints[-1].name!r}; the ball must be "
             f"fixed to a link: --flange {tip} --ball X Y Z"
         )
-    bodies = find_bodies(text, parents, joints, source)
+    bodies = find_bodies(text, parents, joints)
     return Robot(text.name, source, text, base, tip, joints, bodies)

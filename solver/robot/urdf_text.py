@@ -11,6 +11,8 @@ from xml.parsers import expat
 
 from ...errors import MukcaError
 
+_TAG = re.compile(rb"(?:[^\"'>]|\"[^\"]*\"|'[^']*')*>")
+
 
 class ModelError(MukcaError):
     """A robot model cannot be read, or is not what calibration needs."""
@@ -32,53 +34,56 @@ class Origin:
 
 @dataclass
 class Element:
-    """A start tag's attributes, and those of the first tag of each kind right inside it."""
+    """A start tag, and the first tag of each kind right inside it."""
 
     attributes: Mapping[str, str]
-    children: dict[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
+    span: tuple[int, int]
+    """First and last byte offset of the tag."""
+    children: dict[str, "Element"] = field(default_factory=dict[str, "Element"])
+
+    def read(self, child: str, key: str, default: str = "") -> str:
+        """Return an attribute of a tag right inside it."""
+        return (
+            self.children[child].attributes.get(key, default) if child in self.children else default
+        )
 
 
 @dataclass
 class UrdfText:
-    """A URDF's text, what it says, and where the tags stand that may be edited (byte offsets)."""
+    """A URDF's text, what it says, and where the tags stand that may be edited."""
 
     data: bytes
+    source: str
+    """Its name in messages."""
     name: str = ""
     """The robot's name."""
     joints: dict[str, Element] = field(default_factory=dict[str, Element])
-    inertials: dict[str, Element] = field(default_factory=dict[str, Element])
-    """The ``<inertial>`` of each link that has one."""
+    links: dict[str, Element] = field(default_factory=dict[str, Element])
     origins: dict[str, Origin] = field(default_factory=dict[str, Origin])
     """The origin of each joint; the identity where none is written."""
-    origin_tags: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
-    """First and last offset of each joint's own ``<origin>`` start tag, where it has one."""
-    joint_tags: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
-    """First and last offset of each joint's start tag."""
-    links: list[str] = field(default_factory=list[str])
     filename_tags: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     """Start tags of meshes and textures."""
     robot_end: int = 0
     """Byte offset of ``</robot>``."""
 
 
-def scan(data: bytes, name: str) -> UrdfText:
-    """Find the tags that may be edited, and refuse a file that is no plain URDF; messages name it.
+def scan(data: bytes, source: str) -> UrdfText:
+    """Find the tags that may be edited, and refuse a file that is no plain URDF.
 
     Raises:
         ModelError: Not UTF-8, not XML, a document type or entity declaration, a xacro file, no
             ``<robot>``, a joint or link without a name or with one used twice, an origin that
-            is not three finite numbers.
+            is not three finite numbers. The message begins with the source.
     """
-    return _Scanner(data, name).run()
+    return _Scanner(data, source).run()
 
 
 class _Scanner:
     """Reads the text once with expat, and notes where the tags are. No entity is ever expanded."""
 
-    def __init__(self, data: bytes, name: str) -> None:
-        self.text = UrdfText(data.removeprefix(b"\xef\xbb\xbf"))
-        self.name = name
-        self.path: list[str] = []
+    def __init__(self, data: bytes, source: str) -> None:
+        self.text = UrdfText(data.removeprefix(b"\xef\xbb\xbf"), source)
+        self.open: list[Element] = []
         self.joint = ""
         self.parser = expat.ParserCreate("utf-8")
         self.parser.StartElementHandler = self.start
@@ -90,51 +95,44 @@ class _Scanner:
             self.parser.Parse(self.text.data, True)
         except expat.ExpatError as error:
             reason = expat.errors.messages[error.code]
-            raise ModelError(f"{self.name}:{error.lineno}: not XML: {reason}") from None
+            raise ModelError(f"{self.text.source}:{error.lineno}: not XML: {reason}") from None
         return self.text
 
     def fail(self, reason: str) -> ModelError:
-        return ModelError(f"{self.name}:{self.parser.CurrentLineNumber}: {reason}")
+        return ModelError(f"{self.text.source}:{self.parser.CurrentLineNumber}: {reason}")
 
     def refuse_doctype(self, *_: object) -> None:
         raise self.fail("document type and entity declarations are refused; remove <!DOCTYPE ...>")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        if not self.path and tag != "robot":
+        text, depth, begin = self.text, len(self.open), self.parser.CurrentByteIndex
+        if not depth and tag != "robot":
             raise self.fail(f"the outermost element is <{tag}>, a URDF's is <robot>")
         if tag.startswith("xacro:"):
             raise self.fail("this is a xacro file; expand it first: xacro FILE > robot.urdf")
-        self.path.append(tag)
-        begin = self.parser.CurrentByteIndex
-        span = (begin, end_of_tag(self.text.data, begin))
-        if self.path == ["robot"]:
-            self.text.name = self.new_name(attributes, tag, ())
-        elif self.path == ["robot", "joint"]:
-            self.joint = self.new_name(attributes, tag, self.text.joint_tags)
-            self.text.joint_tags[self.joint] = span
-            self.text.origins[self.joint] = Origin()
-            self.text.joints[self.joint] = Element(attributes)
-        elif self.path == ["robot", "joint", "origin"]:
-            self.text.origin_tags[self.joint] = span
-            self.text.origins[self.joint] = Origin(
-                self.triple(attributes.get("xyz", "0 0 0")),
-                self.triple(attributes.get("rpy", "0 0 0")),
-            )
-        elif self.path == ["robot", "link"]:
-            self.text.links.append(self.new_name(attributes, tag, self.text.links))
-        elif self.path == ["robot", "link", "inertial"]:
-            self.text.inertials.setdefault(self.text.links[-1], Element(attributes))
-        elif self.path[:-1] == ["robot", "joint"]:
-            self.text.joints[self.joint].children.setdefault(tag, attributes)
-        elif self.path[:-1] == ["robot", "link", "inertial"]:
-            self.text.inertials[self.text.links[-1]].children.setdefault(tag, attributes)
+        element = Element(attributes, (begin, end_of_tag(text.data, begin)))
+        if depth == 0:
+            text.name = self.new_name(attributes, tag, ())
+        elif depth == 1:
+            self.joint = ""
+            if tag == "link":
+                text.links[self.new_name(attributes, tag, text.links)] = element
+            elif tag == "joint":
+                self.joint = self.new_name(attributes, tag, text.joints)
+                text.joints[self.joint], text.origins[self.joint] = element, Origin()
+        elif depth == 2 and self.joint and tag == "origin" and tag not in self.open[1].children:
+            xyz, rpy = (self.triple(attributes.get(key, "0 0 0")) for key in ("xyz", "rpy"))
+            text.origins[self.joint] = Origin(xyz, rpy)
+        if depth:
+            self.open[-1].children.setdefault(tag, element)
         if "filename" in attributes and tag in {"mesh", "texture"}:
-            self.text.filename_tags.append(span)
+            text.filename_tags.append(element.span)
+        self.open.append(element)
 
     def end(self, tag: str) -> None:
-        if len(self.path) == 1:
+        self.open.pop()
+        if not self.open:
             self.text.robot_end = self.parser.CurrentByteIndex
-        self.path.pop()
 
     def new_name(self, attributes: Mapping[str, str], tag: str, known: Collection[str]) -> str:
         name = attributes.get("name", "")
@@ -156,16 +154,8 @@ class _Scanner:
 
 def end_of_tag(data: bytes, begin: int) -> int:
     """Return the offset just after the ``>`` that closes the start tag at ``begin``."""
-    quote = 0
-    for place in range(begin, len(data)):
-        byte = data[place]
-        if quote:
-            quote = 0 if byte == quote else quote
-        elif byte in b"\"'":
-            quote = byte
-        elif byte == ord(">"):
-            return place + 1
-    return len(data)
+    tag = _TAG.match(data, begin)
+    return tag.end() if tag else len(data)
 
 
 def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
@@ -182,8 +172,10 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
             if tuple(new) != before
         }
         if changed:
-            _, after = text.joint_tags[joint]  # where a joint without an origin gets its own
-            begin, end = text.origin_tags.get(joint, (after, after))
+            element = text.joints[joint]
+            after = element.span[1]  # where a joint without an origin gets its own
+            written = element.children.get("origin")
+            begin, end = written.span if written else (after, after)
             tag = text.data[begin:end] or b"<origin/>"
             edits.append((begin, end, with_attributes(tag, changed)))
     return with_edits(text.data, edits)
@@ -232,7 +224,7 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
     if link.split() != [link]:
         raise ModelError(f"{link!r}: a link's name has no blanks, and is not empty")
     joint = link.removesuffix("_link") + "_joint"
-    if link in text.links or joint in text.joint_tags:
+    if link in text.links or joint in text.joints:
         raise ModelError(f"the model already has {link!r} or {joint!r}; choose another name")
     xyz, rpy = (" ".join(map(repr, map(float, part))) for part in (origin.xyz, origin.rpy))
     new = (

@@ -35,7 +35,7 @@ ARM = """<link name="{n}1"/><link name="{n}_ball"/>
 def torso(spine="fixed"):
     arms = "".join(ARM.format(n=n, y=y) for n, y in (("l", 0.2), ("r", -0.2)))
     data = TORSO.format(arms=arms).replace('"spine" type="fixed"', f'"spine" type="{spine}"')
-    return [parse_robot(scan(data.encode(), "t"), source="t", tip=f"{n}_ball") for n in "lr"]
+    return [parse_robot(scan(data.encode(), "t"), tip=f"{n}_ball") for n in "lr"]
 
 
 def test_chains_of_one_file_stay_in_it():
@@ -46,7 +46,7 @@ def test_chains_of_one_file_stay_in_it():
     assert len(ET.fromstring(data).findall("link")) == 6
     q = np.array([0.4])
     for robot, pose in ((left, HOME), (right, off)):
-        chain = parse_robot(scan(data, "t"), source="t", tip=robot.tip)
+        chain = parse_robot(scan(data, "t"), tip=robot.tip)
         assert ball(chain, q) == pytest.approx(pose.apply(ball(robot, q)[None])[0])
 
 

@@ -29,7 +29,7 @@ PRISMATIC = """<robot name="crane"><link name="w"/><link name="a"><inertial><mas
 
 
 def crane():
-    return parse_robot(scan(PRISMATIC.encode(), "crane"), source="crane")
+    return parse_robot(scan(PRISMATIC.encode(), "crane"))
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])
