@@ -33,6 +33,10 @@ class Reason(Enum):
     MISSING_PACKAGE = "missing package"
     """A Python package that this driver needs is not installed."""
 
+    def __call__(self, message: str) -> "DriverError":
+        """Return the error for this reason, to be raised; the message is for people."""
+        return DriverError(self, message)
+
 
 class DriverError(MukcaError):
     """A driver cannot deliver joint states; the message says why, and what would work.
@@ -166,9 +170,8 @@ def match_joints(joint_names: Sequence[str] | None, count: int, robot: str) -> t
     if joint_names is None:
         return tuple(f"joint{index}" for index in range(1, count + 1))
     if len(joint_names) != count:
-        raise DriverError(
-            Reason.WRONG_ROBOT,
+        raise Reason.WRONG_ROBOT(
             f"{robot} has {count} joints, but the model has {len(joint_names)} "
-            f"({', '.join(joint_names)}); choose the model of this robot",
+            f"({', '.join(joint_names)}); choose the model of this robot"
         )
     return tuple(joint_names)

@@ -65,13 +65,13 @@ class Reconnecting(Driver):
                 Another reason when the robot cannot be had again.
         """
         if self._closed:
-            raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+            raise Reason.UNREACHABLE("the connection is closed")
         driver = self._driver or self._again(timeout)
         try:
             state = self._read(driver, timeout)
         except DriverError as error:
             self._fail(error)
-            raise DriverError(Reason.SILENT, self.trouble or str(error)) from error
+            raise Reason.SILENT(self.trouble or str(error)) from error
         self._last_state = clock.now()
         self.trouble = None
         self._wait = self._first_wait
@@ -120,7 +120,7 @@ class Reconnecting(Driver):
         pause = self._next_attempt - clock.now()
         clock.sleep(max(0.0, min(pause, timeout)))
         if pause > timeout:
-            raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again")
+            raise Reason.SILENT(f"{self.trouble}; connecting again")
         try:
             driver = self._connect()
         except DriverError as error:
@@ -129,13 +129,12 @@ class Reconnecting(Driver):
             self._wait = min(2 * self._wait, self._longest_wait)
             self._next_attempt = clock.now() + self._wait
             self.trouble = str(error)
-            raise DriverError(Reason.SILENT, f"{self.trouble}; connecting again") from error
+            raise Reason.SILENT(f"{self.trouble}; connecting again") from error
         if driver.joint_names != self._names:
             driver.close()
-            raise DriverError(
-                Reason.WRONG_ROBOT,
+            raise Reason.WRONG_ROBOT(
                 f"another robot answers: its joints are {', '.join(driver.joint_names)}, "
-                f"not {', '.join(self._names)}",
+                f"not {', '.join(self._names)}"
             )
         logger.warning("connected again")
         self._driver = driver

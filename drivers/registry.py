@@ -141,9 +141,8 @@ def open_driver(
     if name not in infos:
         infos = {info.name: info for info in reversed(list_drivers())}
     if name not in infos:
-        raise DriverError(
-            Reason.BAD_ADDRESS,
-            f"no driver is called {name!r}; there are: {', '.join(sorted(infos))}",
+        raise Reason.BAD_ADDRESS(
+            f"no driver is called {name!r}; there are: {', '.join(sorted(infos))}"
         )
     return _load(infos[name])(address, joint_names)
 
@@ -154,17 +153,15 @@ def _load(info: DriverInfo) -> type[Driver]:
     try:
         loaded = getattr(importlib.import_module(module), attribute)
     except ImportError as error:
-        raise DriverError(
-            Reason.MISSING_PACKAGE,
-            f"driver {info.name!r} of {info.source} needs {error.name}: {error}",
+        raise Reason.MISSING_PACKAGE(
+            f"driver {info.name!r} of {info.source} needs {error.name}: {error}"
         ) from None
     except (Exception, SystemExit) as error:  # a plug-in may fail in any way, and stops no other
-        raise DriverError(
-            Reason.MISSING_PACKAGE, f"driver {info.name!r} of {info.source} is broken: {error!r}"
+        raise Reason.MISSING_PACKAGE(
+            f"driver {info.name!r} of {info.source} is broken: {error!r}"
         ) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Driver)):
-        raise DriverError(
-            Reason.MISSING_PACKAGE,
-            f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver",
+        raise Reason.MISSING_PACKAGE(
+            f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver"
         )
     return loaded

@@ -101,7 +101,7 @@ class ValidatingDriver(Driver):
         except DriverError as error:
             if not advice or error.reason is not Reason.SILENT:
                 raise
-            raise DriverError(Reason.UNREACHABLE, f"{error}: {advice}") from None
+            raise Reason.UNREACHABLE(f"{error}: {advice}") from None
         return self._unread
 
     def _silence(
@@ -109,7 +109,7 @@ class ValidatingDriver(Driver):
     ) -> DriverError:
         """Return the error for a time in which nothing came, between two moments [s]."""
         waited = max(0.0, deadline - asked)
-        return DriverError(Reason.SILENT, f"no {kind} from {self._where} for {waited:.3g} s{more}")
+        return Reason.SILENT(f"no {kind} from {self._where} for {waited:.3g} s{more}")
 
     def _begin_anew(self) -> None:
         """Compare the next stamp with none before it: the robot's clock may start again."""
@@ -139,14 +139,14 @@ class ValidatingDriver(Driver):
                 self._count_rejected()
                 self._useless += not self._proven
                 if self._useless >= USELESS:
-                    raise DriverError(Reason.PROTOCOL, f"{self._where} sends {bad}") from None
+                    raise Reason.PROTOCOL(f"{self._where} sends {bad}") from None
             except DriverError as error:
                 if bad and error.reason is Reason.SILENT:
-                    raise DriverError(Reason.SILENT, f"{self._where} sends {bad}") from None
+                    raise Reason.SILENT(f"{self._where} sends {bad}") from None
                 raise
             if clock.now() > deadline:
-                raise DriverError(Reason.SILENT, f"{self._where} sends {bad}")
-        raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+                raise Reason.SILENT(f"{self._where} sends {bad}")
+        raise Reason.UNREACHABLE("the connection is closed")
 
     def _check_values(self, state: JointState) -> None:
         """See that there is a number for each joint."""

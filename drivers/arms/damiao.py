@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
+from .. import JointState, PolledDriver, Reason, clock, match_joints
 from ..transport import CanBus, FreshAnswers, parse_can_address
 
 JOINTS = 7
@@ -87,10 +87,9 @@ class Damiao(PolledDriver):
             if status in TROUBLES
         )
         if ENABLED in statuses:
-            raise DriverError(
-                Reason.WRONG_MODE,
+            raise Reason.WRONG_MODE(
                 f"a motor of {self._where} is enabled: end the program that moves the arm, and "
-                "hold the arm, which falls when its motors are off",
+                "hold the arm, which falls when its motors are off"
             )
         position = tuple(s * q for s, q in zip(self._signs, angles, strict=True))
         return JointState((start + clock.now()) / 2, position)
@@ -105,15 +104,13 @@ class Damiao(PolledDriver):
                 until = clock.now() + FIRST_ANSWER_SECONDS
                 largest = self._ask(motor, QUERY, PMAX_REGISTER, decode_query, until)
             except ValueError as error:
-                raise DriverError(
-                    Reason.UNREACHABLE,
-                    f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?",
+                raise Reason.UNREACHABLE(
+                    f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?"
                 ) from None
             if largest != PMAX:
-                raise DriverError(
-                    Reason.WRONG_ROBOT,
+                raise Reason.WRONG_ROBOT(
                     f"motor {motor} on {self._where} counts to {largest:g} rad, not {PMAX:g}: its "
-                    "angles would be read wrong",
+                    "angles would be read wrong"
                 )
 
     def _ask(

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from typing import Any, cast
 
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from .. import JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, open_tcp, parse_endpoint
 
 PORT = 1337
@@ -83,7 +83,7 @@ class Franka(ValidatingDriver):
             state, self.status = decode_state(datagram)
             return state
         if _is_closed(self._tcp):
-            raise DriverError(Reason.UNREACHABLE, f"{self._where} closed the connection")
+            raise Reason.UNREACHABLE(f"{self._where} closed the connection")
         hint = "does a firewall here block UDP from it?"
         if self.status:
             hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"
@@ -101,18 +101,16 @@ def _connect(
     session = _try_version(endpoint, version, on_stranger)
     if isinstance(session, int):
         if session not in VERSIONS or session == version or "version" in endpoint.options:
-            raise DriverError(
-                Reason.PROTOCOL,
+            raise Reason.PROTOCOL(
                 f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
                 f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
-                "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros",
+                "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros"
             )
         clock.sleep(SETTLE_SECONDS)
         version, session = session, _try_version(endpoint, session, on_stranger)
     if isinstance(session, int):
-        raise DriverError(
-            Reason.PROTOCOL,
-            f"the robot at {endpoint} asked for version {version} of FCI, then refused it",
+        raise Reason.PROTOCOL(
+            f"the robot at {endpoint} asked for version {version} of FCI, then refused it"
         )
     return session
 
@@ -130,10 +128,9 @@ def _try_version(
             response = _receive_exactly(tcp, RESPONSE.size)
         except OSError as error:
             did = "ended it" if isinstance(error, ConnectionError) else "did not answer"
-            raise DriverError(
-                Reason.BUSY,
+            raise Reason.BUSY(
                 f"the robot at {endpoint} took the connection, then {did}. If another program "
-                "holds FCI, which serves one at a time, close it; else see what Desk says",
+                "holds FCI, which serves one at a time, close it; else see what Desk says"
             ) from None
         status, server = _parse_response(response, endpoint)
         if status == INCOMPATIBLE:
@@ -172,9 +169,8 @@ def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
     command, identifier, size, status, server = RESPONSE.unpack(response)
     header = (command, identifier, size)
     if header != (CONNECT, 0, RESPONSE.size) or status not in (SUCCESS, INCOMPATIBLE):
-        raise DriverError(
-            Reason.PROTOCOL,
-            f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}",
+        raise Reason.PROTOCOL(
+            f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}"
         )
     return status, server
 

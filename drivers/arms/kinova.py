@@ -110,7 +110,7 @@ class Kinova(PolledDriver):
             self._count_rejected()
             self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
-                raise DriverError(Reason.SILENT, f"the joints take {end - start:.2g} s to answer")
+                raise Reason.SILENT(f"the joints take {end - start:.2g} s to answer")
 
 
 def _connect(address: str) -> KinovaArm:
@@ -122,10 +122,9 @@ def _connect(address: str) -> KinovaArm:
         return open_serial(rest) if scheme == "serial" else open_can(rest)
     if separator and scheme == "kortex":
         return Kortex(rest)
-    raise DriverError(
-        Reason.BAD_ADDRESS,
+    raise Reason.BAD_ADDRESS(
         f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, or "
-        "kortex://HOST (Gen3, Gen3 lite)",
+        "kortex://HOST (Gen3, Gen3 lite)"
     )
 
 
@@ -152,14 +151,14 @@ class Kortex(KinovaArm):
                 return measurement
             self.rejected += 1
             if clock.now() >= deadline:
-                raise DriverError(Reason.SILENT, f"the arm at {self._where} sends no numbers")
+                raise Reason.SILENT(f"the arm at {self._where} sends no numbers")
 
     def _refresh(self, timeout: float) -> Measurement:
         self._options.timeout_ms = math.ceil(1000 * timeout)
         try:
             feedback = self._cyclic.RefreshFeedback(options=self._options)
         except (TimeoutError, FutureTimeoutError):
-            raise DriverError(Reason.SILENT, f"the arm at {self._where} does not answer") from None
+            raise Reason.SILENT(f"the arm at {self._where} does not answer") from None
         except Exception as error:
             raise self._failed(error) from error
         actuators = feedback.actuators
@@ -204,7 +203,7 @@ class Kortex(KinovaArm):
 
     def _failed(self, error: Exception) -> DriverError:
         self.close()
-        return DriverError(Reason.UNREACHABLE, f"the Kinova arm at {self._where}: {error}")
+        return Reason.UNREACHABLE(f"the Kinova arm at {self._where}: {error}")
 
 
 def _modules() -> dict[str, Any]:
@@ -219,8 +218,7 @@ def _modules() -> dict[str, Any]:
     try:
         return {name: importlib.import_module(f"kortex_api.{name}") for name in names}
     except ImportError as error:
-        raise DriverError(
-            Reason.MISSING_PACKAGE,
+        raise Reason.MISSING_PACKAGE(
             "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that the "
-            f"readme of github.com/Kinovarobotics/kortex names ({error})",
+            f"readme of github.com/Kinovarobotics/kortex names ({error})"
         ) from None

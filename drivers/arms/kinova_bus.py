@@ -136,7 +136,7 @@ class PolledArm(KinovaArm):
             if error.reason is Reason.BAD_ADDRESS:
                 raise
             advice = "is the arm on, and are the settings right?"
-            raise DriverError(Reason.UNREACHABLE, f"{error}: {advice}") from None
+            raise Reason.UNREACHABLE(f"{error}: {advice}") from None
         except BaseException:
             self.close()
             raise
@@ -156,7 +156,7 @@ class PolledArm(KinovaArm):
         try:
             return self._fresh.ask(lambda: self._ask(actuator, deadline), deadline)
         except ValueError as error:
-            raise DriverError(Reason.SILENT, str(error)) from None
+            raise Reason.SILENT(str(error)) from None
 
     def _ask(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Return an actuator's answer; other messages are counted."""
@@ -178,7 +178,7 @@ def open_serial(rest: str) -> PolledArm:
     if parity not in PARITIES:
         raise options.wrong("parity", f"one of {', '.join(PARITIES)}")
     if not port:
-        raise DriverError(Reason.BAD_ADDRESS, "serial:// needs a port, as in serial:///dev/ttyUSB0")
+        raise Reason.BAD_ADDRESS("serial:// needs a port, as in serial:///dev/ttyUSB0")
     line = SerialLine(
         port,
         options.integer("baud", 115200),
@@ -199,10 +199,10 @@ def open_can(rest: str) -> PolledArm:
         link = IsoTpLink(bus, transmit, receive)
     except ImportError:
         bus.close()
-        raise DriverError(
-            Reason.MISSING_PACKAGE, "kinova over CAN needs can-isotp: pip install 'mukca[isotp]'"
+        raise Reason.MISSING_PACKAGE(
+            "kinova over CAN needs can-isotp: pip install 'mukca[isotp]'"
         ) from None
     except ValueError as error:
         bus.close()
-        raise DriverError(Reason.BAD_ADDRESS, f"can://{rest}: {error}") from None
+        raise Reason.BAD_ADDRESS(f"can://{rest}: {error}") from None
     return PolledArm(link, str(address), address.options)

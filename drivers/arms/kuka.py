@@ -57,20 +57,17 @@ class Kuka(ValidatingDriver):
             if error.reason not in (Reason.SILENT, Reason.PROTOCOL):
                 raise
         if self.status:
-            raise DriverError(
-                Reason.WRONG_MODE,
-                f"the FRI session of {self._where} is {self.status} and tells no joint angles",
+            raise Reason.WRONG_MODE(
+                f"the FRI session of {self._where} is {self.status} and tells no joint angles"
             )
         if self._useless:
-            raise DriverError(
-                Reason.PROTOCOL,
+            raise Reason.PROTOCOL(
                 f"what {self._where} sends to UDP port {port} is not FRI of a version known here: "
-                "1.11 to 1.16, 2.5 and 2.7 were tried",
+                "1.11 to 1.16, 2.5 and 2.7 were tried"
             )
-        raise DriverError(
-            Reason.UNREACHABLE,
+        raise Reason.UNREACHABLE(
             f"no FRI message from {self._where} on UDP port {port}: start the Sunrise "
-            "application that opens FRI to this computer (the documentation's page on KUKA has it)",
+            "application that opens FRI to this computer (the documentation's page on KUKA has it)"
         )
 
     def _follow(self, message: StateMessage) -> None:
@@ -86,10 +83,9 @@ class Kuka(ValidatingDriver):
         self._sequence = message.sequence
         self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
         if message.session >= Session.COMMANDING_WAIT:
-            raise DriverError(
-                Reason.WRONG_MODE,
+            raise Reason.WRONG_MODE(
                 f"the FRI session of {self._where} is in {message.session.name}: it expects "
-                "commands, and nothing here sends any; run an application that only monitors",
+                "commands, and nothing here sends any; run an application that only monitors"
             )
 
     def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock
+from .. import JointState, Reason, ValidatingDriver, clock
 from ..transport import Endpoint, open_tcp, parse_endpoint
 
 if TYPE_CHECKING:
@@ -70,9 +70,9 @@ class Ros(ValidatingDriver):
                 self.status = UNSTAMPED
             return replace(state, stamp=arrival) if self.status else state
         if self._ended.is_set():
-            raise DriverError(Reason.UNREACHABLE, f"the connection to {self._where} is lost")
+            raise Reason.UNREACHABLE(f"the connection to {self._where} is lost")
         waited = max(0.0, deadline - asked)
-        raise DriverError(Reason.SILENT, f"no joint states on {self._where} for {waited:.3g} s")
+        raise Reason.SILENT(f"no joint states on {self._where} for {waited:.3g} s")
 
     def _disconnect(self) -> None:
         if not self._ended.is_set():
@@ -90,12 +90,11 @@ class Ros(ValidatingDriver):
             if wanted and set(names).issuperset(wanted):
                 return wanted
         if not published:
-            raise DriverError(Reason.UNREACHABLE, f"nobody publishes on {self._where}")
+            raise Reason.UNREACHABLE(f"nobody publishes on {self._where}")
         missing = [name for name in joint_names or () if name not in published]
-        raise DriverError(
-            Reason.WRONG_ROBOT,
+        raise Reason.WRONG_ROBOT(
             f"{self._where} has no joint {', '.join(missing) or 'states with all joints at once'}; "
-            f"it has {', '.join(sorted(published))}",
+            f"it has {', '.join(sorted(published))}"
         )
 
     def _put(self, message: Any) -> None:
@@ -119,18 +118,14 @@ def _subscribe(
     try:
         import roslibpy
     except ImportError:
-        raise DriverError(
-            Reason.MISSING_PACKAGE, "ros needs roslibpy: pip install 'mukca[ros]'"
-        ) from None
+        raise Reason.MISSING_PACKAGE("ros needs roslibpy: pip install 'mukca[ros]'") from None
     _keep_quiet()
     open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
     client = roslibpy.Ros(endpoint.host, endpoint.port)
     try:
         client.run(timeout=CONNECT_SECONDS)
     except Exception as error:
-        raise DriverError(
-            Reason.PROTOCOL, f"what listens at {endpoint} is no rosbridge: {error}"
-        ) from None
+        raise Reason.PROTOCOL(f"what listens at {endpoint} is no rosbridge: {error}") from None
     finally:
         client.factory.stopTrying()  # a lost connection is made again above, subscription and all
     subscription = roslibpy.Topic(client, topic, "sensor_msgs/JointState")

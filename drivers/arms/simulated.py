@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import parse_qsl
 
-from .. import Driver, DriverError, JointState, Reason, clock, match_joints
+from .. import Driver, JointState, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 
 _Rows = list[tuple[float, ...]]
@@ -49,7 +49,7 @@ class Mock(Driver):
         self._open = False
         if self._arm.shows("drop", self._arm.now()):
             self._leave()
-            raise DriverError(Reason.UNREACHABLE, "the simulated arm does not answer")
+            raise Reason.UNREACHABLE("the simulated arm does not answer")
         self._next = self._arm.connect()
         self._last: JointState | None = None
         self._open = True
@@ -64,14 +64,14 @@ class Mock(Driver):
         deadline = clock.now() + timeout
         while True:
             if not self._open:
-                raise DriverError(Reason.UNREACHABLE, "the connection is closed")
+                raise Reason.UNREACHABLE("the connection is closed")
             self._skip_lost()
             due = self._arm.due(self._next)
             now = clock.now()
             if due > now:
                 clock.sleep(max(0.0, min(due, deadline) - now))
                 if due > deadline:
-                    raise DriverError(Reason.SILENT, f"no state came within {timeout:g} s")
+                    raise Reason.SILENT(f"no state came within {timeout:g} s")
             state = self._receive()
             if state is not None:
                 return state
@@ -100,7 +100,7 @@ class Mock(Driver):
         self._next += 1
         if self._arm.shows("drop", moment):
             self.close()
-            raise DriverError(Reason.UNREACHABLE, "the simulated arm dropped the connection")
+            raise Reason.UNREACHABLE("the simulated arm dropped the connection")
         if self._arm.shows("silent", moment):
             return None
         if self._last is None or not self._arm.shows("repeat", moment):
@@ -112,9 +112,7 @@ def arm_at(address: str) -> SimulatedArm:
     """Return the arm that an address describes; raises as :class:`Mock`."""
     path, _, query = address.partition("?")
     if not path:
-        raise DriverError(
-            Reason.BAD_ADDRESS, "mock needs a recording to replay, as in mock:data/front"
-        )
+        raise Reason.BAD_ADDRESS("mock needs a recording to replay, as in mock:data/front")
     options = dict[str, float]()
     faults: list[Fault] = []
     known = ("rate", "hold", "move", "noise", "effort_noise", "seed", "speed", "buffer")
@@ -131,7 +129,7 @@ def arm_at(address: str) -> SimulatedArm:
                 options[name] = parsed
         return _build(Path(path), options, faults)
     except ValueError as error:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock:{address}: {error}") from None
+        raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
 
 
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
@@ -141,7 +139,7 @@ def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> Simula
     configurations = [row for _, part, _ in parts for row in part]
     efforts = [row for *_, part in parts for row in part]
     if not configurations:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock: {path}: no configuration to replay")
+        raise Reason.BAD_ADDRESS(f"mock: {path}: no configuration to replay")
     hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)
     return SimulatedArm(
         Motion(configurations, hold=hold, move=move),
@@ -167,7 +165,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
         with file.open(newline="", encoding="utf-8-sig") as stream:
             lines = [line for line in csv.reader(stream) if line]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock: {file}: cannot be read: {error}") from None
+        raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {error}") from None
     header = lines.pop(0) if lines and _number(lines[0][0]) is None else []
     positions = [i for i, name in enumerate(header) if name.startswith("position.")]
     efforts = [i for i, name in enumerate(header) if name.startswith("effort.")]

@@ -76,12 +76,10 @@ class Ur(ValidatingDriver):
     def _fastest(self) -> int:
         """Agree on the protocol; return the greatest rate of this controller [Hz]."""
         if self._ask(PROTOCOL_VERSION, struct.pack(">H", 2)) != b"\x01":
-            raise DriverError(
-                Reason.PROTOCOL, f"{self._where} does not speak RTDE version 2: {TRIED}"
-            )
+            raise Reason.PROTOCOL(f"{self._where} does not speak RTDE version 2: {TRIED}")
         version = self._ask(CONTROLLER_VERSION)
         if len(version) != 16:
-            raise DriverError(Reason.PROTOCOL, f"{self._where} sends a malformed version")
+            raise Reason.PROTOCOL(f"{self._where} sends a malformed version")
         return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
 
     def _start(self, rate: float, effort: str | None) -> "Recipe":
@@ -90,9 +88,9 @@ class Ur(ValidatingDriver):
         try:
             recipe = decode_recipe(outputs, effort)
         except ValueError as error:
-            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
+            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         if self._ask(START) != b"\x01":
-            raise DriverError(Reason.WRONG_MODE, f"{self._where} refuses to start")
+            raise Reason.WRONG_MODE(f"{self._where} refuses to start")
         return recipe
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
@@ -103,10 +101,9 @@ class Ur(ValidatingDriver):
         except DriverError as error:
             if error.reason is Reason.PROTOCOL:
                 raise
-            raise DriverError(
-                Reason.BUSY,
+            raise Reason.BUSY(
                 f"{self._where} took the connection but did not answer: is RTDE switched on, "
-                "and does another program use all of its connections?",
+                "and does another program use all of its connections?"
             ) from None
 
     def _next_package(self, kind: int, deadline: float) -> bytes:
@@ -116,7 +113,7 @@ class Ur(ValidatingDriver):
             if came == kind:
                 return payload
             if clock.now() > deadline:
-                raise DriverError(Reason.SILENT, f"no state from {self._where}, but other packages")
+                raise Reason.SILENT(f"no state from {self._where}, but other packages")
 
 
 @dataclass(frozen=True)

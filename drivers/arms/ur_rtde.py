@@ -30,14 +30,13 @@ class UrRtde(ValidatingDriver):
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         if find_spec("rtde_receive") is None:
-            raise DriverError(
-                Reason.MISSING_PACKAGE,
+            raise Reason.MISSING_PACKAGE(
                 "ur-rtde is not installed (pip install ur-rtde; Python 3.10 to 3.12 on "
-                "Linux, x86-64): install it, or read the arm by --driver ur",
+                "Linux, x86-64): install it, or read the arm by --driver ur"
             )
         endpoint = parse_endpoint(address, PORT, options=("rate",))
         if endpoint.port != PORT:
-            raise DriverError(Reason.BAD_ADDRESS, f"ur-rtde knows port {PORT} alone: {endpoint}")
+            raise Reason.BAD_ADDRESS(f"ur-rtde knows port {PORT} alone: {endpoint}")
         super().__init__(f"the robot at {endpoint}")
         rate = endpoint.options.positive("rate", FAST) if "rate" in endpoint.options else None
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")
@@ -56,8 +55,8 @@ class UrRtde(ValidatingDriver):
             try:
                 self._await_first(FIRST_STATE_SECONDS)
             except DriverError as error:
-                raise DriverError(
-                    Reason.BUSY, f"{self._where} took the connection, but not ur-rtde's: {error}"
+                raise Reason.BUSY(
+                    f"{self._where} took the connection, but not ur-rtde's: {error}"
                 ) from None
 
     def _receive(self, deadline: float) -> JointState:
@@ -67,7 +66,7 @@ class UrRtde(ValidatingDriver):
         if not (data := os.read(self._states, STATE.size)):
             said = cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")
             why = f": {said[-2]}" if said[1:] else ""
-            raise DriverError(Reason.UNREACHABLE, f"{self._where} ended the connection{why}")
+            raise Reason.UNREACHABLE(f"{self._where} ended the connection{why}")
         stamp, *position, robot_mode, safety_mode = STATE.unpack(data)
         self.status = status_text(robot_mode, safety_mode)
         return JointState(stamp, check_angles(position))

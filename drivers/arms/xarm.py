@@ -126,7 +126,7 @@ class XArm(ValidatingDriver):
         try:
             report = decode_report(tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH)
         except ValueError as error:
-            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
+            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         finally:
             tcp.close()
         return report.joints or MOST_JOINTS

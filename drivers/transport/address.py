@@ -55,7 +55,7 @@ class Options(dict[str, str]):
 
     def wrong(self, name: str, wanted: str) -> DriverError:
         """Return the error for an option that is not what is wanted."""
-        return DriverError(Reason.BAD_ADDRESS, f"option {name}={self[name]} is not {wanted}")
+        return Reason.BAD_ADDRESS(f"option {name}={self[name]} is not {wanted}")
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def parse_options(query: str, known: tuple[str, ...]) -> Options:
     for name in options:
         if name not in known:
             there_are = f"there are: {', '.join(known)}" if known else "there are none"
-            raise DriverError(Reason.BAD_ADDRESS, f"no option is called {name!r}; {there_are}")
+            raise Reason.BAD_ADDRESS(f"no option is called {name!r}; {there_are}")
     return options
 
 
@@ -108,8 +108,8 @@ def resolve(host: str) -> str:
     try:
         return socket.gethostbyname(host)
     except (OSError, UnicodeError):
-        raise DriverError(
-            Reason.UNREACHABLE, f"no host is called {host!r}; give the robot's IP address"
+        raise Reason.UNREACHABLE(
+            f"no host is called {host!r}; give the robot's IP address"
         ) from None
 
 
@@ -118,22 +118,17 @@ def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
     try:
         return socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
     except ConnectionRefusedError:
-        raise DriverError(
-            Reason.UNREACHABLE, f"{endpoint} refused the connection: {advice}"
-        ) from None
+        raise Reason.UNREACHABLE(f"{endpoint} refused the connection: {advice}") from None
     except OSError as error:
-        raise DriverError(
-            Reason.UNREACHABLE,
+        raise Reason.UNREACHABLE(
             f"nothing answers at {endpoint} ({error.strerror or error}): check power, address "
-            "and cable",
+            "and cable"
         ) from None
 
 
 def bad_address(address: str, why: str) -> DriverError:
     """Return the error for an address that cannot be understood."""
-    return DriverError(
-        Reason.BAD_ADDRESS, f"address {address!r}: {why}; expected HOST[:PORT][?option=value]"
-    )
+    return Reason.BAD_ADDRESS(f"address {address!r}: {why}; expected HOST[:PORT][?option=value]")
 
 
 @contextmanager
@@ -142,4 +137,4 @@ def lost(what: str, *errors: type[Exception]) -> Generator[None, None, None]:
     try:
         yield
     except (OSError, *errors) as error:
-        raise DriverError(Reason.UNREACHABLE, f"{what} is lost: {error}") from None
+        raise Reason.UNREACHABLE(f"{what} is lost: {error}") from None

@@ -9,7 +9,7 @@ from typing import Any
 
 import can
 
-from .. import DriverError, Reason, clock
+from .. import Reason, clock
 from .address import Options, lost, parse_options
 
 BUS_OPTIONS = ("bitrate", "port", "hop_limit")
@@ -36,9 +36,8 @@ def parse_can_address(address: str, options: tuple[str, ...] = ()) -> CanAddress
     if not slash:
         interface, channel = "socketcan", interface
     if not interface or not channel:
-        raise DriverError(
-            Reason.BAD_ADDRESS,
-            f"address {address!r}: expected [INTERFACE/]CHANNEL, as in can0 or slcan//dev/ttyACM0",
+        raise Reason.BAD_ADDRESS(
+            f"address {address!r}: expected [INTERFACE/]CHANNEL, as in can0 or slcan//dev/ttyACM0"
         )
     return CanAddress(interface, channel, parse_options(query, (*BUS_OPTIONS, *options)))
 
@@ -86,8 +85,8 @@ def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusA
     """Open a bus of python-can's; arguments and errors as of :class:`CanBus`."""
     if address.interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
-        raise DriverError(
-            Reason.BAD_ADDRESS, f"no CAN interface is called {address.interface!r}; one of: {known}"
+        raise Reason.BAD_ADDRESS(
+            f"no CAN interface is called {address.interface!r}; one of: {known}"
         )
     settings: dict[str, Any] = {
         name: address.options.integer(name, 0) for name in BUS_OPTIONS if name in address.options
@@ -105,12 +104,9 @@ def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusA
             **settings,
         )
     except (ImportError, can.CanInterfaceNotImplementedError, RuntimeError) as error:
-        raise DriverError(
-            Reason.MISSING_PACKAGE, f"CAN bus {address} needs a package: {error}"
-        ) from None
+        raise Reason.MISSING_PACKAGE(f"CAN bus {address} needs a package: {error}") from None
     except (can.CanError, OSError, ValueError, TypeError) as error:
-        raise DriverError(
-            Reason.UNREACHABLE,
+        raise Reason.UNREACHABLE(
             f"CAN bus {address} cannot be opened: {error}; is the adapter plugged in, and the "
-            "bus up (ip link set can0 up type can bitrate 1000000)?",
+            "bus up (ip link set can0 up type can bitrate 1000000)?"
         ) from None

@@ -6,7 +6,7 @@ from typing import Any, Protocol, TypeVar
 
 import serial
 
-from .. import DriverError, Reason, clock
+from .. import Reason, clock
 from .address import lost
 
 TerminalError: type[Exception] = getattr(sys.modules.get("termios"), "error", OSError)
@@ -32,12 +32,11 @@ class SerialLine:
                 **settings,
             )
         except ValueError as error:
-            raise DriverError(Reason.BAD_ADDRESS, f"serial port {port}: {error}") from None
+            raise Reason.BAD_ADDRESS(f"serial port {port}: {error}") from None
         except (OSError, TerminalError) as error:
-            raise DriverError(
-                Reason.UNREACHABLE,
+            raise Reason.UNREACHABLE(
                 f"serial port {port} cannot be opened: {error}; is the adapter plugged in, does "
-                "another program use it, and are you in the group dialout?",
+                "another program use it, and are you in the group dialout?"
             ) from None
 
     def write(self, message: bytes) -> None:

@@ -46,7 +46,7 @@ class TcpStream:
             while (message := cut(self._received)) is None:
                 self._receive(deadline)
         except ValueError as error:
-            raise DriverError(Reason.PROTOCOL, f"{self._where} sends {error}") from None
+            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         return message
 
     def take_line(self, deadline: float) -> bytes:
@@ -60,7 +60,7 @@ class TcpStream:
     def _receive(self, deadline: float) -> None:
         try:
             if not clock.wait([self], max(0.0, deadline - clock.now())):
-                raise DriverError(Reason.SILENT, f"no state from {self._where}")
+                raise Reason.SILENT(f"no state from {self._where}")
             received = self._socket.recv(1 << 16)
         except (OSError, ValueError):  # a closed socket cannot be waited for
             raise self._ended() from None
@@ -69,7 +69,7 @@ class TcpStream:
         self._received += received
 
     def _ended(self) -> DriverError:
-        return DriverError(Reason.UNREACHABLE, f"{self._where} ended the connection")
+        return Reason.UNREACHABLE(f"{self._where} ended the connection")
 
 
 def _cut_line(received: bytearray) -> bytes | None:
@@ -136,16 +136,14 @@ class DatagramSocket:
         except BlockingIOError:
             return None
         except (OSError, ValueError) as error:  # a closed socket cannot be waited for
-            raise DriverError(Reason.UNREACHABLE, f"the connection is lost: {error}") from None
+            raise Reason.UNREACHABLE(f"the connection is lost: {error}") from None
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send one datagram; the network may lose it, as any."""
         try:
             self._socket.sendto(datagram, target)
         except OSError as error:
-            raise DriverError(
-                Reason.UNREACHABLE, f"the connection is lost: {error.strerror}"
-            ) from None
+            raise Reason.UNREACHABLE(f"the connection is lost: {error.strerror}") from None
 
     def close(self) -> None:
         """Free the port; safe to call twice."""

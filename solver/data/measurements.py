@@ -5,6 +5,7 @@ A measured pose is two samples, place [m] and orientation [rad], which come last
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -201,18 +202,33 @@ class Measurement:
     @cached_property
     def sockets(self) -> tuple[int, ...]:
         """The numbers of the sockets that have samples."""
-        return tuple(sorted({sample.socket for sample in self.placement.samples}))
+        return tuple(np.unique(self.placement.sockets).tolist())
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """Number of samples in each socket."""
+        return tuple(np.unique(self.placement.sockets, return_counts=True)[1].tolist())
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Rows of :attr:`positions` of each socket's samples."""
+        return tuple(
+            slice(end - n, end) for n, end in zip(self.counts, accumulate(self.counts), strict=True)
+        )
 
     @cached_property
     def by_socket(self) -> tuple[np.ndarray, ...]:
         """For each socket, the joint positions of its samples, shape (N_k, m) [rad]."""
-        placement = self.placement
-        return tuple(placement.positions[placement.sockets == k] for k in self.sockets)
+        return tuple(self.positions[rows] for rows in self.slices)
 
     @cached_property
     def positions(self) -> np.ndarray:
         """Joint positions of all samples, socket after socket, shape (N, m) [rad]."""
-        return np.concatenate(self.by_socket)
+        return self._by_socket(self.placement.positions)
+
+    def _by_socket(self, rows: np.ndarray) -> np.ndarray:
+        """Return what belongs to samples as recorded in the order of :attr:`positions`."""
+        return rows[np.argsort(self.placement.sockets, kind="stable")]
 
     def as_recorded(self, rows: np.ndarray) -> np.ndarray:
         """Return what belongs to rows of :attr:`positions` in the order of recording."""
@@ -221,10 +237,8 @@ class Measurement:
     @cached_property
     def efforts(self) -> np.ndarray | None:
         """Measured joint efforts, row by row as :attr:`positions` [N m]; None without them."""
-        efforts, sockets = self.placement.efforts, self.placement.sockets
-        if efforts is None:
-            return None
-        return np.concatenate([efforts[sockets == k] for k in self.sockets])
+        efforts = self.placement.efforts
+        return None if efforts is None else self._by_socket(efforts)
 
     def clock(self, name: str) -> np.ndarray:
         """Return the time [s] or temperature of each row of :attr:`positions`, shape (N,).
@@ -233,27 +247,15 @@ class Measurement:
         known, as of sockets in files of their own.
         """
         samples = self.placement.samples
-        told = [getattr(sample, name) for sample in samples]
-        t = np.array([np.nan if value is None else value for value in told], dtype=float)
+        t = np.array([getattr(sample, name) for sample in samples], dtype=float)
         if name == "time" and np.isnan(t).any() and all(sample.number for sample in samples):
             t = np.arange(len(samples), dtype=float)
-        return np.concatenate([t[self.placement.sockets == k] for k in self.sockets])
+        return self._by_socket(t)
 
     @property
     def has_distance(self) -> bool:
         """True where two sockets have samples, so that their distance can be compared."""
         return len(self.sockets) > 1
-
-    @cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """Rows of :attr:`positions` of each socket's samples."""
-        ends = np.cumsum([len(rows) for rows in self.by_socket]).tolist()
-        return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Number of samples in each socket."""
-        return tuple(len(rows) for rows in self.by_socket)
 
 
 @dataclass(frozen=True)

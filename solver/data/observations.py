@@ -259,35 +259,29 @@ def _samples(
     frames: tuple[str, ...],
 ) -> Observations:
     """Return the samples of one robot, among the sockets and frames of all."""
-    turned = [(name, m) for name, m in measurements if m.has_orientations]
-    places = [
-        np.repeat([labels.index((name, s)) for s in m.sockets], m.counts)
-        if m.kind == "sockets"
-        else np.full(len(m.positions), -1)
-        for name, m in measurements
-    ]
-    points = [
-        m.points if m.kind == "points" else np.zeros((len(m.positions), 3)) for _, m in measurements
-    ]
-    every = [m for _, m in (*measurements, *turned)]
-    counts = [len(m.positions) for m in every]
-    count, turns = sum(counts[: len(places)]), sum(counts[len(places) :])
-    of_frames = [frames.index(m.frame) if m.kind == "points" else -1 for m in every]
-    in_frame, rotations = np.repeat(of_frames, counts), [m.rotations for _, m in turned]
-    of_turns = np.arange(count + turns) >= count
+    parts: list[dict[str, np.ndarray]] = []
+    turns = [(name, m) for name, m in measurements if m.has_orientations]
+    for i, (name, m) in enumerate((*measurements, *turns)):
+        N, turned, seated = len(m.positions), i >= len(measurements), m.kind == "sockets"
+        nowhere = np.full(N, -1)
+        frame = nowhere if seated else np.full(N, frames.index(m.frame))
+        places = (
+            np.repeat([labels.index((name, s)) for s in m.sockets], m.counts) if seated else nowhere
+        )
+        part = {
+            "positions": m.positions,
+            "torques": arm.load.torques(arm.robot, m),
+            "sockets": places,
+            "recorded_at": np.full(N, name),
+            "measured_in": nowhere if turned else frame,
+            "points": np.zeros((N, 3)) if turned or seated else m.points,
+            "turned_in": frame if turned else nowhere,
+            "rotations": m.rotations if turned else np.tile(np.eye(3), (N, 1, 1)),
+            "wheres": np.array([sample.where for sample in m.placement.samples]),
+        }
+        parts.append(part | {name: m.clock(name) for name in CLOCKS})
+    rows = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    clocks = {name: rows.pop(name) for name in CLOCKS}
     return Observations(
-        np.concatenate([m.positions for m in every]),
-        np.concatenate([arm.load.torques(arm.robot, m) for m in every]),
-        np.concatenate([*places, np.full(turns, -1)]),
-        labels,
-        known,
-        located,
-        frames,
-        clocks={name: np.concatenate([m.clock(name) for m in every]) for name in CLOCKS},
-        recorded_at=np.repeat([name for name, _ in (*measurements, *turned)], counts),
-        measured_in=np.where(of_turns, -1, in_frame),
-        points=np.concatenate([*points, np.zeros((turns, 3))]),
-        turned_in=np.where(of_turns, in_frame, -1),
-        rotations=np.concatenate([np.tile(np.eye(3), (count, 1, 1)), *rotations]),
-        wheres=np.array([sample.where for m in every for sample in m.placement.samples]),
+        **rows, labels=labels, known=known, located=located, frames=frames, clocks=clocks
     )

@@ -239,8 +239,8 @@ def _row_function(
         if kind == "points":
             return RowFunction(kind, [given, x, q], [value])
         if kind == "volume":
-            J = ca.jacobian(value, q)
-            value = 0.5 * ca.log(ca.det(J @ J.T))
+            by_q = ca.jacobian(value, q)
+            value = 0.5 * ca.log(ca.det(by_q @ by_q.T))
         slopes = ca.jacobian(value, unknowns)
     return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
 

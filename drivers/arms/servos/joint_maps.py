@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from ....errors import MukcaError
-from ... import DriverError, Reason
+from ... import Reason
 from ...transport import Options
 
 TICKS = 4096
@@ -59,9 +59,7 @@ def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None)
     """Return the map that an address asks for, of a driver's arms; one by default, or by ids."""
     name = options.get("arm", default)
     if name is None and "ids" not in options:
-        raise DriverError(
-            Reason.BAD_ADDRESS, f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=.."
-        )
+        raise Reason.BAD_ADDRESS(f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=..")
     if name is not None and name not in arms:
         raise options.wrong("arm", f"one of {', '.join(arms)}")
     chosen = _by_ids(options) if "ids" in options else arms[name or ""]
@@ -109,10 +107,10 @@ def _calibrated(chosen: ServoMap, options: Options) -> ServoMap:
             motor.id: motor for motor in read_lerobot(path).values()
         }
     except MukcaError as error:
-        raise DriverError(Reason.BAD_ADDRESS, str(error)) from None
+        raise Reason.BAD_ADDRESS(str(error)) from None
     for joint, servo in zip(chosen.joints, chosen.ids, strict=True):
         if servo not in motors:
-            raise DriverError(Reason.BAD_ADDRESS, f"{path}: no motor has id {servo} ({joint})")
+            raise Reason.BAD_ADDRESS(f"{path}: no motor has id {servo} ({joint})")
     homing = tuple(motors[servo].homing_offset for servo in chosen.ids)
     # The table's own zeros say what the model's angle is at the middle.
     zeros = tuple(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ... import DriverError, JointState, PolledDriver, Reason, clock, match_joints
+from ... import JointState, PolledDriver, Reason, clock, match_joints
 from ...transport import FreshAnswers, SerialLine, parse_options
 from .joint_maps import OPTIONS, TICKS, ServoMap, choose_map
 
@@ -88,9 +88,7 @@ class ServoArm(PolledDriver):
         port, _, query = address.partition("?")
         options = parse_options(query, ("baud", "rate", *OPTIONS))
         if not port:
-            raise DriverError(
-                Reason.BAD_ADDRESS, "a serial port is missing, as in /dev/ttyACM0 or /dev/ttyUSB0"
-            )
+            raise Reason.BAD_ADDRESS("a serial port is missing, as in /dev/ttyACM0 or /dev/ttyUSB0")
         self._map = choose_map(options, self.make.arms, self.make.default)
         super().__init__(f"the servo bus on {port}")
         self._joint_names = match_joints(
@@ -157,26 +155,23 @@ class ServoArm(PolledDriver):
         models = self._find(self.make.model, lambda found: all(model in known for model in found))
         for servo, model in zip(self._map.ids, models, strict=True):
             if model not in known:
-                raise DriverError(
-                    Reason.WRONG_ROBOT,
-                    f"servo {servo} on {self._where} is of model {model}, which is not known here",
+                raise Reason.WRONG_ROBOT(
+                    f"servo {servo} on {self._where} is of model {model}, which is not known here"
                 )
         torques = self._find(self.make.torque, lambda found: not any(found))
         if stiff := self._named(torques, [0] * len(torques)):
-            raise DriverError(
-                Reason.WRONG_MODE,
+            raise Reason.WRONG_MODE(
                 f"the torque is on at {stiff}: end the program that uses the arm, or switch its "
-                "power off and on, and hold the arm, which falls without torque",
+                "power off and on, and hold the arm, which falls without torque"
             )
         homing = self._map.homing
         if homing is None:
             return
         found = self._find(self.make.homing, lambda found: tuple(found) == homing)
         if moved := self._named(found, homing):
-            raise DriverError(
-                Reason.WRONG_ROBOT,
+            raise Reason.WRONG_ROBOT(
                 f"the servos at {moved} have another homing offset than the calibration file: it "
-                "is another arm's, or not the latest; connect lerobot once, or give the right file",
+                "is another arm's, or not the latest; connect lerobot once, or give the right file"
             )
 
     def _named(self, numbers: Sequence[int], wanted: Sequence[int]) -> str:
@@ -195,8 +190,7 @@ class ServoArm(PolledDriver):
                     return last
             except ValueError as error:
                 if clock.now() > end:
-                    raise DriverError(
-                        Reason.UNREACHABLE,
+                    raise Reason.UNREACHABLE(
                         f"{error} on {self._where}: is the arm's power on, and are arm and baud "
-                        "right?",
+                        "right?"
                     ) from None
