@@ -2,7 +2,6 @@ from .base_placement import Plan as Plan
 from .base_placement import curve_advice as curve_advice
 from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
-from .base_placement import picture as picture
 from .base_placement import plan as plan
 from .curve_route import CurveAnnealing as CurveAnnealing
 from .expected_accuracy import error_map as error_map

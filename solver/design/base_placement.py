@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -177,19 +176,10 @@ class Plan:
     """Between its sockets [m]."""
     places: tuple[tuple[float, float, float], ...]
     """Of its middle in the robot's base frame [m]."""
-    errors: tuple[float, ...]
+    predicted: tuple[float, ...]
     """Predicted errors of distances after each placement [m]."""
     turn: float | None = None
     """Farthest that a joint turns from where a session began [deg]; None for any."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it by name."""
-        return {
-            "distance": self.distance,
-            "turn": self.turn,
-            "places": self.places,
-            "predicted": self.errors,
-        }
 
 
 def plan(
@@ -240,31 +230,3 @@ def _first(robot: Robot, reach: Reach, distance: float) -> Site:
         if site is not None:
             return site
     raise SimulationError(f"{robot.name}: found no place in front of it that it reaches well")
-
-
-def picture(robot: Robot, planned: Plan) -> str:
-    """Return the placements seen from above, as SVG: x is up, y to the left."""
-    size, middle = 480, 240
-    reach = 1.25 * max(float(np.hypot(x, y)) for x, y, _ in planned.places)
-    scale = middle / reach
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size} {size}" width="{size}" '
-        f'height="{size}" font-family="sans-serif" font-size="13">',
-        f'<rect width="{size}" height="{size}" fill="#ffffff"/>',
-        f'<circle cx="{middle}" cy="{middle}" r="14" fill="#444444"/>',
-        f'<text x="{middle + 20}" y="{middle + 5}">{robot.name}, from above</text>',
-        f'<path d="M{middle} {middle}V{middle - 60}m-5 9l5 -9 5 9" stroke="#444444" fill="none"/>',
-        f'<text x="{middle + 6}" y="{middle - 50}">x</text>',
-    ]
-    for number, ((x, y, _), error) in enumerate(
-        zip(planned.places, planned.errors, strict=True), start=1
-    ):
-        across, up = middle - scale * y, middle - scale * x
-        parts += [
-            f'<circle cx="{across:.0f}" cy="{up:.0f}" r="12" fill="#1f5fbf"/>',
-            f'<text x="{across:.0f}" y="{up + 5:.0f}" fill="#ffffff" text-anchor="middle">'
-            f"{number}</text>",
-            f'<text x="{across:.0f}" y="{up + 28:.0f}" text-anchor="middle">'
-            f"{1e3 * error:.2f} mm</text>",
-        ]
-    return "\n".join([*parts, "</svg>", ""])

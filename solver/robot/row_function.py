@@ -3,7 +3,7 @@
 CasADi's own call turns arrays into lists and back, which takes longer than the computation.
 """
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -69,15 +69,21 @@ class ColumnFunction(RowFunction):
     CasADi goes through all instructions row by row, which takes some five times as long.
     """
 
+    def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:
+        super().__init__(name, inputs, outputs)
+        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
+        self._known = _NAMES.keys() >= set(steps)
+        self._program = lru_cache(maxsize=8)(self._instructions)
+
     def _values(self, arguments: list[np.ndarray]) -> list[np.ndarray]:
         *fixed, rows = arguments
-        if len(rows) < MANY or self._program is None:
+        if len(rows) < MANY or not self._known:
             return super()._values(arguments)
         results = [np.empty((size, len(rows))).T for size in self._sizes]
         for begin in range(0, len(rows), BLOCK):
             batch = rows[begin : begin + BLOCK]
             count = len(batch)
-            program, inputs, outputs = self._sized(max(MANY, 1 << (count - 1).bit_length()))
+            program, inputs, outputs = self._program(max(MANY, 1 << (count - 1).bit_length()))
             for columns, values in zip(inputs, (*fixed, batch), strict=True):
                 columns[:, :count] = np.atleast_2d(values).T
             with np.errstate(all="ignore"):  # as CasADi does
@@ -87,35 +93,18 @@ class ColumnFunction(RowFunction):
                 result[begin : begin + count] = columns[:, :count].T
         return results
 
-    @cached_property
-    def _sized(self) -> Any:
-        """The program for fewer rows: on the first ones of the same columns."""
-
-        def first(size: int) -> Any:
-            def cut(values: Any) -> Any:
-                return tuple(v[..., :size] if getattr(v, "ndim", 0) else v for v in values)
-
-            program, *ends = self._program
-            steps = [(instruction, cut(values)) for instruction, values in program]
-            return steps, *map(cut, ends)
-
-        return lru_cache(maxsize=8)(first)
-
-    @cached_property
-    def _program(self) -> Any:
-        """Instructions with their columns; inputs and outputs; None where one is not known."""
+    def _instructions(self, length: int) -> Any:
+        """Return instructions with their columns of some length; inputs and outputs."""
         f = self.function
-        work = np.ones((f.sz_w(), BLOCK))
+        work = np.ones((f.sz_w(), length))
         column: list[Any] = list(work)
         program: list[Any] = []
         inputs, outputs = (
-            [np.ones((size, BLOCK)) for size in sizes] for sizes in (self._lengths, self._sizes)
+            [np.ones((size, length)) for size in sizes] for sizes in (self._lengths, self._sizes)
         )
         other: dict[tuple[str, int], np.ndarray] = {}
         for k in range(f.n_instructions()):
-            name = _NAMES.get(f.instruction_id(k))
-            if name is None:
-                return None
+            name = _NAMES[f.instruction_id(k)]
             into, of = f.instruction_output(k), f.instruction_input(k)
             if name == "OUTPUT":
                 program.append((np.copyto, (outputs[into[0]][into[1]], column[of[0]])))
@@ -124,6 +113,7 @@ class ColumnFunction(RowFunction):
             values = [column[i] for i in of] if name not in ("CONST", "INPUT") else []
             for word in ("SIN", "COS"):
                 other.pop((word, into[0]), None)
+            column[into[0]] = work[into[0]]
             if name == "CONST":
                 column[into[0]] = np.array(f.instruction_constant(k))
             elif name == "INPUT":
@@ -131,13 +121,12 @@ class ColumnFunction(RowFunction):
             elif known is not None:
                 column[into[0]] = known
             elif name in ("SIN", "COS"):
-                column[into[0]], second = work[into[0]], np.empty(BLOCK)
+                second = np.empty(length)
                 if of[0] != into[0]:
                     other["COS" if name == "SIN" else "SIN", of[0]] = second
                 pair = (column[into[0]], second)
                 program.append((_turn, (*values, *(pair if name == "SIN" else pair[::-1]))))
             else:
-                column[into[0]] = work[into[0]]
                 program.append((_INSTRUCTIONS[name], (*values, column[into[0]])))
         return program, inputs, outputs
 

@@ -2,15 +2,18 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ....solver import assessment, design, results
 from ....solver.results import refuse_existing, write_files
 from ... import printables
+from ...report.plots import to_scale
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
 
 
@@ -48,17 +51,40 @@ def run_plan(options: PlanOptions, terminal: Terminal) -> int:
             )
     _show(plans, options, terminal)
     if options.out:
-        results.write_files(
-            options.out.parent, {options.out.name: design.picture(robot, plans[0]).encode()}
-        )
+        results.write_files(options.out.parent, {options.out.name: _picture(robot.name, plans[0])})
         terminal.say(f"Picture: {options.out}")
     advice = design.curve_advice(robot)
     if advice:
         terminal.say(advice)
-    rows = [one.as_dict() for one in plans]
+    rows = [asdict(one) for one in plans]
     document = {"robot": options.robot, "samples": options.samples, "plans": rows}
     terminal.emit({**document, "advice": advice})
     return 0
+
+
+_STYLE = """
+svg { background: white; font: 12px sans-serif; }
+.end { text-anchor: end; }
+.middle { text-anchor: middle; }
+.grid { stroke: #ddd; }
+.robot { fill: #444; }
+.base { fill: #1f5fbf; }
+.number { fill: white; }
+"""
+
+
+def _picture(robot: str, planned: "design.Plan") -> bytes:
+    """Return the placements seen from above, as SVG, in their order."""
+    bases = np.array(planned.places)[:, 1::-1] * [-1, 1]
+    labels = "to the right of the robot, m", "before it, m"
+    panel = to_scale(f"{robot}, from above", np.array([[0, 0], *bases]), labels, room=0.15)
+    panel.dot(0, 0, "robot", size=14)
+    for number, (right, before) in enumerate(bases.tolist(), 1):
+        panel.dot(right, before, "base", size=10)
+        x, y = panel.x(right), panel.y(before)
+        panel.text(x, y + 4, str(number), "middle number")
+        panel.text(x, y + 24, f"{1e3 * planned.predicted[number - 1]:.2f} mm", "middle")
+    return panel.file(_STYLE)
 
 
 def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) -> None:
@@ -66,7 +92,7 @@ def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) 
     heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []
     for one in plans:
-        cells = [f"{1e3 * error:.2f}" for error in one.errors]
+        cells = [f"{1e3 * error:.2f}" for error in one.predicted]
         cells += ["-"] * (options.placements - len(cells))
         within = "" if one.turn is None else f", within {one.turn:g} deg"
         rows.append([f"{1e3 * one.distance:g} mm{within}", *cells])
