@@ -6,6 +6,7 @@ Places are sockets, or measured points; known are distances, or coordinates in :
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -281,7 +282,6 @@ def _samples(
         }
         parts.append(part | {name: m.clock(name) for name in CLOCKS})
     rows = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    shared: dict[str, Any] = {"labels": labels, "known": known, "located": located}
     clocks = {name: rows.pop(name) for name in CLOCKS}
-    return Observations(
-        **rows, labels=labels, known=known, located=located, frames=frames, clocks=clocks
-    )
+    return Observations(**rows, **shared, frames=frames, clocks=clocks)
