@@ -61,18 +61,10 @@ def measure(
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    chosen, source = DEFAULT_DISTANCE, "default"
-    if distance is not None:
-        chosen, source = distance, "given"
-    elif placement.distance is not None:
-        chosen = placement.distance
-        source = "default" if placement.distance_assumed else "recording"
-    try:
-        check_distance(chosen)
-    except MeasurementError as error:
-        if source != "recording":
-            raise
-        raise MeasurementError(f"{placement.path or placement.name}: {error}") from None
+    source = "given" if distance is not None else "recording" if said is not None else "default"
+    where = f"{placement.path or placement.name}: " if source == "recording" else ""
+    chosen = DEFAULT_DISTANCE if placement.distance is None else placement.distance
+    chosen = check_distance(chosen if distance is None else distance, where)
     measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     _check_poses(measured, robot, poses_of)
@@ -84,20 +76,22 @@ def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:
     return [replace(p, poses_of=p.poses_of or "flange") for p in placements]
 
 
-def check_distance(distance: float) -> float:
-    """Return a distance between sockets if it is possible [m]."""
+def check_distance(distance: float, where: str = "") -> float:
+    """Return a distance between sockets if it is possible [m]; messages begin with ``where``."""
     try:
-        distance = float(distance)
+        metres = float(distance)
     except (TypeError, ValueError):
-        raise MeasurementError(f"distance {distance!r}: metres are expected, as in 0.05") from None
-    if not 0 < distance < math.inf:
+        metres = math.inf
+    if not metres > 0:
         raise MeasurementError(
-            f"distance {distance}: the distance between the sockets' centres is a positive "
+            f"{where}distance {distance}: the distance between the sockets' centres is a positive "
             "number of metres, for example 0.05"
         )
-    if distance > _LONGEST_BASE:
-        raise MeasurementError(f"distance {distance}: metres are expected, for example 0.05")
-    return distance
+    if metres > _LONGEST_BASE:
+        raise MeasurementError(
+            f"{where}distance {distance!r}: metres are expected, for example 0.05"
+        )
+    return metres
 
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
@@ -188,12 +182,16 @@ def _check_sockets(measured: Measurement, least: int) -> None:
 
 def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
     """Refuse joint positions far outside of the limits, and warn of those outside."""
-    positions = placement.positions
-    lower = np.array([joint.lower for joint in robot.actuated])
-    upper = np.array([joint.upper for joint in robot.actuated])
+    positions, lower, upper = placement.positions, robot.lower, robot.upper
     endless = np.isinf(lower) & np.isinf(upper)
     lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
-    positions = positions - _whole_turns(positions, lower, upper, robot)
+    # whole turns without which all of a column is inside its limits do not matter
+    turn = 2 * np.pi * np.array([joint.type != "prismatic" for joint in robot.actuated])
+    off = positions.mean(axis=0) - (lower + upper) / 2
+    turns = np.rint(off / (2 * np.pi)).clip(-3, 3)
+    back = positions - turns * turn
+    inside = np.all((lower <= back) & (back <= upper), axis=0) & (abs(turns) < 3)
+    positions = np.where(inside, back, positions)
     excess = np.maximum(lower - positions, positions - upper)
     row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
     joint = robot.actuated[int(column)]
@@ -215,17 +213,3 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         )
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)
-
-
-def _whole_turns(
-    positions: np.ndarray, lower: np.ndarray, upper: np.ndarray, robot: Robot
-) -> np.ndarray:
-    """Return whole turns of joints without which all of a column is inside its limits [rad]."""
-    turns = np.zeros(len(lower))
-    for j, joint in enumerate(robot.actuated):
-        values, turn = positions[:, j], 2 * math.pi
-        away = turn * round(float(values.mean() - (lower[j] + upper[j]) / 2) / turn)
-        inside = np.all((lower[j] <= values - away) & (values - away <= upper[j]))
-        if joint.type != "prismatic" and abs(away) <= 2 * turn and inside:
-            turns[j] = away
-    return turns

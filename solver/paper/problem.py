@@ -33,33 +33,6 @@ class SettingError(MukcaError):
     """A setting of the calibration that cannot be."""
 
 
-# The terms of Eq. (5). Points are matrices of shape (3, N), one column a sample, as NumPy arrays or
-# CasADi expressions. What is linear also turns derivatives of points, shape (n, 3, N) for n
-# parameters, into its own.
-
-
-def mean(points: Any) -> Any:
-    """Return the mean of the columns, shape (3, 1): mu. Linear."""
-    count = points.shape[-1]
-    return points @ np.full((count, 1), 1.0 / count)
-
-
-def deviations(points: Any) -> Any:
-    """Return each column minus the mean of all, shape (3, N). Linear."""
-    return points - mean(points) @ np.ones((1, points.shape[-1]))
-
-
-def inconsistency(points: Any, total: int) -> Any:
-    """Return one socket's residuals, whose squares sum to N_k tr(S_k) / total, N0 + N1. Linear."""
-    return deviations(points) * (1.0 / total**0.5)
-
-
-def distance(points_0: Any, points_1: Any) -> Any:
-    """Return |mu1 - mu0|, shape (1, 1) [m]; minus d it is the residual of the distortion."""
-    offset = mean(points_1) - mean(points_0)
-    return (offset.T @ offset) ** 0.5
-
-
 @dataclass(frozen=True)
 class Problem:
     """Eq. (5), summed over the placements trained on."""
@@ -77,27 +50,36 @@ class Problem:
 
     def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
-        positions = np.concatenate([measured.positions for measured in self.training])
-        linear = self.model.linearise(x, positions)
-        parts = [((x - self.start) * self._weights, np.diag(self._weights))]
-        first = 0
+        linear = self.model.linearise(x, np.concatenate([m.positions for m in self.training]))
+        # means and deviations of points and of their derivatives are the same linear operations
+        both = np.concatenate([linear.points[:, :, None], linear.by_parameters], axis=2)
+        parts = [np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])]
         for measured in self.training:
-            last = first + len(measured.positions)
-            rows = [slice(first + s.start, first + s.stop) for s in measured.slices]
-            points = [linear.points[r].T for r in rows]
-            slopes = [linear.by_parameters[r].transpose(2, 1, 0) for r in rows]
-            parts += _placement_residuals(points, slopes, measured)
-            first = last
-        return np.concatenate([r for r, _ in parts]), np.concatenate([J for _, J in parts])
+            total, means = len(measured.positions), list[np.ndarray]()
+            own, both = both[:total].transpose(2, 1, 0), both[total:]
+            for rows in measured.slices:
+                points = own[:, :, rows]
+                means.append(points @ np.full((points.shape[2], 1), 1.0 / points.shape[2]))
+                off = (points - means[-1]) * (1.0 / total**0.5)
+                parts.append(off.reshape(len(off), -1).T)
+            offset = (means[1] - means[0])[:, :, 0]
+            length = float(offset[0] @ offset[0]) ** 0.5
+            along = offset @ (offset[0] / length)
+            parts.append(np.array([[length - measured.distance, *along[1:]]]))
+        rows = np.concatenate(parts)
+        return rows[:, 0].copy(), rows[:, 1:].copy()
 
     def objective(self, x: Any) -> Any:
         """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
         total: Any = ca.sumsqr((x - ca.DM(self.start)) * ca.DM(self._weights))
         for measured in self.training:
-            points = [self.model.function.map(len(rows))(x, rows.T) for rows in measured.by_socket]
-            for P in points:
-                total += ca.sumsqr(inconsistency(P, len(measured.positions)))
-            total += ca.sumsqr(distance(points[0], points[1]) - measured.distance)
+            means: list[Any] = []
+            for rows in measured.by_socket:
+                points = self.model.function.map(len(rows))(x, rows.T)
+                means.append(ca.sum2(points) / len(rows))
+                off = points - ca.repmat(means[-1], 1, len(rows))
+                total += ca.sumsqr(off) / len(measured.positions)
+            total += (ca.norm_2(means[1] - means[0]) - measured.distance) ** 2
         return total
 
     @property
@@ -105,21 +87,6 @@ class Problem:
         """Square root of each parameter's weight: lambda for each placement, and 0 for the ball."""
         weight = (self.regularization * len(self.training)) ** 0.5
         return np.array([0.0 if p.of_ball else weight for p in self.parameters])
-
-
-def _placement_residuals(
-    points: Sequence[np.ndarray], slopes: Sequence[np.ndarray], measured: Measurement
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the residuals of one placement with their Jacobians; slopes are (n, 3, N_k)."""
-    total = len(measured.positions)
-    parts = [
-        (inconsistency(P, total).ravel(), inconsistency(D, total).reshape(len(D), -1).T)
-        for P, D in zip(points, slopes, strict=True)
-    ]
-    length = distance(points[0], points[1])
-    direction = (mean(points[1]) - mean(points[0])) / length
-    by_offset = (mean(slopes[1]) - mean(slopes[0]))[:, :, 0]
-    return [*parts, ((length - measured.distance).ravel(), (by_offset @ direction).T)]
 
 
 def build_problem(
