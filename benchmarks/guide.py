@@ -174,7 +174,9 @@ def enough(case: tuple[str, int]) -> tuple[int, bool, str]:
     name, seed = case
     robot = load_robot(name)
     generator = np.random.default_rng([seed, list(shipped_robots()).index(name), 6])
-    arm, flaws = perturb(robot, generator, 2e-3, 5e-3), realistic_flaws(robot, generator)
+    zeros = is_coarse(repeatability_of(robot, None))
+    arm = perturb(robot, generator, 2e-3, 5e-3, zeros=zeros)
+    flaws = realistic_flaws(robot, generator)
     hand = Hand(arm, generator, noise=0.0)
     earlier: list[Placement] = []
     said, near, missed = 0, False, ""

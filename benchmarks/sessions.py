@@ -94,8 +94,8 @@ COLUMNS = ("of", "determined", "in two", "by the end", "right cause")
 
 def arm_of(robot: Robot, generator: np.random.Generator) -> Robot:
     """Return an arm as it truly is: flawed, its ball mounted elsewhere, its zeros off."""
-    arm = perturb(robot, generator, 2e-3, 5e-3)
     servo = robot.name in SERVOS
+    arm = perturb(robot, generator, 2e-3, 5e-3, zeros=servo)
     joints = []
     for joint in arm.joints:
         xyz, rpy = np.array(joint.origin.xyz), joint.origin.rpy

@@ -60,12 +60,14 @@ def scene_of(
     rulers: Sequence[Known[int]],
     repeatability: float | None,
     floors: Sequence[float],
+    start: np.ndarray | None = None,
 ) -> Scene:
-    """Return recordings as a linear model about a robust fit."""
+    """Return recordings as a linear model about a robust fit, begun at some unknowns."""
     thin = [_thinned(m) for m in measurements]
     odd = [typical is not None for typical in standing_out(floors)]
     good = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
-    fit = model.fit(samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW))
+    some = samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW)
+    fit = model.fit(some, start=start)
     balls = [model.points(fit.x, m.positions) for m, _ in thin]
     centres = [median(b[rows]) for b, (m, _) in zip(balls, thin, strict=True) for rows in m.slices]
     return Scene(

@@ -27,7 +27,7 @@ from .hypotheses import (
     Scene,
     explained,
 )
-from .robust_fit import ABOUT, FEW, RigidModel, samples_of
+from .robust_fit import ABOUT, FEW, RigidModel, Samples
 
 LEAST = 6
 """Samples from which on faults are looked for."""
@@ -41,6 +41,8 @@ DOUBT = -2.0
 STEPS, TIMES, CLOSE, LITTLE = 6, 2.0, 16, 1e-3
 """Steps of a fit to samples in other sockets; those that leave up to so many times the least error,
 so many of them at most, and all that leave at most this [m], are looked at closely."""
+MANY = 1000
+"""More sockets than a base has."""
 SHARE = 1.0
 """Of the errors that counts: with less a fit to few samples takes a fault for noise."""
 PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
@@ -114,11 +116,12 @@ class LiveCheck:
             if evidence < DOUBT:
                 break
             likeliest = max(others, key=lambda c: c.log_evidence)
-            # where one small fault leaves nothing more, no samples lie in another socket
+            # where one small fault leaves nothing more, no samples lie in another socket; nor are
+            # they looked for beside another fault, which only both together would explain
             clean = likeliest.sigma < CLEAN * scene.noise
             clean = clean and comparison.found(likeliest)[0].get("size", math.inf) < SMALL
             whole = clean and likeliest.log_evidence - sound > EVIDENCE
-            elsewhere = [] if whole else list(self._elsewhere(given, scene))
+            elsewhere = [] if whole or scene.found else list(self._elsewhere(given, scene))
             logs += [log - sound for log, _, _ in elsewhere]
             total = np.logaddexp.reduce([evidence, *logs[len(others) :]])
             if total < (MORE if found else EVIDENCE):
@@ -135,12 +138,12 @@ class LiveCheck:
                 scene = explained(scene, others[best])
         return tuple(found)
 
-    def scene(self, placements: Sequence[Placement]) -> Scene:
-        """Return the samples as a linear model about a robust fit."""
+    def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
+        """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
         known = [k for k in rulers(measured, (), CALIPER_DEVIATION) if k.distance]
         nothing = [0.0] * len(measured)
-        return scene_of(self._model, measured, known, self._repeatability, nothing)
+        return scene_of(self._model, measured, known, self._repeatability, nothing, start)
 
     def _compared(self, scene: Scene) -> tuple[Comparison, float]:
         """Return explanations, and the evidence of faults, over all that the arm may be like.
@@ -164,26 +167,35 @@ class LiveCheck:
         *before, here = placements
         runs = list(_runs(here))
         prior = math.log(FORGOTTEN / max(len(runs), 1))
-        labelled: list[list[Placement]] = []
-        for rows, to in runs:
+        left = self._left(placements, arm.x, runs)
+        most = min([TIMES * min(left, default=0.0), *sorted(left)[CLOSE : CLOSE + 1]])
+        for rows, to in compress(runs, [error <= max(LITTLE, most) for error in left]):
             samples = tuple(
                 replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
             )
-            labelled.append([*before, replace(here, samples=samples)])
-        left = [self._left(right) for right in labelled]
-        most = min([TIMES * min(left, default=0.0), *sorted(left)[CLOSE : CLOSE + 1]])
-        near = [error <= max(LITTLE, most) for error in left]
-        for right, (rows, to) in compress(zip(labelled, runs, strict=True), near):
-            scene = replace(self.scene(right), play=arm.play, wide=arm.wide)
+            right = [*before, replace(here, samples=samples)]
+            scene = replace(self.scene(right, arm.x), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
             yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
 
-    def _left(self, placements: Sequence[Placement]) -> float:
-        """Return the mean error that some steps of a fit leave [m]."""
-        measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        fit = self._model.fit(samples_of(measured).thinned(ABOUT, FEW), STEPS)
-        return float(fit.errors.mean())
+    def _left(
+        self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[tuple[range, int]]
+    ) -> list[float]:
+        """Return the mean error that a linear fit leaves with each of some runs put right [m]."""
+        least = max(ABOUT // (len(placements) or 1), FEW)
+        few = [p.samples[:: max(len(p.samples) // least, 1)] for p in placements[:-1]]
+        every = [*few, placements[-1].samples]
+        q = np.array([s.position for some in every for s in some])
+        said = np.array([(i, s.socket) for i, some in enumerate(every) for s in some])
+        linear, found = self._model.linearised(x, q), list[float]()
+        for rows, to in runs:
+            labels = said.copy()
+            labels[len(said) - len(every[-1]) + np.array(rows), 1] = to
+            sockets = np.unique(labels @ [MANY, 1], return_inverse=True)[1]
+            fit = self._model.fit(Samples(q, sockets), STEPS, x, linear)
+            found.append(float(fit.errors.mean()))
+        return found
 
 
 def _logs(comparison: Comparison, *, sound: bool) -> list[float]:
@@ -217,10 +229,9 @@ def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
 def _forgotten(here: Placement, index: int, rows: range, to: int, noise: float) -> Fault:
     numbers = tuple(_number(here, i) for i in rows)
     label = here.samples[rows[0]].socket
-    which = (
-        f"sample {numbers[0]}" if len(numbers) == 1 else f"samples {numbers[0]} to {numbers[-1]}"
-    )
-    text = f"{which} lie in socket {to}, not {label}"
+    which = f"samples {numbers[0]} to {numbers[-1]} lie"
+    which = f"sample {numbers[0]} lies" if len(numbers) == 1 else which
+    text = f"{which} in socket {to}, not {label}"
     parameters: dict[str, float | str | list[float]] = {
         "placement": here.name,
         "sample": rows[0],

@@ -179,15 +179,36 @@ class RigidModel:
         errors = np.linalg.norm(e, axis=1)
         return off, float(np.average(errors, weights=_weights(e, noise)))
 
-    def fit(self, samples: Samples, iterations: int = ITERATIONS) -> RigidFit:
-        """Return the fit to some samples, at least one in each socket."""
-        few = samples.thinned(ENOUGH, LEAST)
+    def fitted(self, samples: Samples) -> Robot:
+        """Return the arm as some samples show it."""
+        values = self._model.values(self.fit(samples).x)
+        return self.robot.with_origins(self.ball.origins(values))
+
+    def fit(
+        self,
+        samples: Samples,
+        iterations: int = ITERATIONS,
+        start: np.ndarray | None = None,
+        linear: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> RigidFit:
+        """Return the fit to some samples, at least one in each socket.
+
+        From unknowns ``start``, or the nominal ones. With the balls and their derivatives there,
+        ``linear``, all is taken as linear, which costs little.
+        """
+        few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
         P, widths = self._prior, self.widths
-        x, still = np.zeros(len(widths)), np.tile(0 * few.positions, 3)
-        centres = _medians(points := self.points(x, few.positions), few)
+        first = np.zeros(len(widths)) if start is None else start
+
+        def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
+            return self.points(x, q) if linear is None else linear[0] + linear[1] @ (x - first)
+
+        x, points = first, balls(first, few.positions)
+        centres = _medians(points, few)
         noise = _typical(points - centres[few.sockets])
         for _ in range(iterations):
-            points, by_unknowns, _ = self._model.linearise(x, few.positions, still)
+            points, by_unknowns = linear or self.linearised(x, few.positions)
+            points = balls(x, few.positions) if linear else points
             weights = _weights(points - centres[few.sockets], noise)
             centres = _means(points, few, weights)
             e = points - centres[few.sockets]
@@ -198,7 +219,7 @@ class RigidModel:
             covariance = np.linalg.inv(H)
             step = -covariance @ (A.T @ e.ravel() + P @ x)
             step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
-            x += step
+            x = x + step
             centres = centres + slopes @ step
             left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
             fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
@@ -207,10 +228,14 @@ class RigidModel:
             change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
             if change < SETTLED:
                 break
-        points = self.points(x, samples.positions)
+        points = balls(x, samples.positions)
         centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
         weights = _weights(points - centres[samples.sockets], noise)
         return RigidFit(samples, points, centres, weights * NU / (NU + 3), noise, x)
+
+    def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the balls at some poses, shape (N, 3) [m], and their derivatives, (N, 3, n)."""
+        return self._model.linearise(x, q, np.tile(0 * q, 3))[:2]
 
 
 def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:

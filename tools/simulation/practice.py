@@ -16,8 +16,16 @@ import numpy as np
 from ...drivers import Driver, DriverError, Reason
 from ...drivers.arms import Mock, arm_at
 from ...recorder import DEFAULT_DISTANCE, sample_files
+from ...solver.diagnostics import RigidModel, Samples
 from ...solver.results import write_files
-from ...solver.robot import BallModel, Robot, all_parameters, gravity_moments, load_robot
+from ...solver.robot import (
+    BallModel,
+    Robot,
+    all_parameters,
+    choose_parameters,
+    gravity_moments,
+    load_robot,
+)
 from .recordings import Base, record
 from .simulated_arms import perturb
 
@@ -153,8 +161,9 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     """Return what connects to the simulated arm at a ``mock`` address, with a session's faults in.
 
-    Its samples are the recording's, in their order; the robot's model moves the ball. A fault
-    wrongly written is a DriverError.
+    Its samples are the recording's, in their order. A fit to them moves the ball: by the nominal
+    model one in the other socket would miss it by millimetres. A fault wrongly written is a
+    DriverError.
     """
     path, mark, query = address.partition("?")
     words = query.split("&") if query else []
@@ -173,6 +182,8 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     balls = BallModel(robot, []).points(np.zeros(0), q)
     away = np.linalg.norm(balls - balls[0], axis=1)
     sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
+    robot = RigidModel(robot, choose_parameters(robot)).fitted(Samples(q, sockets))
+    balls = BallModel(robot, []).points(np.zeros(0), q)
     centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
     generator = np.random.default_rng(arm.seed)
     session = Session(robot, q, sockets, np.array([*centres, balls[0]])[:2], generator)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
+from ...solver.bayes.model.effects import JOINT_OFFSET
 from ...solver.robot import STANDARD_GRAVITY, Robot, choose_parameters
 
 
@@ -32,12 +33,13 @@ def perturb(
     angle: float,
     *,
     keep_size: bool = True,
+    zeros: bool = False,
 ) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
 
     ``translation`` is the standard deviation of x, y, z [m], ``angle`` of roll, pitch, yaw [rad].
     Real arms keep the nominal size: links are machined to better than 0.1 %, while such draws
-    differ by up to 2 %.
+    differ by up to 2 %. With ``zeros``, as of servos, that is the size beside the joints' zeros.
     """
     origins = robot.origins
     for row, joint in zip(origins, robot.joints, strict=True):
@@ -45,18 +47,18 @@ def perturb(
             row[:3] += generator.normal(0, translation, 3)
             row[3:] += generator.normal(0, angle, 3)
     if keep_size:
-        larger = _larger_than(robot)
+        larger = _larger_than(robot, zeros=zeros)
         turning = [joint.actuated for joint in robot.joints]
         for _ in range(4):  # fixed joints keep their lengths, so the others take their part
             origins[turning, :3] *= 1 - larger(origins)
     return robot.with_origins(origins)
 
 
-def _larger_than(robot: Robot) -> Callable[[np.ndarray], float]:
+def _larger_than(robot: Robot, *, zeros: bool) -> Callable[[np.ndarray], float]:
     """Return how much larger [1] than a robot one with other origins is, as a fit counts it."""
     parameters = choose_parameters(robot)
-    model = extend(robot, parameters)
-    by_scale, index = model.by_scale(), [p.index for p in parameters]
+    model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
+    by_scale, index = model.by_scale()[: len(parameters)], [p.index for p in parameters]
 
     def larger(origins: np.ndarray) -> float:
         return float(by_scale @ (origins.ravel()[index] - model.ball.nominal))

@@ -210,22 +210,22 @@ class ExtendedModel:
         """Return the derivative of the logarithm of the robot's scale by the unknowns, (size,).
 
         The scale is that of the cloud of balls over random poses, beside what another place of the
-        ball on the flange, or a turn of the base, would do to it. One arm can be described by many
-        sets of lengths, but its balls are the same. A zero or curve makes no link longer.
+        ball on the flange, a turn of the base, or other zeros of the joints, where these are
+        unknown, would do to it. One arm can be described by many sets of lengths, but its balls are
+        the same. A zero or curve makes no link longer, nor does an origin turned about its joint.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
         rest = self.with_effects({*self.extensions} - {CURVE.name})
         points, slopes, _ = rest.linearise(np.zeros(rest.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
-        of_ball = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
-        place = slopes[:, :, of_ball]
+        free = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
+        for effect, own in zip(rest.effects, rest.slices, strict=True):
+            free += range(own.start, own.stop) if effect is JOINT_OFFSET else ()
+        moved = slopes[:, :, free]
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
-        others = np.concatenate([place - place.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
+        others = np.concatenate([moved - moved.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
         radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        for effect, own in zip(rest.effects, rest.slices, strict=True):
-            if effect is JOINT_OFFSET:
-                by_scale[own] = 0.0
         return np.pad(by_scale, (0, self.size - rest.size))
 
 

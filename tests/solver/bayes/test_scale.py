@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.model import extend
+from mukca.solver.bayes.model.effects import JOINT_OFFSET
+from mukca.solver.bayes.results import angles_near
 from mukca.solver.design import expected_groups
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import choose_parameters, load_robot, rotation, rotation_rpy
 
 ROBOTS = ("panda", "ur5", "so101")
 
@@ -37,3 +39,19 @@ def test_the_scale_is_free_where_lengths_are_not(panda):
         known = float(t @ t)
         precision = t @ group.precision(width) @ t
         assert precision == pytest.approx(known / (width**2 + known), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_zeros_make_no_link_longer(name):
+    """Nor does an origin that is turned about its joint, which moves the balls as a zero does."""
+    robot = load_robot(name)
+    parameters = choose_parameters(robot)
+    by_scale = extend(robot, parameters, [JOINT_OFFSET.name]).by_scale()
+    assert np.abs(by_scale[len(parameters) :]).max() < 1e-9
+    for i, joint in enumerate(robot.joints):
+        if joint.actuated:
+            turned = rotation_rpy(joint.origin.rpy) @ rotation(joint.axis, 1e-5)
+            after, before = robot.origins, robot.origins
+            after[i, 3:] = angles_near(np.array(turned.full()), before[i, 3:])
+            changed = (after - before).ravel()[[p.index for p in parameters]]
+            assert abs(by_scale[: len(parameters)] @ changed) < 1e-8
