@@ -2,6 +2,7 @@
 
 python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real arm (panda_3)
 python benchmarks/partial.py together --seat 0.05       all zeros lost at once, simulated arms
+python benchmarks/partial.py together --planned         the same, poses by record --calibration
 python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not (--draws 2)
 python benchmarks/partial.py changes --robot ur5e       the same of simulated arms
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
@@ -20,6 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -29,10 +31,19 @@ from worlds import TRANSLATION, TURN, realistic_flaws
 import mukca
 from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import Pose, hand_eye, measure, rotation_vectors, turn
+from mukca.solver.data import (
+    CALIPER_DEVIATION,
+    Pose,
+    hand_eye,
+    measure,
+    rotation_vectors,
+    turn,
+)
+from mukca.solver.design import Reach, plan_poses
+from mukca.solver.partial import zero_covariance, zeros_told
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import BallModel, Origin
-from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
+from mukca.solver.robot import BallModel, InverseKinematics, Origin
+from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 TRAINED = ("frontcenter", "backleft")
 PUT_IN = 5e-3
@@ -170,7 +181,38 @@ def simulated(arms: Arms) -> Iterator[Fresh]:
             yield one.calibration, record(one.arm, base, generator, imperfection=one.how)
 
 
-def together(arms: Arms) -> Iterator[str]:
+class Planned(InverseKinematics):
+    """A hand that leads an arm to planned poses, as near as the ball's seat lets it."""
+
+    def __init__(self, robot: mukca.Robot, poses: np.ndarray) -> None:
+        super().__init__(robot)
+        self.poses = poses
+
+    def reach(
+        self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
+    ) -> np.ndarray:
+        """Return the planned poses with the ball at each point."""
+        q = self.poses
+        for _ in range(8):
+            pose, J = self.ball_and_neck(q)
+            q = q + (np.linalg.pinv(J[:, :3]) @ (points - pose[:, :3])[:, :, None])[:, :, 0]
+        return q
+
+
+def planned(
+    one: "Drawn", base: Base, generator: np.random.Generator, count: int
+) -> mukca.Placement:
+    """Return samples at the poses that ``mukca record --calibration`` leads to."""
+    reach, known = Reach(one.arm), zero_covariance(one.calibration)
+    pools = {k: reach.poses(base.sockets[k], 600) for k in (0, 1)}
+    away = (base.sockets[1] - base.sockets[0]) / base.distance
+    known = known.with_lengths({0: -away, 1: away}, CALIPER_DEVIATION)
+    order = [0] * count + [1] * count
+    guide = Planned(one.arm, plan_poses(known, zeros_told(known, pools), pools, order))
+    return record(one.arm, base, generator, samples=count, imperfection=one.how, guide=guide)
+
+
+def together(arms: Arms, *, plan: bool) -> Iterator[str]:
     """Zeros of all joints but the first and last, 10 mrad put into each at once."""
     rows: dict[int, list[tuple[float, float, bool]]] = {6: [], 10: []}
     for one, generator in arms:
@@ -180,7 +222,7 @@ def together(arms: Arms) -> Iterator[str]:
         (base,) = reachable_bases(one.arm, generator, 1)
         since = record(one.arm, base, generator, samples=10, imperfection=one.how)
         for count, found in rows.items():
-            some = few(since, count, generator)
+            some = planned(one, base, generator, count) if plan else few(since, count, generator)
             q = some.positions - size
             moved = mukca.Placement.of_arrays("since", q, some.sockets, joints, distance=0.05)
             named = mukca.rezero(one.calibration, moved, joints[1:-1]).joints[1:-1]
@@ -340,6 +382,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--seat", type=float, help="the ball's, per axis [mm] (default: drawn)")
+    parser.add_argument("--planned", action="store_true", help="together: poses that tell most")
     parser.add_argument("--draws", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="the first draw of simulated arms")
     given = parser.parse_args()
@@ -352,7 +395,8 @@ def main() -> None:
         run = {"rezero": rezero, "tracker": tracker}[given.what]
         lines = run(given.recordings, given.draws)
     else:
-        lines = {"tool": tool, "handeye": handeye, "together": together}[given.what](arms)
+        run = {"tool": tool, "handeye": handeye, "together": partial(together, plan=given.planned)}
+        lines = run[given.what](arms)
     name = given.robot if given.recordings is None else given.recordings.name
     for line in lines:
         print(f"{name}: {line}", flush=True)

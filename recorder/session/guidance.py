@@ -66,6 +66,8 @@ class Advice:
     """Predicted error of distances in the workspace, the median of one standard deviation [m]."""
     goal: float
     """Goal of the predicted error [m]."""
+    unit: Literal["mm", "mrad"] = "mm"
+    """mrad where both are of joints' zeros [rad], in place of distances."""
     fitted: bool = False
     """True if it rests on a fit to the samples, not on the nominal model alone."""
     last_error: float | None = None

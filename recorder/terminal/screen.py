@@ -110,7 +110,8 @@ def _gauge(view: View, width: int) -> Text:
         None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
         None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
-    start = f" predicted {_mm(advice.predicted)} "
+    unit = " mrad" if advice.unit == "mrad" else ""
+    start = f" predicted {_mm(advice.predicted)}{unit} "
     end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
     length = max(3, min(24, width - len(start + end)))
     share = min(1.0, advice.goal / max(advice.predicted, 1e-9))

@@ -33,12 +33,12 @@ CENTRE = 1.0
 
 @dataclass(frozen=True)
 class Workspace:
-    """Distances between random pairs of poses, by which a calibration is judged."""
+    """Distances between random pairs of poses, or other numbers, by which samples are judged."""
 
     slopes: np.ndarray
     """g_k, derivatives of the distances by the model's unknowns, shape (K, size)."""
     lengths: np.ndarray
-    """The distances, shape (K,) [m]."""
+    """The distances, shape (K,) [m]; 0 for other numbers."""
 
     @property
     def mean(self) -> np.ndarray:
@@ -52,7 +52,7 @@ class Workspace:
         All samples tell the scale alike, by the base's length. Poses differ in what they tell of
         all else, so they are chosen by this.
         """
-        scale = self.lengths @ self.slopes / (self.lengths @ self.lengths)
+        scale = self.lengths @ self.slopes / (self.lengths @ self.lengths or 1.0)
         slopes = self.slopes - np.outer(self.lengths, scale)
         return slopes.T @ slopes / len(slopes)
 
@@ -154,7 +154,7 @@ class ParameterCovariance:
         self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return A of (D1), shape (N, 3, n), and C, shape (N, 3, 3)."""
-        held = np.tile(0 * q, 2) if moments is None else moments
+        held = np.tile(0 * q, 3) if moments is None else moments
         _, J, by_joints = self.model.linearise(self.x, q, held)
         rows = np.zeros((len(q), 3, len(self.covariance)))
         rows[:, :, : self.model.size] = J

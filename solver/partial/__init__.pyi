@@ -8,3 +8,5 @@ from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
 from .validity import Validity as Validity
 from .validity import what_changed as what_changed
+from .zero_poses import zero_covariance as zero_covariance
+from .zero_poses import zeros_told as zeros_told

@@ -1,7 +1,8 @@
 """Which of several things changed, by the evidence.
 
 Each explanation frees some unknowns beside the prior: N(e; 0, C + A A^T) with A the slopes by them,
-times how far they may have changed. It is averaged over those widths, and over the noise.
+times how far they may have changed. It is averaged over those widths, and over the noise. Zeros
+that wander by what a ball's seat wanders a metre away are unchanged in each of them.
 """
 
 import math
@@ -23,6 +24,8 @@ CRASHED = {"m": 1e-3, "rad": 3e-3}
 ANOTHER, LESS = math.log(1000), 0.5
 """Rise of the logarithm of the evidence by a geometry that may have changed everywhere, and share
 of the noise that is left then, from which samples are another arm's."""
+UNCHANGED = 5e-5
+"""Standard deviation of the zero of a joint that did not change, from place to place [rad], [m]."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -61,7 +64,8 @@ class NearestCause:
 def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
     """Return the probabilities of explanations after the samples, shape (E,)."""
     belief = system.task.noise
-    held = replace(system.task, free={})
+    zeros = system.task.prior.zeros
+    held = replace(system.task, free=dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED))
     spread = system.slopes @ held.covariance @ system.slopes.T
     unknowns = sorted({i for e in explanations for width in e.widths for i in width})
     place = {unknown: i for i, unknown in enumerate(unknowns)}

@@ -31,9 +31,9 @@ from .evidence import EVERYTHING, NOTHING, NearestCause, explanations, probabili
 from .fit import fit, next_step
 from .sockets import known_of, socket_task
 
-CHANGED = 0.85
-"""Probability from which something is said to have changed: so is less than 1 in 100 where nothing
-did, and 96 of 100 joints that moved by 1 mrad."""
+CHANGED = 0.75
+"""Probability from which something is said to have changed: so are fewer than 2 in 100 where
+nothing did, and 95 of 100 joints that moved by 1 mrad."""
 FEWEST_SAMPLES = 10
 """New samples below which nothing is said of a calibration."""
 MOST_SAMPLES = 150

@@ -15,3 +15,4 @@ from .session_start import recorded_beside as recorded_beside
 from .session_start import with_distance as with_distance
 from .setup import joints_of as joints_of
 from .setup import record_session as record_session
+from .zero_guidance import ZeroSelector as ZeroSelector

@@ -69,7 +69,7 @@ class PoseSelector:
         self._robot = robot
         self._distance = distance
         self._given, self._goal = goal, goal_for(robot) if goal is None else goal
-        self._sockets = sockets
+        self._sockets, self._curved = sockets, bool(curve_advice(robot))
         self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
         self._nominal = np.zeros(self._model.size)
@@ -250,7 +250,7 @@ class PoseSelector:
         pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
         start = None if position is None else np.array(position)
         rest = self._rest(order)
-        if curve_advice(self._robot):
+        if self._curved:
             route = CurveAnnealing(*self._with_curves(samples), pools, order, start)
             way = route.way(rest)
         else:

@@ -15,6 +15,7 @@ from typing import Any
 from ...recorder import Sample
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver.assessment import ARMS, RESOLUTION, known_arm, predicted_limit
+from ...solver.calibration import load_calibration
 from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
 
@@ -101,7 +102,10 @@ def limit_for(robot: Robot) -> float:
 
 
 class BackgroundGuidance(WorkerProcess):
-    """Guidance by a worker process, a ``GuidanceProvider``; settings as of a ``PoseSelector``."""
+    """Guidance by a worker process, a ``GuidanceProvider``.
+
+    Settings are those of a ``PoseSelector``, or with a ``calibration`` of a ``ZeroSelector``.
+    """
 
     def __init__(self, robot: RobotOptions, **settings: Any) -> None:
         super().__init__(_advise, robot.model_arguments(), settings)
@@ -121,8 +125,14 @@ class BackgroundGuidance(WorkerProcess):
 def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
     """Answer requests in the worker."""
     from .guidance import PoseSelector
+    from .zero_guidance import ZeroSelector
 
-    selector = PoseSelector(load_robot(**robot), **settings)
+    given = dict(settings)
+    held: Path | None = given.pop("calibration", None)
+    if held is None:
+        selector = PoseSelector(load_robot(**robot), **given)
+    else:
+        selector = ZeroSelector(load_calibration(held), **given)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()

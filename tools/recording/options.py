@@ -14,6 +14,8 @@ from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, option, part
 
 POSES = 10
 """Poses of a quick session."""
+HELD = 6
+"""Samples in each socket that tell what changed since a calibration."""
 
 _recording = partial(option, group="recording")
 _hands = partial(option, group="hands and ears")
@@ -97,7 +99,9 @@ class RecordOptions(RobotOptions):
         default=False,
     )
     calibration: Path | None = _quick(
-        "with --quick: does this calibration still hold? Exit status 1 if not", "FILE"
+        f"does this calibration still hold? Exit status 1 if not. Without --quick: {HELD} samples "
+        "in each of two sockets, led to poses that tell the joints' zeros best, for mukca rezero",
+        "FILE",
     )
     load: SolveOptions = part(
         SolveOptions, "payload", "gravity", group="load, for noticing a hand on the arm"
@@ -116,13 +120,14 @@ class RecordOptions(RobotOptions):
             sockets = read_metadata(file).get("sockets")
         keys = read_keys(file)
         known = keys.distance is not None and not keys.distance_assumed
+        usual = POSES if self.quick else HELD if self.calibration else TARGET
         given: dict[str, Any] = {
             **vars(self),
             "distance": self.distance or keys.distance or DEFAULT_DISTANCE,
             "measured": self.distance is not None or known,
             "stated": self.distance is not None or keys.distance is not None,
             "sockets": sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
-            "target": self.target or (POSES if self.quick else TARGET),
+            "target": self.target or usual,
             "no_guide": self.no_guide or self.quick,
         }
         return SettledOptions(**given)

@@ -71,6 +71,7 @@ def state_of(view: View) -> dict[str, Any]:
         "next": advice.target if advice else None,
         "predicted": advice.predicted if advice and advice.is_informative else None,
         "goal": advice.goal if advice else None,
+        "unit": advice.unit if advice else None,
         "mean": advice.mean_error if advice else None,
         "last": advice.last_error if advice else None,
         "closing": advice.closing if advice else (),

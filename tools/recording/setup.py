@@ -6,11 +6,12 @@ import math
 import sys
 from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager
+from typing import Any
 
 from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
-from ..cli import Terminal
+from ..cli import Terminal, one_arm
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
 from .outlier_checks import gravity_of, outlier_check
@@ -83,15 +84,17 @@ def record_session(
 
 
 def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
-    guidance = BackgroundGuidance(
-        options,
-        distance=options.distance,
-        goal=None if options.goal_mm is None else 1e-3 * options.goal_mm,
-        sockets=options.sockets,
-        earlier=recorded_beside(options.out, robot),
-        turn=math.inf if options.turn is None else math.radians(options.turn),
-    )
-    return stack.enter_context(closing(guidance))
+    settings: dict[str, Any] = {
+        "distance": options.distance,
+        "sockets": options.sockets,
+        "turn": math.inf if options.turn is None else math.radians(options.turn),
+    }
+    if options.calibration is not None:
+        settings |= {"calibration": one_arm(options.calibration), "target": options.target}
+    else:
+        goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
+        settings |= {"goal": goal, "earlier": recorded_beside(options.out, robot)}
+    return stack.enter_context(closing(BackgroundGuidance(options, **settings)))
 
 
 def _title(options: SettledOptions, robot: Robot) -> str:

@@ -1,6 +1,7 @@
 """What is recorded of an emulated arm, and what the verbs that hold a calibration say of it."""
 
 import html
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,23 +9,46 @@ from calibrated_arm import simulate
 
 import mukca
 from mukca.tools.cli import main
+from mukca.tools.recording import ZeroSelector
 
 TIP = np.array([0.03, -0.02, 0.2])
+
+
+def test_poses_are_led_to_that_tell_the_zeros_best():
+    simulated = simulate()
+    taken = simulated.later.samples
+    selector = ZeroSelector(simulated.calibration, 0.05, target=6)
+    first = selector.advise(taken[:1], 0)
+    then = selector.advise([*taken[:1], replace(taken[1], position=first.target)], 0)
+    random = selector.advise(taken[:2], 0)
+    assert then.predicted < random.predicted and then.goal < 1.5e-4
+    end = selector.advise([*taken[:6], *taken[8:14]], 1)
+    assert end.enough and end.target is None and end.predicted > 1.1 * then.goal
+    assert selector.advise(taken[:6], 0).leave
 
 
 @pytest.mark.slow
 def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(tmp_path, scripted, capsys):
     simulated = simulate()
 
-    def recorded(name, rows, keys):
+    def recorded(name, rows, keys, *more, status=0, said=""):
         hand = tmp_path / f"{name}.csv"
         hand.write_text("\n".join(",".join(map(str, row)) for row in rows.tolist()))
-        done = scripted(tmp_path / name, keys, "--distance", "0.05", "--no-guide", hand=hand)
-        assert done.status == 0, done.errors
+        words = ["--distance", "0.05", "--no-guide", *more]
+        done = scripted(tmp_path / name, keys, *words, hand=hand)
+        assert done.status == status and said in done.output, done.errors
         return tmp_path / name
 
     simulated.calibration.save(tmp_path / "cal")
-    since = recorded("since", simulated.read({3: 5e-3}).positions, "a*8 s a*8 q")
+    since = recorded(
+        "since",
+        simulated.read({3: 5e-3}).positions,
+        "a*8 s a*8 q",
+        "--calibration",
+        str(tmp_path / "cal"),
+        status=1,
+        said="mukca rezero --joint panda_joint4 finds its zero",
+    )
     assert main(["check", str(since), "--calibration", str(tmp_path / "cal")]) == 1
     assert "mukca rezero --joint panda_joint4" in capsys.readouterr().out
     assert main(["validate", str(tmp_path / "cal"), str(since)]) == 1

@@ -28,8 +28,6 @@ NOT_ENOUGH = 3
 
 def run_record(options: RecordOptions, terminal: Terminal) -> int:
     """Record until the operator finishes."""
-    if options.calibration and not options.quick:
-        raise UsageError("--calibration is for --quick; mukca validate looks at recordings")
     with _interruptible():
         if sys.stdout.isatty():
             terminal.say("loading ...")
@@ -37,6 +35,11 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         robot = options.load_robot()
         settled = recording.with_distance(options.settled(), terminal)
         known = options.calibration and calibration.load_calibration(one_arm(options.calibration))
+        if known and known.robot.joint_names != robot.joint_names:
+            names = ", ".join(known.robot.joint_names)
+            raise UsageError(
+                f"--calibration {options.calibration}: of another robot, whose joints are {names}"
+            )
         outcome = recording.record_session(settled, robot, terminal)
         earlier = recording.Before()
         while True:
@@ -62,7 +65,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         return 128 + outcome.signal
     if outcome.refused and recording.is_scripted(options):
         return 1
-    if not options.quick:
+    if not options.quick and known is None:
         return 0
     if len(outcome.session.live) < LEAST_POSES:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
@@ -72,7 +75,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say(words)
         return status
     here = recorder.read_placement(settled.out)
-    found = partial.what_changed(known, here, ball_moved=True)
+    found = partial.what_changed(known, here, ball_moved=options.quick)
     terminal.say(found.text)
     return found.verdict.exit_status
 
@@ -118,7 +121,7 @@ def _say_outcome(
         )
     if outcome.refused:
         terminal.say(f"{outcome.refused} captures were refused")
-    if terminal.brief or options.quick:
+    if terminal.brief or options.quick or options.calibration:
         return
     if outcome.signal is None and min(session.counts) > 0:
         beside = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]

@@ -1,0 +1,83 @@
+"""Pose selection for the zeros of a calibrated arm's joints, without calibrating again."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...recorder import Sample
+from ...recorder.session import Advice, Alarm
+from ...solver.calibration import Calibration
+from ...solver.design import ParameterCovariance
+from ...solver.partial import zero_covariance, zeros_told
+from .guidance import PoseSelector
+
+
+class ZeroSelector(PoseSelector):
+    """Selection of so many poses in each socket that tell the joints' zeros best.
+
+    What is predicted is the root mean square of the zeros' standard deviations [rad], and the goal
+    what the poses to come would leave of it.
+    """
+
+    def __init__(
+        self,
+        calibration: Calibration,
+        distance: float,
+        target: int,
+        sockets: int = 2,
+        turn: float = np.inf,
+    ) -> None:
+        super().__init__(calibration.robot, distance, sockets=sockets, turn=turn)
+        self._target, self._curved = target, False
+        self._first = zero_covariance(calibration, sockets)
+
+    def alarms(self, samples: Sequence[Sample]) -> tuple[Alarm, ...]:
+        """Return none: zeros that are off would look like faults."""
+        return ()
+
+    def advise(
+        self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
+    ) -> Advice:
+        """Return advice for the active socket and the arm's configuration [rad], [m]."""
+        known, order = self._known(samples), self._order(samples, socket)
+        pools = {k: self._candidates(samples, k) for k in range(self._sockets)}
+        pools = {k: pool for k, pool in pools.items() if len(pool)}
+        where, target, gain = zeros_told(self._known(()), pools), None, 0.0
+        after = known
+        if order and len(where.slopes):
+            target, gain = self._next(known, where, samples, order, position)
+            for k, q in zip(*(self._route or ((), ())), strict=True):
+                after = after.with_samples(q[None], k)
+        predicted, goal = (
+            float(np.sqrt(np.mean(one.deviations(where) ** 2))) if len(where.slopes) else np.inf
+            for one in (known, after)
+        )
+        return Advice(
+            count=len(samples),
+            socket=socket,
+            predicted=predicted,
+            goal=goal,
+            unit="mrad",
+            leave=bool(order) and order[0] != socket,
+            enough=not order,
+            target=target,
+            lift=target is not None and self._lifted(samples, position, target),
+            gain=gain,
+        )
+
+    def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
+        """Return the covariance after some samples."""
+        known = self._with_distance(self._first, samples)
+        for sample in samples:
+            known = known.with_samples(np.array([sample.position]), sample.socket)
+        return known
+
+    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+        """Return the sockets of the samples to come: the rest in this one, then in the others."""
+        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        others = [k for k in range(self._sockets) if k != socket]
+        return [k for k in (socket, *others) for _ in range(self._target - counts[k])]
+
+    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+        """Return nothing: the verdict comes at the end."""
+        return ()
