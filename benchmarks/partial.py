@@ -4,7 +4,7 @@ python benchmarks/partial.py rezero --recordings DIR    5 mrad put into a real a
 python benchmarks/partial.py together --seat 0.05       all zeros lost at once, simulated arms
 python benchmarks/partial.py together --planned         the same, poses by record --calibration
 python benchmarks/partial.py changes --recordings DIR   0.5 and 1 mrad: told or not (--draws 2)
-python benchmarks/partial.py changes --robot ur5e       the same of simulated arms
+python benchmarks/partial.py changes --robot ur5e       the same of simulated arms (--planned)
 python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere, simulated arms
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
 python benchmarks/partial.py tracker --recordings DIR   a real tool and base by 8 poses (ur10)
@@ -174,11 +174,14 @@ def drawn(name: str, draws: range, seat: float | None) -> Arms:
         yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
 
 
-def simulated(arms: Arms) -> Iterator[Fresh]:
+def simulated(arms: Arms, *, plan: bool) -> Iterator[Fresh]:
     """Yield simulated arms, each at three bases that it was not calibrated at."""
     for one, generator in arms:
         for base in reachable_bases(one.arm, generator, 3):
-            yield one.calibration, record(one.arm, base, generator, imperfection=one.how)
+            if plan:
+                yield one.calibration, planned(one, base, generator, 6)
+            else:
+                yield one.calibration, record(one.arm, base, generator, imperfection=one.how)
 
 
 class Planned(InverseKinematics):
@@ -382,7 +385,9 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
     parser.add_argument("--seat", type=float, help="the ball's, per axis [mm] (default: drawn)")
-    parser.add_argument("--planned", action="store_true", help="together: poses that tell most")
+    parser.add_argument(
+        "--planned", action="store_true", help="of simulated arms: the poses that tell most"
+    )
     parser.add_argument("--draws", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="the first draw of simulated arms")
     given = parser.parse_args()
@@ -390,7 +395,7 @@ def main() -> None:
     arms = drawn(given.robot, range(given.first, given.first + given.draws), seat)
     if given.what == "changes":
         real = given.recordings and recorded(given.recordings, given.draws)
-        lines = changes(real or simulated(arms), np.random.default_rng(1))
+        lines = changes(real or simulated(arms, plan=given.planned), np.random.default_rng(1))
     elif given.what in ("rezero", "tracker"):
         run = {"rezero": rezero, "tracker": tracker}[given.what]
         lines = run(given.recordings, given.draws)

@@ -37,7 +37,7 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     """
     folders: list[Path] = []
     for path in paths:
-        if path.name in (POINTS, POSES) and path.is_file():
+        if path.name in _FILES and path.is_file():
             folders.append(path.parent)
             continue
         if not path.exists():

@@ -73,12 +73,12 @@ class CameraPose(Found):
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
         return (
             *self.notes,
+            *self.untold,
             f"{frame.name} in {frame.parent}: x y z {at} mm; qx qy qz qw {turned}",
             f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms); the "
             f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
             "an axis.",
             *self.outliers,
-            *self.untold,
             "For ROS 2:",
             f"  ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
             f"--child-frame-id {frame.name}",

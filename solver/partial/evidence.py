@@ -14,8 +14,8 @@ import numpy as np
 from ..assessment import mm
 from .fit import System, Task, fit
 
-NOTHING, EVERYTHING = "nothing", "everything"
-PRIOR = {NOTHING: 0.5, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
+NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
+PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
 """Probabilities before the samples; that of the joints is shared among them."""
 TYPICAL = (1e-3, 2e-2)
 """Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
@@ -38,7 +38,10 @@ class Explanation:
     prior: float
     """Its probability before the samples."""
     widths: Sequence[Mapping[int, float]]
-    """Standard deviations by which unknowns are freed; one of these holds, each as likely."""
+    """Standard deviations by which unknowns are freed; one of these holds, each as likely.
+
+    Behind all unknowns stand the errors of the distances that were stated.
+    """
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,8 @@ def probabilities(system: System, explanations: Sequence[Explanation]) -> np.nda
     spread = system.slopes @ held.covariance @ system.slopes.T
     unknowns = sorted({i for e in explanations for width in e.widths for i in width})
     place = {unknown: i for i, unknown in enumerate(unknowns)}
-    A = system.slopes[:, unknowns]
+    lengths = np.eye(len(system.errors))[:, len(system.errors) - len(held.distances) :]
+    A = np.hstack([system.slopes, lengths])[:, unknowns]
     logs = np.full((len(LEVELS), len(explanations)), -np.inf)
     for level, factor in enumerate(LEVELS):
         noise = replace(belief, place=factor * belief.place, turn=factor * belief.turn)
@@ -101,7 +105,7 @@ def _gain(
 
 
 def explanations(task: Task) -> list[Explanation]:
-    """Return explanations: nothing, a joint, the tool, the base, everything."""
+    """Return explanations: nothing, a wrong distance, a joint, the tool, the base, everything."""
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
     base = [i for k in task.known for i in task.place(k).tolist()]
@@ -109,6 +113,9 @@ def explanations(task: Task) -> list[Explanation]:
     each = PRIOR["joint"] / len(joints)
     found = [Explanation(NOTHING, PRIOR[NOTHING], [task.free])]
     some = [(name, each, [begin + j]) for j, name in enumerate(joints)]
+    if task.distances:
+        own = list(range(task.size, task.size + len(task.distances)))
+        some.insert(0, (LENGTHS, PRIOR[LENGTHS], own))
     if prior.ball[0] not in task.free:
         some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
     if base:

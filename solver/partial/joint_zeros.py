@@ -212,9 +212,9 @@ def rezero(
     most = OTHER_ARM * usual if isinstance(arm, Calibration) else OTHER_MODEL
     if off > most and (isinstance(arm, Robot) or any(zero.offset for zero in found)):
         raise UsageError(
-            f"the samples are still {1e3 * off:.2f} mm off, and {1e3 * usual:.2f} are usual: is it "
-            "another arm's calibration or model, or did more than zeros change (mukca check "
-            "--calibration)?"
+            f"the samples are still {1e3 * off:.2f} mm off, and {1e3 * usual:.2f} are usual: is "
+            "--distance right, is it another arm's calibration or model, or did more than zeros "
+            "change (mukca check --calibration)?"
         )
     if not new:
         found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None

@@ -55,7 +55,11 @@ class Tool(Found):
         place = " ".join(
             f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in zip(self.frame.xyz, sigma, strict=True)
         )
-        lines = [*self.notes, f"{self.frame.name} on {self.frame.parent}: x y z {place} mm"]
+        lines = [
+            *self.notes,
+            *self.untold,
+            f"{self.frame.name} on {self.frame.parent}: x y z {place} mm",
+        ]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
         lines.append(f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
@@ -64,7 +68,7 @@ class Tool(Found):
                 f"Turned about a point elsewhere, the tip is expected to stay within "
                 f"{1e3 * self.elsewhere:.2f} mm of it (1 sigma)."
             )
-        return (*lines, *self.untold)
+        return tuple(lines)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""

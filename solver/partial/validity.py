@@ -27,11 +27,11 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
-from .evidence import EVERYTHING, NOTHING, NearestCause, explanations, probabilities
-from .fit import fit, next_step
+from .evidence import EVERYTHING, LENGTHS, NOTHING, NearestCause, explanations, probabilities
+from .fit import fit, linear, next_step
 from .sockets import known_of, socket_task
 
-CHANGED = 0.75
+CHANGED = 0.7
 """Probability from which something is said to have changed: so are fewer than 2 in 100 where
 nothing did, and 95 of 100 joints that moved by 1 mrad."""
 FEWEST_SAMPLES = 10
@@ -192,12 +192,13 @@ def _weigh(
     again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
     task = replace(socket_task(prior, data, stood), free=again)
     each = explanations(task)
-    single = [one for one in each if one.name != EVERYTHING]
+    single = [one for one in each if one.name not in (LENGTHS, EVERYTHING)]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
-    system = fit(replace(task, free={**wide, **task.free}))
+    wider = replace(task, free={**wide, **task.free})
+    system = fit(replace(wider, distances=()))  # a wrong one draws all else after it
     if next_step(system) > ASTRAY:  # what did not converge is no evidence
         return Weighed({}), None
-    odds = probabilities(system, each).tolist()
+    odds = probabilities(linear(wider, system.state), each).tolist()
     weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
     joints = prior.robot.joint_names
     if weighed.changed and weighed.likeliest in joints:
@@ -249,6 +250,9 @@ def _said(
     drifted = f"drifted: {figures}" + (f", {mm(before)} when it was made" if before else "")
     share = f"{100 * weighed.probabilities.get(likely, 0.0):.1f} %"
     status = {row.name: row.status for row in rows}
+    if weighed.changed and likely == LENGTHS:
+        reason = f"not valid: the sockets' distance is off by {mm(length or 0.0)} ({share})."
+        return reason, "Check --distance, or state it: mukca info DATA --set-distance M."
     if weighed.cause is not None:
         return (
             f"{drifted}; {weighed.cause.text(share)}.",

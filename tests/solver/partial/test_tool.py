@@ -11,6 +11,8 @@ from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca import MukcaError
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
@@ -81,7 +83,7 @@ def test_an_axis_needs_another_point(simulated):
 def test_postures_alike_leave_a_direction_open(simulated):
     q = simulated.touched(TIP).positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
     found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("alike", q, [0] * 6))
-    assert "turn the tool about two more axes" in found.untold[0]
+    assert "turn the tool about two more axes" in found.text[0]
 
 
 def test_too_few_touches_are_refused(simulated):
@@ -136,6 +138,9 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     assert all(line in page for line in told.partition("Wrote")[0].splitlines())
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
+    write_files(tmp_path / "front", sample_files(simulated.touched(TIP)))
+    status, out, _ = command(*words[:2], tmp_path / "front" / "samples.csv", "--json")
+    assert status == 0 and json.loads(out)["xyz"] == pytest.approx(said["xyz"])
     status, _, error = command(*words[:2], tmp_path / "nothere.csv")
     assert status == 2 and error.endswith("nothere.csv: no such file\n")
     status, _, error = command(*words[:3], "--name", "my tool")

@@ -110,9 +110,11 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(simulated, told, 
 
 
 @pytest.mark.slow
-def test_a_distance_so_wrong_that_the_fit_diverges_is_named(simulated):
-    found = mukca.what_changed(simulated.calibration, simulated.read({}), distance=0.01)
+@pytest.mark.parametrize("distance", [0.01, 0.03, 0.07])
+def test_a_wrong_distance_is_named(simulated, distance):
+    found = mukca.what_changed(simulated.calibration, simulated.read({}), distance=distance)
     assert found.verdict.status == "fail" and "sockets' distance is off by" in found.text
+    assert found.likeliest == "distance" and "set-distance" in found.text
 
 
 @pytest.mark.slow

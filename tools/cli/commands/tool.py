@@ -76,7 +76,7 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
     """Return placements by their folders; a CSV file's points are its sockets."""
     found: list[recorder.Placement] = []
     for file in files:
-        if not file.is_file():
+        if not file.is_file() or file.name == recorder.SAMPLES:
             found += recorder.read_placements(file)
             continue
         if file.suffix != ".csv":
@@ -193,7 +193,7 @@ def _views(path: Path, options: HandeyeOptions) -> "list[recorder.Placement]":
     """Return the views of a CSV file of any name, of a folder of images, or of placements."""
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
-    if path.suffix == ".csv" and path.is_file():
+    if path.suffix == ".csv" and path.is_file() and path.name != recorder.SAMPLES:
         return [recorder.read_points(path, path.stem)]
     if not (path / extract.JOINTS).is_file():
         return recorder.read_placements(path)
