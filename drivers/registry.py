@@ -11,7 +11,10 @@ import importlib
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from importlib.util import find_spec
+
+import msgspec
 
 from .driver import Driver, DriverError, Reason
 
@@ -42,42 +45,8 @@ class DriverInfo:
         return tuple(module for module in self.needs if find_spec(module) is None)
 
 
-_ISOTP, _KORTEX = ("isotp", "can://"), ("kortex_api", "kortex://")
-_ARMS, _SERIAL = "mukca.drivers.arms.", ("serial",)
-_OWN = (
-    DriverInfo("damiao", _ARMS + "damiao:Damiao", "OpenArm: Damiao motors, CAN", ("can",)),
-    DriverInfo(
-        "dynamixel",
-        _ARMS + "servos.dynamixel:Dynamixel",
-        "ViperX, WidowX, Koch: Dynamixel X servos, serial",
-        _SERIAL,
-    ),
-    DriverInfo(
-        "feetech",
-        _ARMS + "servos.feetech:Feetech",
-        "SO-100, SO-101: Feetech STS servos, serial",
-        _SERIAL,
-    ),
-    DriverInfo("franka", _ARMS + "franka:Franka", "Panda, FR3: FCI"),
-    DriverInfo(
-        "kinova",
-        _ARMS + "kinova:Kinova",
-        "Gen2, JACO: RS-485, CAN; Gen3: Kortex",
-        _SERIAL,
-        (_ISOTP, _KORTEX),
-    ),
-    DriverInfo("kuka", _ARMS + "kuka:Kuka", "LBR iiwa, LBR Med: FRI"),
-    DriverInfo("mock", _ARMS + "simulated:Mock", "a simulated arm: replays a recording"),
-    DriverInfo("piper", _ARMS + "piper:Piper", "AgileX Piper: CAN", ("can",)),
-    DriverInfo("ros", _ARMS + "ros:Ros", "any arm in ROS: rosbridge", ("roslibpy",)),
-    DriverInfo("ur", _ARMS + "ur:Ur", "UR3 to UR20, CB3 and e-series: RTDE"),
-    DriverInfo(
-        "ur-rtde",
-        _ARMS + "ur_rtde:UrRtde",
-        "UR3 to UR20: RTDE, by the package ur-rtde",
-        ("rtde_receive",),
-    ),
-    DriverInfo("xarm", _ARMS + "xarm:XArm", "UFACTORY xArm, Lite 6, 850: report stream"),
+_OWN = msgspec.json.decode(
+    files("mukca.drivers").joinpath("arms.json").read_bytes(), type=list[DriverInfo]
 )
 DRIVERS = {info.name: info for info in _OWN}
 

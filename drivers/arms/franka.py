@@ -14,14 +14,13 @@ Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is giv
 """
 
 import math
-import socket
 import struct
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from typing import Any, cast
 
-from .. import JointState, Reason, ValidatingDriver, clock, match_joints
-from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, open_tcp, parse_endpoint
+from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, TcpStream, cut, parse_endpoint
 
 PORT = 1337
 VERSIONS = range(3, 11)
@@ -82,7 +81,7 @@ class Franka(ValidatingDriver):
         for datagram, _ in self._udp.until(deadline):
             state, self.status = decode_state(datagram)
             return state
-        if _is_closed(self._tcp):
+        if self._tcp.ended:
             raise Reason.UNREACHABLE(f"{self._where} closed the connection")
         hint = "does a firewall here block UDP from it?"
         if self.status:
@@ -96,7 +95,7 @@ class Franka(ValidatingDriver):
 
 def _connect(
     endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
-) -> tuple[socket.socket, DatagramSocket]:
+) -> tuple[TcpStream, DatagramSocket]:
     """Open the connection, with the version that the robot speaks if it refuses the given one."""
     session = _try_version(endpoint, version, on_stranger)
     if isinstance(session, int):
@@ -117,17 +116,20 @@ def _connect(
 
 def _try_version(
     endpoint: Endpoint, version: int, on_stranger: Callable[[], None]
-) -> tuple[socket.socket, DatagramSocket] | int:
+) -> tuple[TcpStream, DatagramSocket] | int:
     """Ask for one version; return the open sockets, or the robot's own version if it refuses."""
     with ExitStack() as opened:
-        tcp = opened.enter_context(_open_tcp(endpoint))
-        local, robot = tcp.getsockname()[0], tcp.getpeername()[0]
+        advice = "activate FCI in Desk, and unlock the joints"
+        tcp = opened.enter_context(closing(TcpStream(endpoint, advice)))
+        tcp.keep_alive()
+        local, robot = tcp.hosts
         udp = opened.enter_context(closing(DatagramSocket((local, 0), robot, on_stranger)))
         try:
-            tcp.sendall(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
-            response = _receive_exactly(tcp, RESPONSE.size)
-        except OSError as error:
-            did = "ended it" if isinstance(error, ConnectionError) else "did not answer"
+            tcp.send(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
+            deadline = clock.now() + CONNECT_SECONDS
+            response = tcp.take(lambda received: cut(received, RESPONSE.size), deadline)
+        except DriverError as error:
+            did = "did not answer" if error.reason is Reason.SILENT else "ended it"
             raise Reason.BUSY(
                 f"the robot at {endpoint} took the connection, then {did}. If another program "
                 "holds FCI, which serves one at a time, close it; else see what Desk says"
@@ -139,31 +141,6 @@ def _try_version(
         return tcp, udp
 
 
-def _open_tcp(endpoint: Endpoint) -> socket.socket:
-    """Connect, and have a robot that vanishes noticed within seconds."""
-    tcp = open_tcp(endpoint, "activate FCI in Desk, and unlock the joints")
-    tcp.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    # TCP_KEEPALIVE is what macOS calls TCP_KEEPIDLE
-    seconds = {"TCP_KEEPIDLE": 1, "TCP_KEEPALIVE": 1, "TCP_KEEPCNT": 3, "TCP_KEEPINTVL": 1}
-    for name, value in seconds.items():
-        if hasattr(socket, name):
-            tcp.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
-    return tcp
-
-
-def _receive_exactly(tcp: socket.socket, count: int) -> bytes:
-    deadline = clock.now() + CONNECT_SECONDS
-    received = b""
-    while len(received) < count:
-        if not clock.wait([tcp], max(0.0, deadline - clock.now())):
-            raise TimeoutError
-        more = tcp.recv(count - len(received))
-        if not more:
-            raise ConnectionError
-        received += more
-    return received
-
-
 def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
     """Return status and server version of a connect response."""
     command, identifier, size, status, server = RESPONSE.unpack(response)
@@ -173,14 +150,6 @@ def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
             f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}"
         )
     return status, server
-
-
-def _is_closed(tcp: socket.socket) -> bool:
-    """Tell whether the other side has ended the connection."""
-    try:
-        return bool(clock.wait([tcp], 0)) and not tcp.recv(1, socket.MSG_PEEK)
-    except (OSError, ValueError):
-        return True
 
 
 def _layout(letter: str, torque: int, position: int, errors: int, count: int) -> struct.Struct:

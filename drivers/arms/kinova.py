@@ -12,7 +12,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from concurrent.futures import TimeoutError as FutureTimeoutError
-from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
@@ -26,14 +26,8 @@ SESSION_MILLISECONDS = 60_000
 CONNECTION_MILLISECONDS = 2_000
 
 
-@dataclass(frozen=True, slots=True)
-class Measurement:
-    """An arm's answer: one number for each joint, from base to flange."""
-
-    degrees: tuple[float, ...]
-    """Joint angles [degrees]."""
-    torques: tuple[float, ...]
-    """Joint torques [N m], with the arm's own sign."""
+Answers = tuple[Sequence[float], Sequence[float]]
+"""Angles [degrees] and torques [N m] of all joints, from base to flange, by the arm's own sign."""
 
 
 class KinovaArm(ABC):
@@ -51,7 +45,7 @@ class KinovaArm(ABC):
     """Number of answers that could not be used."""
 
     @abstractmethod
-    def measure(self, deadline: float) -> Measurement:
+    def measure(self, deadline: float) -> Answers:
         """Ask all joints once; raise SILENT when one does not answer until the deadline [s]."""
 
     @abstractmethod
@@ -74,19 +68,16 @@ class Kinova(PolledDriver):
         self._await_turn(deadline)
         before = self._arm.rejected
         try:
-            measurement, stamp = self._measure(deadline)
+            (degrees, torques), stamp = self._measure(deadline)
         finally:
             self.rejected += self._arm.rejected - before
-        return JointState(
-            stamp,
-            self._unwrapped(measurement.degrees),
-            tuple(self._arm.sign * torque for torque in measurement.torques),
-        )
+        effort = tuple(self._arm.sign * torque for torque in torques)
+        return JointState(stamp, self._unwrapped(degrees), effort)
 
     def _disconnect(self) -> None:
         self._arm.close()
 
-    def _unwrapped(self, degrees: tuple[float, ...]) -> tuple[float, ...]:
+    def _unwrapped(self, degrees: Sequence[float]) -> tuple[float, ...]:
         """Return angles in radians, each within half a turn of the joint's last one."""
         reference = self._last or ((0.0,) * len(degrees) if self._arm.centred else degrees)
         self._last = tuple(
@@ -95,18 +86,18 @@ class Kinova(PolledDriver):
         )
         return tuple(map(math.radians, self._last))
 
-    def _measure(self, deadline: float) -> tuple[Measurement, float]:
+    def _measure(self, deadline: float) -> tuple[Answers, float]:
         """Ask all joints once; return their answers and the time in the middle [s]."""
         # Joints are asked one after the other. If that takes much longer than the fastest time so
         # far, the computer or the bus was held up, and the arm may have moved: all are asked again.
         while True:
             start = clock.now()
             self._next_poll = start + 1 / self._arm.rate
-            measurement = self._arm.measure(deadline)
+            answers = self._arm.measure(deadline)
             end = clock.now()
             if end - start <= max(ONE_MOMENT, 2 * self._fastest):
                 self._fastest = min(self._fastest, end - start)
-                return measurement, (start + end) / 2
+                return answers, (start + end) / 2
             self._count_rejected()
             self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
             if end >= deadline:
@@ -141,19 +132,19 @@ class Kortex(KinovaArm):
         self._transport: Any = None
         self._session: Any = None
         self._open(endpoint)
-        self.joints = len(self.measure(clock.now() + 2).degrees)
+        self.joints = len(self.measure(clock.now() + 2)[0])
 
-    def measure(self, deadline: float) -> Measurement:
+    def measure(self, deadline: float) -> Answers:
         """Ask for the arm's feedback, until its values are finite."""
         while True:
-            measurement = self._refresh(max(1e-3, deadline - clock.now()))
-            if all(map(math.isfinite, measurement.degrees + measurement.torques)):
-                return measurement
+            answers = self._refresh(max(1e-3, deadline - clock.now()))
+            if all(map(math.isfinite, chain(*answers))):
+                return answers
             self.rejected += 1
             if clock.now() >= deadline:
                 raise Reason.SILENT(f"the arm at {self._where} sends no numbers")
 
-    def _refresh(self, timeout: float) -> Measurement:
+    def _refresh(self, timeout: float) -> Answers:
         self._options.timeout_ms = math.ceil(1000 * timeout)
         try:
             feedback = self._cyclic.RefreshFeedback(options=self._options)
@@ -162,10 +153,7 @@ class Kortex(KinovaArm):
         except Exception as error:
             raise self._failed(error) from error
         actuators = feedback.actuators
-        return Measurement(
-            tuple(float(actuator.position) for actuator in actuators),
-            tuple(float(actuator.torque) for actuator in actuators),
-        )
+        return [float(one.position) for one in actuators], [float(one.torque) for one in actuators]
 
     def close(self) -> None:
         """End the session and the connection; safe to call twice."""

@@ -14,7 +14,7 @@ import serial
 
 from .. import DriverError, Reason, clock
 from ..transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
-from .kinova import KinovaArm, Measurement
+from .kinova import Answers, KinovaArm
 
 if TYPE_CHECKING:
     import isotp
@@ -141,11 +141,11 @@ class PolledArm(KinovaArm):
             self.close()
             raise
 
-    def measure(self, deadline: float) -> Measurement:
+    def measure(self, deadline: float) -> Answers:
         """Return the answers of all actuators."""
         replies = [self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)]
         degrees, torques = zip(*replies, strict=True)
-        return Measurement(degrees, torques)
+        return degrees, torques
 
     def close(self) -> None:
         """Free the line."""

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
-from ..transport import CONNECT_SECONDS, TcpStream, parse_endpoint
+from ..transport import CONNECT_SECONDS, TcpStream, cut, parse_endpoint
 
 PORT = 30004
 JOINTS = 6
@@ -184,8 +184,5 @@ def take_package(stream: bytearray) -> tuple[int, bytes] | None:
     size, kind = HEADER.unpack_from(stream)
     if kind not in TYPES or not HEADER.size <= size <= LARGEST_PACKAGE:
         raise ValueError(f"a package of type {kind} and {size} bytes")
-    if len(stream) < size:
-        return None
-    payload = bytes(stream[HEADER.size : size])
-    del stream[:size]
-    return kind, payload
+    package = cut(stream, size)
+    return None if package is None else (kind, package[HEADER.size :])

@@ -18,7 +18,7 @@ from .. import (
     clock,
     match_joints,
 )
-from ..transport import Endpoint, TcpStream, parse_endpoint
+from ..transport import Endpoint, TcpStream, cut, parse_endpoint
 
 MOST_JOINTS = 7
 LARGEST_ANGLE = 6.4
@@ -69,11 +69,7 @@ def take_report(received: bytearray) -> bytes | None:
     size = int.from_bytes(received[:4], "big")
     if not SHORTEST <= size <= LONGEST:
         raise ValueError(f"a report of {size} bytes, which is none")
-    if len(received) < size:
-        return None
-    report = bytes(received[:size])
-    del received[:size]
-    return report
+    return cut(received, size)
 
 
 def decode_report(report: bytes, layout: Layout) -> Report:

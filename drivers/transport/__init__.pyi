@@ -12,3 +12,4 @@ from .serial_line import FreshAnswers as FreshAnswers
 from .serial_line import SerialLine as SerialLine
 from .tcp import DatagramSocket as DatagramSocket
 from .tcp import TcpStream as TcpStream
+from .tcp import cut as cut

@@ -24,6 +24,28 @@ class TcpStream:
         """The socket's descriptor, to wait on."""
         return self._socket.fileno()
 
+    @property
+    def hosts(self) -> tuple[str, str]:
+        """Addresses of this computer and of the robot."""
+        return self._socket.getsockname()[0], self._socket.getpeername()[0]
+
+    def keep_alive(self) -> None:
+        """Have a robot that vanishes noticed within seconds."""
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        # TCP_KEEPALIVE is what macOS calls TCP_KEEPIDLE
+        seconds = {"TCP_KEEPIDLE": 1, "TCP_KEEPALIVE": 1, "TCP_KEEPCNT": 3, "TCP_KEEPINTVL": 1}
+        for name, value in seconds.items():
+            if hasattr(socket, name):
+                self._socket.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+    @property
+    def ended(self) -> bool:
+        """True once the other side has ended the connection and nothing is left to read."""
+        try:
+            return bool(clock.wait([self], 0)) and not self._socket.recv(1, socket.MSG_PEEK)
+        except (OSError, ValueError):
+            return True
+
     def send(self, message: bytes) -> None:
         """Send a message; a connection that has ended is UNREACHABLE."""
         try:
@@ -72,14 +94,20 @@ class TcpStream:
         return Reason.UNREACHABLE(f"{self._where} ended the connection")
 
 
+def cut(received: bytearray, count: int) -> bytes | None:
+    """Take so many bytes off the front of what has come; None if there are fewer."""
+    if len(received) < count:
+        return None
+    front = bytes(received[:count])
+    del received[:count]
+    return front
+
+
 def _cut_line(received: bytearray) -> bytes | None:
     line, newline, _ = received.partition(b"\n")
     if len(line) > LONGEST_LINE:
         raise ValueError(f"{LONGEST_LINE} bytes without a line break")
-    if not newline:
-        return None
-    del received[: len(line) + 1]
-    return bytes(line)
+    return (cut(received, len(line) + 1) or b"")[:-1] if newline else None
 
 
 # Half a second of Franka's 2373 bytes at 1 kHz, twice over. Linux caps it at net.core.rmem_max.
