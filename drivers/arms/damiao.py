@@ -73,7 +73,7 @@ class Damiao(PolledDriver):
         self._joint_names = match_joints(joint_names, len(self._motors), "the arm")
         self._interval = 1 / bus.options.positive("rate", RATE)
         self._bus = CanBus(bus, tuple(ANSWERS + motor for motor in self._motors))
-        self._fresh = FreshAnswers(self._bus)
+        self._fresh = FreshAnswers(self._bus.discard)
         with self._closed_on_error():
             self._inspect()
 

@@ -13,10 +13,12 @@ gravity torque (not proven on a robot here). RobotState datagrams are little-end
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
 
+import json
 import math
 import struct
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import Any, cast
 
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
@@ -36,32 +38,10 @@ JOINTS = 7
 PERIOD = 1e-3  # s
 LARGEST_ANGLE = 2 * math.pi  # no joint of these arms turns further
 
-_MODES = "other, idle, move, guiding, reflex, user stopped, automatic error recovery"
-
-# In the order of the flags, as libfranka names them; where there are 37, the last four lack.
-_ERRORS = (
-    "joint position limits violation, cartesian position limits violation, self collision "
-    "avoidance violation, joint velocity violation, cartesian velocity violation, force control "
-    "safety violation, joint reflex, cartesian reflex, max goal pose deviation violation, max path "
-    "pose deviation violation, cartesian velocity profile safety violation, joint position motion "
-    "generator start pose invalid, joint motion generator position limits violation, joint motion "
-    "generator velocity limits violation, joint motion generator velocity discontinuity, joint "
-    "motion generator acceleration discontinuity, cartesian position motion generator start pose "
-    "invalid, cartesian motion generator elbow limit violation, cartesian motion generator "
-    "velocity limits violation, cartesian motion generator velocity discontinuity, cartesian "
-    "motion generator acceleration discontinuity, cartesian motion generator elbow sign "
-    "inconsistent, cartesian motion generator start elbow invalid, force controller desired force "
-    "tolerance violation, start elbow sign inconsistent, communication constraints violation, "
-    "power limit violation, cartesian motion generator joint position limits violation, cartesian "
-    "motion generator joint velocity limits violation, cartesian motion generator joint velocity "
-    "discontinuity, cartesian motion generator joint acceleration discontinuity, cartesian "
-    "position motion generator invalid frame, controller torque discontinuity, joint p2p "
-    "insufficient torque for planning, tau j range violation, instability detected, joint move in "
-    "wrong direction, cartesian spline motion generator violation, joint via motion generator "
-    "planning joint limit violation, base acceleration initialization timeout, base acceleration "
-    "invalid reading"
-)
-MODES, ERRORS = _MODES.split(", "), _ERRORS.split(", ")
+_NAMES = json.loads((Path(__file__).parent / "franka.json").read_text("utf-8"))
+MODES: list[str] = _NAMES["modes"]
+ERRORS: list[str] = _NAMES["errors"]
+"""In the order of the flags, as libfranka names them; where there are 37, the last four lack."""
 
 
 class Franka(ValidatingDriver):

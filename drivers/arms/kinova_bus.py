@@ -124,7 +124,7 @@ class PolledArm(KinovaArm):
 
     def __init__(self, link: SerialLink | IsoTpLink, where: str, options: Options) -> None:
         self._link, self._where = link, where
-        self._fresh = FreshAnswers(link)
+        self._fresh = FreshAnswers(link.discard)
         try:
             self.joints = options.integer("joints", 6)
             self.rate, self.sign = options.positive("rate", 100), options.sign("effort")

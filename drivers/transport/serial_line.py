@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import serial
 
@@ -70,24 +70,17 @@ LONGEST_DRAIN = 0.5  # s: another program may use the line, so that it is never 
 Answer = TypeVar("Answer")
 
 
-class Line(Protocol):
-    """A line that can be emptied."""
-
-    def discard(self, wait: float) -> bool:
-        """Throw away what has come, or comes within the wait [s]; return whether anything did."""
-        ...
-
-
 class FreshAnswers:
     """Requests on a line whose answers carry no number, one at a time.
 
     Before each, what waits is thrown away. After one that nobody answered in time, as after another
     program's, an answer may be late by as long as the line stalled. So the first answer then is not
-    believed: the line is emptied until it is quiet, and the request is sent again.
+    believed: the line is emptied until it is quiet, and the request is sent again. ``discard`` is
+    that of :class:`SerialLine`, or another's.
     """
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
+    def __init__(self, discard: Callable[[float], bool]) -> None:
+        self._discard = discard
         self._owed = True
 
     def ask(self, request: Callable[[], Answer], until: float = 0.0) -> Answer:
@@ -108,5 +101,5 @@ class FreshAnswers:
 
     def _drain(self, quiet: float) -> None:
         end = clock.now() + LONGEST_DRAIN
-        while self._line.discard(quiet) and clock.now() < end:
+        while self._discard(quiet) and clock.now() < end:
             pass

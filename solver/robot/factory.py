@@ -6,6 +6,7 @@ table to be off (``delta_theta``, ``delta_d``, ``delta_a``, ``delta_alpha``), an
     T = A_1(q_1) ... A_6(q_6)      A(q) = Rz(q + delta_theta) Tz(d) Tx(a) Rx(alpha)
 """
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,17 +20,9 @@ from .kinematics import link_frames
 from .urdf import Robot
 from .urdf_text import ModelError, Origin
 
-TABLES = {
-    "UR3": (0.1519, -0.24365, -0.21325, 0.11235, 0.08535, 0.0819),
-    "UR3e": (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
-    "UR5": (0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823),
-    "UR5e": (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996),
-    "UR10": (0.1273, -0.612, -0.5723, 0.163941, 0.1157, 0.0922),
-    "UR10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
-    "UR16e": (0.1807, -0.4784, -0.36, 0.17415, 0.11985, 0.11655),
-    "UR20": (0.2363, -0.8620, -0.7287, 0.2010, 0.1593, 0.1543),
-    "UR30": (0.2363, -0.6370, -0.5037, 0.2010, 0.1593, 0.1543),
-}
+TABLES: dict[str, list[float]] = json.loads(
+    (Path(__file__).parent / "shipped" / "ur_tables.json").read_text("utf-8")
+)
 """d1, a2, a3, d4, d5, d6 of each type, by the maker's page on Denavit-Hartenberg parameters [m]."""
 ALPHA = np.pi / 2 * np.array([1, 0, 0, 1, -1, 0])
 SAME = 1e-4
@@ -74,7 +67,7 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
 
 
 def _chain(
-    moving: Sequence[Joint], sizes: tuple[float, ...], deltas: np.ndarray
+    moving: Sequence[Joint], sizes: Sequence[float], deltas: np.ndarray
 ) -> tuple[Joint, ...]:
     """Return a table's joints, each with the step A of the one before; the last one is fixed."""
     d1, a2, a3, d4, d5, d6 = sizes

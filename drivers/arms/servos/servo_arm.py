@@ -96,7 +96,7 @@ class ServoArm(PolledDriver):
         )
         self._interval = 1 / options.positive("rate", RATE)
         self._line = SerialLine(port, options.integer("baud", BAUD))
-        self._fresh = FreshAnswers(self._line)
+        self._fresh = FreshAnswers(self._line.discard)
         with self._closed_on_error():
             self._inspect()
 
