@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup, escape
+from numpy.typing import ArrayLike
 
 from ....solver.assessment import nice_above
 
@@ -179,12 +180,11 @@ class Panel:
         size = {"width": max(x2 - x1, 0.5), "height": thick}
         self.add("rect", x=x1, y=self.y(y) - thick / 2, **size, class_=class_)
 
-    def bars(
-        self, lows: Iterable[float], highs: Iterable[float], class_: str, thick: float = 2
-    ) -> None:
-        """Draw a bar in each named row."""
-        for i, ends in enumerate(zip(lows, highs, strict=True)):
-            self.bar(i, *ends, class_, thick)
+    def bars(self, lows: ArrayLike, highs: ArrayLike, class_: str, thick: float = 2) -> None:
+        """Draw a bar in each named row, unless its ends are one."""
+        for i, (low, high) in enumerate(np.broadcast(lows, highs)):
+            if low != high:
+                self.bar(i, low, high, class_, thick)
 
     def dots(
         self,

@@ -1,12 +1,11 @@
 """Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ....solver.assessment import Coverage, short_names
-from ....solver.results import JointCurve
+from ....solver.results import Coefficient, JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
 from .figure import Axis, Panel, named_rows
 from .plot import Plot, plot
@@ -24,49 +23,42 @@ def shown_unit(unit: str) -> tuple[float, str]:
     return _SHOWN.get(unit, (1.0, unit))
 
 
-@dataclass(frozen=True)
-class _Bar:
-    """Change of a parameter and its standard deviation, 0 where unknown, in the unit shown."""
-
-    name: str
-    unit: str
-    change: float
-    deviation: float
-
-
 def parameters(report: ReportDocument) -> Plot:
     """Changes by the calibration, as bars, with standard deviations where there are any."""
-    kinds: dict[str, list[_Bar]] = {}
-
-    def add(kind: str, name: str, unit: str, change: float, deviation: float | None) -> None:
-        factor, shown = shown_unit(unit)
-        bar = _Bar(name, shown, factor * change, factor * (deviation or 0))
+    rows = [
+        ("joint origins, places" if row.unit == "m" else "joint origins, angles", row, row.change)
+        for row in report.parameters
+    ]
+    rows += [
+        ("elasticity" if row.unit == "rad/(N m)" else "transmission error", row, row.value)
+        for row in report.coefficients or ()
+        if row.value or row.standard_deviation  # the others are switched off
+    ]
+    kinds: dict[str, list[Coefficient]] = {}
+    for kind, row, change in rows:
+        factor, unit = shown_unit(row.unit)
+        deviation = factor * (row.standard_deviation or 0.0)  # 0 where it is not known
+        bar = Coefficient(
+            name=row.name, unit=unit, value=factor * change, standard_deviation=deviation
+        )
         kinds.setdefault(kind, []).append(bar)
-
-    for row in report.parameters:
-        kind = "joint origins, places" if row.unit == "m" else "joint origins, angles"
-        add(kind, row.name, row.unit, row.change, row.standard_deviation)
-    for row in report.coefficients or ():
-        kind = "elasticity" if row.unit == "rad/(N m)" else "transmission error"
-        if row.value or row.standard_deviation:  # the others are switched off
-            add(kind, row.name, row.unit, row.value, row.standard_deviation)
-    known = [bar for bars in kinds.values() for bar in bars if bar.deviation]
+    known = [bar for bars in kinds.values() for bar in bars if bar.standard_deviation]
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "parameters",
         *(_bars_panel(kind, bars, repeatability) for kind, bars in kinds.items()),
         repeatability=repeatability,
-        largest=[max(bars, key=lambda bar: abs(bar.change)) for bars in kinds.values()],
+        largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in kinds.values()],
         known=len(known),
-        clear=sum(abs(bar.change) > 2 * bar.deviation for bar in known),
+        clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in known),
     )
 
 
-def _bars_panel(kind: str, bars: Sequence[_Bar], repeatability: float) -> Panel:
-    unit = bars[0].unit
+def _bars_panel(kind: str, bars: Sequence[Coefficient], repeatability: float) -> Panel:
+    unit, changes = bars[0].unit, np.array([bar.value for bar in bars])
+    deviations = np.array([bar.standard_deviation for bar in bars])
     # Deviations of what no ball can show are far larger than any change; they are cut off.
-    largest = max(abs(bar.change) for bar in bars)
-    ends = [abs(bar.change) + min(bar.deviation, largest) for bar in bars]
+    ends = abs(changes) + np.minimum(deviations, abs(changes).max())
     names = [bar.name.removesuffix(".compliance") for bar in bars]
     panel = named_rows(f"{kind}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
@@ -75,10 +67,8 @@ def _bars_panel(kind: str, bars: Sequence[_Bar], repeatability: float) -> Panel:
     if repeatability and least < panel.x_axis.high:
         panel.threshold("", x=-least)
         panel.threshold(f"{least:g} {unit}", x=least)
-    for i, bar in enumerate(bars):
-        panel.bar(i, 0, bar.change, "change", thick=8)
-        if bar.deviation:
-            panel.bar(i, bar.change - bar.deviation, bar.change + bar.deviation, "deviation")
+    panel.bars(0, changes, "change", thick=8)
+    panel.bars(changes - deviations, changes + deviations, "deviation")
     return panel
 
 
@@ -153,8 +143,8 @@ def groups(report: ReportDocument) -> Plot | None:
     title = "share of the group that the data settle"
     panel = named_rows(title, names, Axis(0, 100, "%"), pitch=28)
     shares = [100 * row.effective / max(row.count, 1) for row in rows]
-    panel.bars([0] * len(rows), [100] * len(rows), "range", thick=16)
-    panel.bars([0] * len(rows), shares, "change", thick=16)
+    panel.bars(0, [100] * len(rows), "range", thick=16)
+    panel.bars(0, shares, "change", thick=16)
     for i, row in enumerate(rows):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
         panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
@@ -179,8 +169,8 @@ def joints(report: ReportDocument) -> Plot | None:
     repeatability = 1e3 * (report.limits.repeatability or 0)
     axis = Axis(0, 1.05 * max(*recorded, *anywhere, repeatability), "mm")
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
-    panel.bars([0] * len(rows), anywhere, "link", thick=14)
-    panel.bars([0] * len(rows), recorded, "change", thick=7)
+    panel.bars(0, anywhere, "link", thick=14)
+    panel.bars(0, recorded, "change", thick=7)
     if repeatability:
         panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
     most = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
