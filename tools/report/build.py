@@ -17,7 +17,7 @@ from ...solver.calibration import Calibration
 from ...solver.results import CalibrationDocument, Document, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
-from .figures import ComparisonDocument, ReportDocument, report_figures
+from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
 
 Figures = TypeVar("Figures", ReportDocument, ComparisonDocument)
@@ -136,7 +136,7 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
 
     allowed: float
     """[m]."""
-    answers: tuple[figures.Answer, ...]
+    answers: list[Answer]
     """At each placement."""
     use: tuple[str, ...]
     """The answer in words, cut where the error that the task allows is to stand."""
@@ -144,7 +144,7 @@ class AnswersFrom(Document, kw_only=True, frozen=True):
     """The sentence below the map, likewise."""
 
 
-def answers_by_tolerance(report: figures.ReportDocument) -> list[AnswersFrom]:
+def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
     """Return the answers for any error that the task may allow, the first for the smallest."""
     changes = {0.0}  # tolerances at which the answer for a placement changes [m]
     for row in report.placements:
@@ -152,24 +152,20 @@ def answers_by_tolerance(report: figures.ReportDocument) -> list[AnswersFrom]:
             errors = row.quantiles.loaded
             mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
             changes |= {mostly, max(mostly, errors.max)}
-    return [_step(report, allowed) for allowed in sorted(changes)]
-
-
-def _step(report: figures.ReportDocument, allowed: float) -> AnswersFrom:
     called = [row.called for row in report.answers.use.rows]
-    answers: tuple[figures.Answer, ...] = tuple(
-        figures.answer_at(row, allowed) for row in report.placements
-    )
-    use = figures.use_text(called, answers, _NUMBER, report.verdict.status)
-    return AnswersFrom(
-        allowed=allowed,
-        answers=answers,
-        use=tuple(use.split(_NUMBER, 1)),
-        map=tuple(map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)),
-    )
+    steps: list[AnswersFrom] = []
+    for allowed in sorted(changes):
+        answers: list[Answer] = [figures.answer_at(row, allowed) for row in report.placements]
+        texts = (
+            figures.use_text(called, answers, _NUMBER, report.verdict.status),
+            map_sentence(report, answers, _NUMBER),
+        )
+        use, below = (tuple(text.split(_NUMBER, 1)) for text in texts)
+        steps.append(AnswersFrom(allowed=allowed, answers=answers, use=use, map=below))
+    return steps
 
 
-def report_page(report: figures.ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
+def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
     """Return the report of a calibration as HTML; the first section's plot is with the answers."""
     (_, (table_map,)), *sections = plots.items()
     role, judged = report.summary.judged

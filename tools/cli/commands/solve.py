@@ -30,13 +30,17 @@ def run_solve(options: Options, terminal: Terminal) -> int:
     found = calibrated(options, terminal)
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
-        _say_name(name, terminal)
+        terminal.say(*([f"Robot {name}"] if name else []))
         show(terminal, one)
     refused = [words for one in robots.values() if (words := one.refusal())]
     outputs: dict[str, str] = {}
     if options.out and not refused:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
-    verdicts = {name: _judge(name, one, terminal) for name, one in robots.items()}
+    for name, judged in ((name, one.assessment) for name, one in robots.items()):
+        terminal.say(*([f"Robot {name}"] if name else []))
+        todo = figures.steps(judged.predictions, judged.placements, judged.verdict)
+        report.show_verdict(terminal.console, judged.verdict, judged.limits, todo)
+    verdicts = {name: one.verdict for name, one in robots.items()}
     for line in refused:
         terminal.warn(line)
         terminal.say("Nothing was written.")
@@ -52,21 +56,6 @@ def run_solve(options: Options, terminal: Terminal) -> int:
         result = robots[""].result.as_dict()
         terminal.emit({**result, "outputs": outputs, "verdict": verdicts[""].as_said()})
     return assessment.worst(verdict.exit_status for verdict in verdicts.values())
-
-
-def _say_name(name: str, terminal: Terminal) -> None:
-    """Head the lines of one of several robots."""
-    if name:
-        terminal.say(f"Robot {name}")
-
-
-def _judge(name: str, one: "calibration.Calibration", terminal: Terminal) -> "assessment.Verdict":
-    """Print the verdict, and return it."""
-    _say_name(name, terminal)
-    found = one.assessment
-    todo = figures.steps(found.predictions, found.placements, found.verdict)
-    report.show_verdict(terminal.console, found.verdict, found.limits, todo)
-    return found.verdict
 
 
 def calibrated(

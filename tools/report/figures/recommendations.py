@@ -8,15 +8,8 @@ from typing import Any, cast
 
 from ....errors import MukcaError
 from ....recorder import METADATA, RecordingError, read_keys, read_metadata
-from ....solver.assessment import (
-    PlacementReport,
-    Predictions,
-    Verdict,
-    joined,
-    joints_wrong,
-    mm,
-    short_names,
-)
+from ....solver import assessment
+from ....solver.assessment import PlacementReport, Predictions, joined, mm, short_names
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -29,14 +22,14 @@ _SPAN = 0.5
 
 
 def steps(
-    predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
+    predictions: Predictions, placements: Sequence[PlacementReport], verdict: assessment.Verdict
 ) -> tuple[Step, ...]:
     """Return the next steps for a calibration, best first; none where the verdict is PASS."""
     return () if verdict.status == "pass" else tuple(_steps(predictions, placements, verdict))
 
 
 def _steps(
-    predictions: Predictions, placements: Sequence[PlacementReport], verdict: Verdict
+    predictions: Predictions, placements: Sequence[PlacementReport], verdict: assessment.Verdict
 ) -> Iterator[Step]:
     document = predictions.document
     status = {row.name: row.status for row in verdict.limits}
@@ -74,7 +67,7 @@ def _measure(
 ) -> Iterator[Step]:
     """Yield the step to measure the sockets' distance, unless joints come before it."""
     scale = document.scale
-    if not any(row.distance for row in placements) or joints_wrong(document.checks):
+    if not any(row.distance for row in placements) or assessment.joints_wrong(document.checks):
         return
     text = "Measure the sockets' distance, and type what you read"
     command = solve_command(document, given={"distance": "MEASURED"})

@@ -1,7 +1,6 @@
 """Plots of the workspace: how well places are known, several arms together, and the arm's poses."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,14 +62,8 @@ def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -
                 panel.line(ends, "threshold")
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """A frame in the base of the first robot."""
-
-    name: str
-    pose: Pose
-    deviation: np.ndarray
-    """Of its origin, shape (3,) [m]."""
+_Frame = tuple[str, Pose, np.ndarray]
+"""A frame in the base of the first robot: name, pose, deviation of its origin, shape (3,) [m]."""
 
 
 def arms_together(report: ReportDocument) -> Plot | None:
@@ -81,7 +74,7 @@ def arms_together(report: ReportDocument) -> Plot | None:
     first, frames = arms.arms[0].name, _frames(arms)
     every = np.concatenate([np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures])
     size = float(np.ptp(every, axis=0).max())
-    largest = max((float(frame.deviation.max()) for frame in frames), default=0.0)
+    largest = max((float(deviation.max()) for _, _, deviation in frames), default=0.0)
     factor = max(1.0, nice_above(ENLARGED * size / largest / 2)) if largest else 1.0
     x, y, z = np.eye(3)
     views = (
@@ -108,11 +101,11 @@ def _frames(arms: ArmsDocument) -> list[_Frame]:
         if one.sockets and one.name != "base" and one.turn_known
     ]
     known = [
-        _Frame(name, Pose.of(Origin(one.xyz, one.rpy)), np.array(one.xyz_deviation))
+        (name, Pose.of(Origin(one.xyz, one.rpy)), np.array(one.xyz_deviation))
         for name, one in (*bases, *tables)
         if one.xyz is not None and one.rpy is not None and one.xyz_deviation is not None
     ]
-    return [_Frame(arms.robots[0], IDENTITY, np.zeros(3)), *known]
+    return [(arms.robots[0], IDENTITY, np.zeros(3)), *known]
 
 
 def _draw_arms(panel: Panel, flat: np.ndarray, arms: ArmsDocument) -> None:
@@ -131,18 +124,19 @@ def _draw_frame(
     panel: Panel, flat: np.ndarray, frame: _Frame, length: float, factor: float
 ) -> None:
     """Draw a frame's axes and name, and an ellipse of its origin's standard deviation."""
-    a, b = frame.pose.translation @ flat
-    ends = frame.pose.apply(length * np.eye(3)) @ flat
+    called, pose, deviation = frame
+    a, b = pose.translation @ flat
+    ends = pose.apply(length * np.eye(3)) @ flat
     for end, name in zip(ends, "xyz", strict=True):
         if np.hypot(*(end - (a, b))) > length / 3:
             panel.line([(a, b), tuple(end)], "axis")
             panel.text(panel.x(end[0]) + 3, panel.y(end[1]) + 4, name, "tick")
-    across, up = factor * frame.deviation @ np.abs(flat)
+    across, up = factor * deviation @ np.abs(flat)
     x, y = panel.x(a), panel.y(b)
     radii = {"rx": max(panel.x(a + across) - x, 3), "ry": max(y - panel.y(b + up), 3)}
-    hint = f"{frame.name}: +- {' '.join(f'{1e3 * d:.2f}' for d in frame.deviation)} mm"
+    hint = f"{called}: +- {' '.join(f'{1e3 * d:.2f}' for d in deviation)} mm"
     panel.add("ellipse", hint, cx=x, cy=y, **radii, class_="deviation-ellipse")
-    panel.text(x, y + 22, frame.name, "strong middle")
+    panel.text(x, y + 22, called, "strong middle")
 
 
 def arm_in_3d(report: ReportDocument) -> Plot:
