@@ -1,4 +1,4 @@
-"""``mukca convert``: recordings in the other form, and placements from columns that the user names.
+"""``mukca info`` and ``convert``: what recordings hold; the other form, or columns that users name.
 
 ``q=joint_1..6 [deg]`` takes six columns, ``x=x_t+x_dif [mm]`` a sum of two.
 """
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,7 +18,128 @@ from .... import recorder
 from ....recorder import Placement, Sample, read_table
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, Terminal, argument, option
+from .. import POSITIVE, JsonOption, Terminal, argument, option
+
+
+@dataclass(frozen=True, kw_only=True)
+class InfoOptions(JsonOption):
+    """Options of ``mukca info``."""
+
+    paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
+    set_distance: float | None = option(
+        "correct the distance between the sockets' centres first; what it was is kept",
+        "M",
+        between=(1e-3, 10),
+    )
+
+
+def run_info(options: InfoOptions, terminal: Terminal) -> int:
+    """Read and describe all placements."""
+    folders = recorder.find_placements(options.paths)
+    if options.set_distance is not None:
+        for folder in folders:
+            before = recorder.set_distance(folder, options.set_distance)
+            if not options.json:
+                to = f"to {_length(options.set_distance)} in {folder / recorder.METADATA}"
+                terminal.say(f"distance changed from {_length(before)} {to}")
+    placements = [describe(folder) for folder in folders]
+    terminal.emit({"placements": placements})
+    for placement in placements if not options.json else []:
+        _show(placement, terminal)
+    return 0
+
+
+def describe(folder: Path) -> dict[str, Any]:
+    """Return what a placement holds, in SI units."""
+    samples = folder / recorder.SAMPLES
+    content = recorder.read_samples(samples) if samples.exists() else None
+    facts: dict[str, Any] = {
+        "name": recorder.placement_name(folder),
+        "files": [str(samples)],
+        "taken_back": len(content.withdrawn) if content else 0,
+        "distance": recorder.read_keys(folder / recorder.METADATA).distance,
+        "metadata": recorder.read_metadata(folder / recorder.METADATA),
+    }
+    if content and not content.live:
+        nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
+        joints = list(content.joint_names)
+        return facts | nothing | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
+    placement = recorder.read_placement(folder)
+    positions, sockets = placement.positions, placement.sockets.tolist()
+    unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
+    spreads = [sample.spread for sample in placement.samples if sample.spread]
+    return facts | {
+        "name": placement.name,
+        "files": [str(file) for file in placement.files],
+        "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
+        "kind": "sockets" if placement.samples[0].point is None else "points",
+        "joints": list(placement.joint_names or unnamed),
+        "lowest": positions.min(axis=0).tolist(),
+        "highest": positions.max(axis=0).tolist(),
+        "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
+        "efforts": placement.efforts is not None,
+        "distance": placement.distance,
+        "remarks": list(placement.remarks),
+    }
+
+
+def _show(facts: dict[str, Any], terminal: Terminal) -> None:
+    metadata = facts["metadata"]
+    counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
+    if facts.get("kind") == "points":
+        counts = f"{facts['samples']['0']} points that an instrument measured"
+    taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
+    terminal.say(
+        f"{facts['name']}: {counts or 'no sample'}{taken_back}",
+        f"  robot      {metadata.get('robot', 'not known')}",
+        f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
+        *(f"  changed    {_told(change)}" for change in _listed(metadata.get("changes"))),
+        f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
+        *(f"  {line}" for line in _joint_lines(facts)),
+        *(f"  session    {_told(session)}" for session in _listed(metadata.get("sessions"))),
+    )
+    terminal.warn(*facts["remarks"])
+
+
+def _listed(value: Any) -> list[Any]:
+    """Return a list of the metadata, which may be written by hand, and hold anything."""
+    return cast("list[Any]", value) if isinstance(value, list) else []
+
+
+def _length(distance: Any) -> str:
+    if isinstance(distance, int | float):
+        return f"{1e3 * distance:g} mm"
+    return "not known" if distance is None else str(distance)
+
+
+def _told(row: Any) -> str:
+    """Correction of a distance and its time, or a session's facts."""
+    if not isinstance(row, dict):
+        return str(row)
+    known = cast("dict[str, Any]", row)
+    if "distance" not in known:
+        return ", ".join(f"{key} {value}" for key, value in known.items())
+    changed = " to ".join(map(_length, _listed(known["distance"])))
+    return f"distance from {changed}, {known.get('time', 'at an unknown time')}"
+
+
+def _joint_lines(facts: dict[str, Any]) -> list[str]:
+    """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
+    if not facts["samples"]:
+        return []
+    count = len(facts["joints"])
+    units = _listed(facts["metadata"].get("units"))
+    known = units if len(units) == count else [""] * count
+    spreads = facts["largest_spread"] or [None] * count
+    rows = zip(facts["joints"], known, facts["lowest"], facts["highest"], spreads, strict=True)
+    width = max(map(len, facts["joints"]))
+    lines: list[str] = []
+    for name, unit, lowest, highest, spread in rows:
+        scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
+        line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
+        lines.append(line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else ""))
+    return lines
+
 
 _PLACE = ("x", "y", "z")
 _NAMES = ("q", "effort", "socket", *_PLACE)
@@ -54,20 +176,18 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     measured = set(_PLACE) <= set(found)
     if "q" not in found or not (measured or "socket" in found):
         raise UsageError(f"--columns: q is needed, and socket, or x, y and z; as in {EXAMPLE}")
-    columns_of = [
-        found.get(name, np.zeros((len(numbers), 1)))[:, 0] for name in ("socket", *_PLACE)
-    ]
+    nothing = np.zeros((len(numbers), 1))
+    places = np.hstack([found.get(axis, nothing) for axis in _PLACE]).tolist()
+    seats, efforts = found.get("socket", nothing)[:, 0].tolist(), found.get("effort")
     samples = tuple(
         Sample(
-            tuple(found["q"][i].tolist()),
-            int(socket),
-            tuple(found["effort"][i].tolist()) if "effort" in found else None,
-            f"{file}:{line}",
-            point=(x, y, z) if measured else None,
+            tuple(q),
+            int(seats[i]),
+            None if efforts is None else tuple(efforts[i].tolist()),
+            f"{file}:{table.lines[i]}",
+            point=(places[i][0], places[i][1], places[i][2]) if measured else None,
         )
-        for i, (line, socket, x, y, z) in enumerate(
-            zip(table.lines, *(column.tolist() for column in columns_of), strict=True)
-        )
+        for i, q in enumerate(found["q"].tolist())
     )
     return Placement(file.stem, samples, tuple(joints), files=(file,))
 
@@ -108,7 +228,7 @@ FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class ConvertOptions:
     """Options of ``mukca convert``."""
 
     path: Path = argument("a placement, or a folder of them; with --columns a table", "PATH")
@@ -132,7 +252,7 @@ class Options:
     )
 
 
-def run_convert(options: Options, terminal: Terminal) -> int:
+def run_convert(options: ConvertOptions, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
     folders = [options.path] if options.columns else recorder.find_placements([options.path])
