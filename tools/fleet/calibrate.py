@@ -187,29 +187,28 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     A mean far from zero is wrong in the model that all share; the spread is what each arm has of
     its own.
     """
-    groups: dict[tuple[str, str], list[tuple[ParameterValue, str]]] = {}
+    groups: dict[tuple[str, str], dict[str, ParameterValue]] = {}
     for arm in arms:
         robot = MODEL if "/" in arm.robot else arm.robot
         for value in (value for session in last_sessions([arm]) for value in session.parameters):
-            groups.setdefault((robot, value.name), []).append((value, arm.name))
-    compared: list[FleetParameter] = []
-    for (robot, name), each in groups.items():
-        changes = [value.change for value, _ in each]
-        mean = fmean(changes)
-        value, arm = max(each, key=lambda one: abs(one[0].change - mean))
-        compared.append(
-            FleetParameter(
-                robot=robot,
-                name=name,
-                unit=value.unit,
-                arms=len(each),
-                mean=mean,
-                spread=stdev(changes) if len(changes) > 1 else None,
-                farthest=arm,
-                change=value.change,
-            )
-        )
-    return tuple(compared)
+            groups.setdefault((robot, value.name), {})[arm.name] = value
+    return tuple(_compared(robot, name, each) for (robot, name), each in groups.items())
+
+
+def _compared(robot: str, name: str, arms: Mapping[str, ParameterValue]) -> FleetParameter:
+    changes = {arm: value.change for arm, value in arms.items()}
+    mean = fmean(changes.values())
+    farthest = max(changes, key=lambda arm: abs(changes[arm] - mean))
+    return FleetParameter(
+        robot=robot,
+        name=name,
+        unit=arms[farthest].unit,
+        arms=len(arms),
+        mean=mean,
+        spread=stdev(changes.values()) if len(arms) > 1 else None,
+        farthest=farthest,
+        change=changes[farthest],
+    )
 
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.text import Text
 
-from ...solver.assessment import mm, short_names
+from ...solver.assessment import mm
 from ..cli import table
 from .figures import ReportDocument
 
@@ -85,25 +85,20 @@ def _placements(console: "Console", report: ReportDocument) -> "Table":
     within = f"within {1e3 * report.tolerance:g} mm?"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
     heads += ["errors as recorded"] if curves else []
-    names = short_names([row.name for row in report.placements])
-    errors = [
-        np.array([row.error("geometric") for row in report.samples if row.placement == i])
-        for i in range(len(names))
-    ]
-    top = max(1e-9, *(float(each.max(initial=0.0)) for each in errors))
+    top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
-    for i, row in enumerate(report.placements):
-        answer = report.answers.use.rows[i].answer
+    for i, (row, use) in enumerate(zip(report.placements, report.answers.use.rows, strict=True)):
         before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
-            names[i],
+            use.name,
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",
-            Text(answer, _STYLES.get(answer, "")),
+            Text(use.answer, _STYLES.get(use.answer, "")),
         ]
-        rows.append([*cells, *([sparkline(errors[i], top)] if curves else [])])
+        errors = [each.error("geometric") for each in report.samples if each.placement == i]
+        rows.append([*cells, *([sparkline(np.array(errors), top)] if curves else [])])
     return table("", heads, rows, left=(0, 1, 5, 6))
 
 

@@ -193,49 +193,45 @@ def _socket_base(options: PrintPartsOptions) -> printables.SocketBase:
         "clearance": options.clearance_mm,
         "height": options.height_mm,
     }
-    if options.anchor is None and options.plate_mm is None:
+    arm, plate = options.anchor, options.plate_mm
+    if arm is None and plate is None:
         return printables.SocketBase(**lengths)
-    if options.anchor is None or options.plate_mm is None:
+    if arm is None or plate is None:
         raise printables.PrintableError(
             "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
         )
-    width, front = options.plate_mm
-    return printables.AnchoredBase(arm=options.anchor, width=width, front=front, **lengths)
+    return printables.AnchoredBase(arm=arm, width=plate[0], front=plate[1], **lengths)
 
 
 def _balls(options: PrintPartsOptions) -> Mapping[str, printables.BallPart]:
-    mounts = _mounts(options)
-    if options.reach_mm is not None and len(mounts) != 1:
-        raise printables.PrintableError("--reach-mm goes with one mount: name it with --mount")
-    balls: dict[str, printables.BallPart] = {}
-    for name, mount in mounts.items():
-        try:
-            balls[f"ball-{name}"] = printables.BallPart(
-                mount,
-                ball=options.ball_diameter_mm,
-                neck=options.neck_mm,
-                reach=options.reach_mm,
-                bought=options.bought_ball,
-            )
-        except printables.PrintableError as error:
-            raise printables.PrintableError(f"ball-{name}: {error}") from None
-    return balls
-
-
-def _mounts(options: PrintPartsOptions) -> dict[str, printables.Mount]:
-    """Return the mounts that were asked for: named ones, the user's own, or else all."""
-    own: dict[str, printables.Mount] = {}
+    """Return a ball on each mount that was asked for: named ones, the user's own, or else all."""
+    mounts: dict[str, printables.Mount] = {}
     if options.bolt_circle_mm is not None:
         bolts = 4 if options.bolts is None else options.bolts
-        own["bolt-circle"] = printables.bolt_circle(
+        mounts["bolt-circle"] = printables.bolt_circle(
             options.bolt_circle_mm, bolts, options.screw or "M6"
         )
     elif options.bolts is not None or options.screw is not None:
         raise printables.PrintableError("--bolts and --screw go with --bolt-circle-mm")
     if options.grip_mm is not None:
-        own["gripper"] = printables.grip(*options.grip_mm)
-    if options.mount is None:
-        return own or dict(printables.MOUNTS)
-    if "none" in options.mount and (own or len(options.mount) > 1):
+        mounts["gripper"] = printables.grip(*options.grip_mm)
+    if "none" in (named := options.mount or ()) and (mounts or len(named) > 1):
         raise printables.PrintableError("--mount none stands alone")
-    return {name: printables.find_mount(name) for name in options.mount if name != "none"} | own
+    mounts = {name: printables.find_mount(name) for name in named if name != "none"} | mounts
+    if options.mount is None:
+        mounts = mounts or dict(printables.MOUNTS)
+    if options.reach_mm is not None and len(mounts) != 1:
+        raise printables.PrintableError("--reach-mm goes with one mount: name it with --mount")
+    sizes: dict[str, Any] = {
+        "ball": options.ball_diameter_mm,
+        "neck": options.neck_mm,
+        "reach": options.reach_mm,
+        "bought": options.bought_ball,
+    }
+    balls: dict[str, printables.BallPart] = {}
+    for name, mount in mounts.items():
+        try:
+            balls[f"ball-{name}"] = printables.BallPart(mount, **sizes)
+        except printables.PrintableError as error:
+            raise printables.PrintableError(f"ball-{name}: {error}") from None
+    return balls

@@ -25,10 +25,6 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 )
 
 
-class MissingExtra(MukcaError):  # noqa: N818 (the situation's name)
-    """A package of the extra ``simulation`` is not installed."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Common(JsonOption):
     """Options of each experiment."""
@@ -121,8 +117,8 @@ def _load_mujoco() -> None:
         os.environ["MUJOCO_GL"] = wish
 
 
-def _missing(error: ImportError) -> MissingExtra:
-    return MissingExtra(
+def _missing(error: ImportError) -> MukcaError:
+    return MukcaError(
         f"{error.name} is not installed; install the extra: pip install 'mukca[simulation]'"
     )
 
@@ -136,26 +132,19 @@ def _write(
     """Write the report, its figures, and pictures where this machine can make them."""
     from msgspec.structs import replace
 
-    pictures = _pictures_of(models, terminal)
+    pictures: dict[str, bytes] = {}
+    try:
+        pictures = dict(zip((PICTURE, ANIMATION), experiments.film(models), strict=True))
+    except ImportError as error:
+        terminal.warn(f"no pictures: {_missing(error)}")
+    except MukcaError as error:
+        terminal.warn(str(error))
     names = [REPORT, RESULT, *pictures]
     result = replace(result, outputs={name.split(".")[0]: str(folder / name) for name in names})
     html = report.simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
     return result
-
-
-def _pictures_of(
-    models: "Sequence[experiments.ExperimentRun]", terminal: Terminal
-) -> dict[str, bytes]:
-    """Return the picture and the animation; none, with a warning, where nothing can render."""
-    try:
-        return dict(zip((PICTURE, ANIMATION), experiments.film(models), strict=True))
-    except ImportError as error:
-        terminal.warn(f"no pictures: {_missing(error)}")
-    except MukcaError as error:
-        terminal.warn(str(error))
-    return {}
 
 
 def _spoken(results: "experiments.ModelTrials", hole_mm: float | None) -> list[str]:
