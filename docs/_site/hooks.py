@@ -19,7 +19,7 @@ ROOMS = {
 MESSAGES = "<!-- every message -->"
 BY_HAND = "<!-- where the site has them -->"
 EXAMPLES = "<!-- every example -->"
-SAID = {"Diagnostic", "MissingExtra", "warn"}
+SAID = {"Diagnostic", "warn"}
 BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
 
 
