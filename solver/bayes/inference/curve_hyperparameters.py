@@ -5,20 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import (
-    NEGLIGIBLE,
-    Noise,
-    PriorGroup,
-    degrees_of_freedom,
-    sample_degrees,
-    sample_scales,
-)
+from ..model import Noise, PriorGroup, sample_degrees, sample_scales
 from .curve_marginal import Marginal, curve_covariance
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
 from .linear_samples import LinearSamples, Rest, rest_of
 from .state import State
-from .steps import MOST_HIDDEN, updated_groups
+from .steps import updated_groups, with_tails, without_negligible
 
 SHORTEST, LONGEST = 0.02, 0.2
 """Bounds of the curves' length [rad]."""
@@ -119,7 +112,11 @@ def marginalised(fit: CurveFit) -> CurveFit:
         groups, by_groups = updated_groups(fit.state, x, covariance, _is_decided)
         if max(by_weights, by_scales, by_groups) < SETTLED:
             break
-        state = replace(fit.state, groups=groups, noises=_with_tails(fit, noises))
+        samples = fit.samples
+        left = np.einsum("nij,nji->n", fit.found.projected_blocks, fit.scales) / fit.weights / 3
+        noises = without_negligible(noises, samples.sources, samples.slopes)
+        noises = with_tails(noises, samples.sources, fit.squares, left)
+        state = replace(fit.state, groups=groups, noises=noises)
         fit = replace(fit, state=state, prior=prior, weights=weights)
     return fit
 
@@ -156,17 +153,3 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     own = zip(noises, factors[::2], factors[1::2], strict=False)
     updated = [replace(one, space=one.space * s, joint=one.joint * j) for one, s, j in own]
     return float(counted.max()), prior, updated
-
-
-def _with_tails(fit: CurveFit, noises: list[Noise]) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides."""
-    samples = fit.samples
-    left = np.einsum("nij,nji->n", fit.found.projected_blocks, fit.scales) / fit.weights / 3
-    squares = fit.squares / left.clip(min=1 - MOST_HIDDEN)
-    updated: list[Noise] = []
-    for k, noise in enumerate(noises):
-        rows = samples.sources == k
-        negligible = noise.joint_effect(samples.slopes[rows]) < NEGLIGIBLE
-        joint = 0.0 if negligible else noise.joint
-        updated.append(replace(noise, joint=joint, nu=degrees_of_freedom(squares[rows])))
-    return tuple(updated)

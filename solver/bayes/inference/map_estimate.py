@@ -23,7 +23,7 @@ from .steps import (
     start,
     updated_groups,
     updated_noises,
-    with_degrees_of_freedom,
+    with_tails,
 )
 
 MAX_ITERATIONS = 300
@@ -130,7 +130,8 @@ def _advance(state: State, step: Step, most: float) -> tuple[State, float]:
         groups, change = updated_groups(
             there, there.x, step.covariance.dense, lambda g: effect_of(there, g) > NEGLIGIBLE, most
         )
-        noises = with_degrees_of_freedom(state, there, noises, step)
+        left = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
+        noises = with_tails(noises, rows.source_of, there.squares, left)
     groups = following_noise(state.objective, groups, noises)
     for source, before, noise in zip(rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))

@@ -12,7 +12,7 @@ from .objective import Objective
 from .state import State
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Posterior:
     """The posterior of one robot's unknowns, as a Gaussian."""
 
@@ -69,7 +69,7 @@ class Posterior:
         return self.model.predict(self.x, q, torque)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointPosterior:
     """The posterior of all robots of a fit, and of the frames that they stand in."""
 

@@ -1,7 +1,7 @@
 """States of the estimation: the first, and those after steps of unknowns, widths and noise."""
 
 from bisect import bisect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -136,32 +136,51 @@ def updated_groups(
 
 
 def updated_noises(state: State, there: State, step: Step) -> tuple[Noise, ...]:
-    """Return the noises after a step of their scales (A5), see :class:`Noise`."""
-    by_joints = state.linear.by_joints
-    errors = predicted_errors(state, step.change)
+    """Return the noises after a step of s_x^2, and of s_q^2 unless it is zero (A5).
+
+    A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
+    likelihood, Harville 1977). The step is Fisher scoring.
+    """
+    inverse, by_joints = state.inverse_scales, state.linear.by_joints
+    u = np.einsum("nij,nj->ni", inverse, predicted_errors(state, step.change))
+    left = inverse - inverse @ step.leverage @ inverse
+    kinds = np.broadcast_to(np.eye(3), left.shape), by_joints @ by_joints.transpose(0, 2, 1)
+    sizes = [state.weights * np.einsum("ni,nij,nj->n", u, V, u) for V in kinds]
     noises: list[Noise] = []
     for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
-        squares = noise.fisher_step(
-            state.inverse_scales[source],
-            state.weights[source],
-            errors[source],
-            step.leverage[source],
-            by_joints[source],
-        )
+        some = [0, 1] if noise.joint else [0]
+        scaled = [inverse[source] @ kinds[k][source] for k in some]
+        score = [float(np.sum(sizes[k][source]) - np.sum((left * kinds[k])[source])) for k in some]
+        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
         effect = noise.joint_effect(there.linear.by_joints[source])
-        noises.append(noise.updated(squares, effect))
+        noises.append(noise.updated(np.linalg.solve(fisher, score), effect))
     return tuple(noises)
 
 
-def with_degrees_of_freedom(
-    state: State, there: State, noises: tuple[Noise, ...], step: Step
+def with_tails(
+    noises: Sequence[Noise], sources: np.ndarray, squares: np.ndarray, left: np.ndarray
 ) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides."""
-    hidden = np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
-    squares = there.squares / (1 - np.minimum(hidden, MOST_HIDDEN))
+    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
+
+    Squares are those of (A2), of which the fit left some shares, both of shape (N,).
+    """
+    squares = squares / left.clip(min=1 - MOST_HIDDEN)
     return tuple(
-        replace(noise, nu=degrees_of_freedom(squares[source]))
-        for source, noise in zip(there.objective.rows.sources, noises, strict=True)
+        replace(noise, nu=degrees_of_freedom(squares[sources == k]))
+        for k, noise in enumerate(noises)
+    )
+
+
+def without_negligible(
+    noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
+) -> tuple[Noise, ...]:
+    """Return the noises without that of joints where it does hardly anything."""
+    negligible = [
+        n.joint_effect(by_joints[sources == k]) < NEGLIGIBLE for k, n in enumerate(noises)
+    ]
+    return tuple(
+        replace(noise, joint=0.0) if none else noise
+        for noise, none in zip(noises, negligible, strict=True)
     )
 
 
@@ -194,12 +213,8 @@ def prune_groups(state: State) -> State:
         for i, group in enumerate(state.groups)
         if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
     }
-    noises = tuple(
-        replace(noise, joint=0.0)
-        if noise.joint and noise.joint_effect(state.linear.by_joints[source]) < NEGLIGIBLE
-        else noise
-        for source, noise in zip(state.objective.rows.sources, state.noises, strict=True)
-    )
+    sources = state.objective.rows.source_of
+    noises = without_negligible(state.noises, sources, state.linear.by_joints)
     if not gone and noises == state.noises:
         return state
     x, at_zero = state.x.copy(), state.at_zero.copy()

@@ -54,7 +54,7 @@ class Noise:
         return self.joint * float(np.mean(squares)) ** 0.5 / self.space
 
     def updated(self, step: np.ndarray, effect: float) -> "Noise":
-        """Return the noise after a step of :meth:`fisher_step`, by its :meth:`joint_effect`.
+        """Return the noise after a step of s_x^2 and of s_q^2, by its :meth:`joint_effect`.
 
         s_x is kept from zero, since no ball sits without any play.
         """
@@ -64,41 +64,6 @@ class Noise:
         s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
         reach = effect * self.space / self.joint if self.joint else 0.0
         return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
-
-    def fisher_step(
-        self,
-        inverse: np.ndarray,
-        weights: np.ndarray,
-        errors: np.ndarray,
-        leverage: np.ndarray,
-        by_joints: np.ndarray,
-    ) -> np.ndarray:
-        """Return a step of s_x^2 and, unless it is zero, of s_q^2 towards their best values (A5).
-
-        A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
-        likelihood, Harville 1977). The step is Fisher scoring.
-
-        Args:
-            inverse: C_i^-1, shape (N, 3, 3).
-            weights: w_i, robust weight of each sample, shape (N,).
-            errors: e_i, shape (N, 3) [m].
-            leverage: L_i, how uncertain errors are by the unknowns, times k w_i, (N, 3, 3) [m^2].
-            by_joints: Jq_i, shape (N, 3, m) [m/rad].
-        """
-        u = np.einsum("nij,nj->ni", inverse, errors)
-        left = inverse - inverse @ leverage @ inverse
-        kinds = [
-            np.broadcast_to(np.eye(3), inverse.shape),
-            by_joints @ by_joints.transpose(0, 2, 1),
-        ]
-        kinds = kinds if self.joint else kinds[:1]
-        score = [
-            float(np.sum(weights * np.einsum("ni,nij,nj->n", u, V, u)) - np.sum(left * V))
-            for V in kinds
-        ]
-        scaled = [inverse @ V for V in kinds]
-        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
-        return np.linalg.solve(fisher, score).astype(np.float64)
 
 
 def sample_scales(

@@ -94,19 +94,15 @@ def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
 def recorded_poses(full: Posterior) -> Poses:
     """Return the samples, with the ball where the full model has the socket."""
     # A measured ball is all that its place has in common, so its weight makes up for COMMON.
-    seated = full.data.sockets >= 0
-    measured = np.flatnonzero(~seated & ~full.data.turned)
-    alone = Poses(
-        full.data.positions[measured],
-        np.arange(len(measured)),
-        full.points[measured],
-        RECORDED / COMMON**2 * full.weights[measured],
-    )
-    order = np.argsort(full.data.sockets[seated], kind="stable")
-    sockets = full.data.sockets[seated][order]
-    weights = RECORDED * full.weights[seated][order]
-    poses = Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
-    return joined(poses, alone)
+    data, kept = full.data, ~full.data.turned
+    sockets, points = data.sockets[kept], full.points[kept]
+    seated = sockets >= 0
+    places = np.where(seated, sockets, data.socket_count + np.arange(len(sockets)))
+    targets = np.concatenate([full.centres, points])[places]
+    weights = np.where(seated, RECORDED, RECORDED / COMMON**2) * full.weights[kept]
+    order = np.argsort(places, kind="stable")
+    parts = (data.positions[kept], places, targets, weights)
+    return Poses(*(part[order] for part in parts))
 
 
 def joined(one: Poses, other: Poses) -> Poses:

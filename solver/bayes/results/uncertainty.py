@@ -1,7 +1,7 @@
 """Uncertainty of a calibration: standard deviations, correlations, predicted errors."""
 
 from collections.abc import Sequence
-from typing import Any
+from functools import lru_cache
 
 import numpy as np
 
@@ -168,18 +168,13 @@ def distance_deviations(
     return distances, np.sqrt([_variance(slope[None], covariance) for slope in slopes])
 
 
+@lru_cache(maxsize=1)  # it takes a while
 def _covariance(posterior: Posterior) -> np.ndarray:
     """Return the covariance of the model's unknowns; play moves samples of servos together."""
     size = posterior.model.size
-    if JOINT_OFFSET.name not in posterior.model.extensions:
-        return posterior.covariance[:size, :size]
-    if not _of_last or _of_last[0] is not posterior:
-        _of_last[:] = [posterior, with_correlated_errors(posterior)]
-    return _of_last[1]
-
-
-_of_last: list[Any] = []
-"""The posterior that was asked for last, and its covariance, which takes a while."""
+    if JOINT_OFFSET.name in posterior.model.extensions:
+        return with_correlated_errors(posterior)
+    return posterior.covariance[:size, :size]
 
 
 def predicted_deviation(

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import log
 
 import numpy as np
@@ -231,14 +232,17 @@ def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPoster
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return [geometric], ""
 
-    def errors(whole: JointPosterior) -> np.ndarray:
-        return held_out_errors(lambda near, rest: fit(near, near.models, rest), whole)
-
+    errors = partial(held_out_errors, lambda near, rest: fit(near, near.models, rest))
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
+        own = [model for model in models if not any(one.of_type for one in model.models)]
+        alone = max(own, key=lambda model: model.log_evidence)
         try:
             after = errors(best)
-            models, best, after = _without_harmful_type(models, best, after, errors)
+            if best is not alone:  # a type's prior has to lower errors, too
+                before = errors(alone)
+                if mean_fall(before, after)[0] <= 0:
+                    models, after = own, before
             helps, spread = mean_fall(errors(geometric), after)
         except NotConverged:
             return [geometric], "; the fit does not settle without each placement"
@@ -250,21 +254,6 @@ def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPoster
             return [geometric], words
     probable = zip(models, model_probabilities(models), strict=True)
     return [model for model, probability in probable if probability > LIKELY], words
-
-
-def _without_harmful_type(
-    models: list[JointPosterior],
-    best: JointPosterior,
-    after: np.ndarray,
-    errors: Callable[[JointPosterior], np.ndarray],
-) -> tuple[list[JointPosterior], JointPosterior, np.ndarray]:
-    """Return models, the best and its held-out errors, without type priors where these harm."""
-    own = [model for model in models if not any(one.of_type for one in model.models)]
-    alone = max(own, key=lambda model: model.log_evidence)
-    if best in own:
-        return models, best, after
-    before = errors(alone)
-    return (models, best, after) if mean_fall(before, after)[0] > 0 else (own, alone, before)
 
 
 def _note(gain: float | None, probability: float, words: str) -> str:
