@@ -2,6 +2,7 @@ from .curve_posterior import restored_covariance as restored_covariance
 from .joint_curves import with_joint_curves as with_joint_curves
 from .linear_samples import movement_gain as movement_gain
 from .map_estimate import estimate as estimate
+from .map_estimate import refit as refit
 from .objective import Objective as Objective
 from .objective import linearise as linearise
 from .posterior import JointPosterior as JointPosterior

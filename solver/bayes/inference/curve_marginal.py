@@ -1,28 +1,58 @@
-"""Samples' errors with the joint error curves integrated out."""
+"""Samples' errors with the joint error curves integrated out, at given scales and weights."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from ..model import sample_degrees, sample_scales
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
-from .linear_samples import LinearSamples, Rest
+from .linear_samples import LinearSamples, Rest, rest_of
+from .state import State
 
 SMALL = 40
 """Rows of half a triangle from which on it is inverted half by half, in a third of the time."""
 
 
-@dataclass(frozen=True)
-class Marginal:
-    """The errors' covariance M as blocks, 1 of 3 N rows, or N of 3 without curves; what follows."""
+@dataclass(frozen=True, eq=False)
+class CurveFit:
+    """A fit to some samples: the errors' covariance M of (A8), and what follows of it.
 
+    M has blocks, 1 of 3 N rows, or N of 3 without curves.
+    """
+
+    state: State
+    """Around which the samples are linear, with the scales."""
     samples: LinearSamples
-    blocks: np.ndarray
-    """C_i / w_i, shape (N, 3, 3)."""
-    curves: np.ndarray | None
-    """The curves' part, shape (3 N, 3 N); None without."""
-    rest: Rest
+    prior: CurvePrior
+    weights: np.ndarray
+    """w_i, shape (N,)."""
+
+    @cached_property
+    def rest(self) -> Rest:
+        """What is known besides the samples."""
+        return rest_of(self.state, len(self.weights) / len(self.state.linear.errors))
+
+    @cached_property
+    def degrees(self) -> np.ndarray:
+        """Degrees of freedom nu of each sample, shape (N,)."""
+        return sample_degrees(self.state.noises, self.samples.sources)
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """C_i, shape (N, 3, 3)."""
+        return sample_scales(self.state.noises, self.samples.sources, self.samples.slopes)
+
+    @property
+    def blocks(self) -> np.ndarray:
+        """C_i / w_i, shape (N, 3, 3)."""
+        return self.scales / self.weights[:, None, None]
+
+    @cached_property
+    def curves(self) -> tuple[np.ndarray, ...]:
+        """See :func:`curve_covariance`."""
+        return curve_covariance(self.samples, self.prior)
 
     @cached_property
     def root(self) -> np.ndarray:
@@ -55,6 +85,17 @@ class Marginal:
         return self.solved @ np.append(self.posterior[0], 1.0)
 
     @cached_property
+    def squares(self) -> np.ndarray:
+        """e_i^T C_i^-1 e_i after the fit, shape (N,)."""
+        errors = self.blocks @ self.pulls.reshape(-1, 3, 1)
+        return np.sum(errors * np.linalg.solve(self.scales, errors), axis=(1, 2))
+
+    @cached_property
+    def next_weights(self) -> np.ndarray:
+        """The robust weights by these errors, shape (N,)."""
+        return (self.degrees + 3) / (self.degrees + self.squares)
+
+    @cached_property
     def known(self) -> np.ndarray:
         """M^-1 G Sigma, shape (3 N, d). With it V = M^-1 - M^-1 G Sigma G^T M^-1."""
         return self.solved[:, :-1] @ self.posterior[1]
@@ -62,7 +103,7 @@ class Marginal:
     @cached_property
     def projected_blocks(self) -> np.ndarray:
         """Blocks of V, one a sample, shape (N, 3, 3)."""
-        n, (count, rows, _) = len(self.blocks), self.inverse.shape
+        n, (count, rows, _) = len(self.weights), self.inverse.shape
         own = self.inverse.reshape(count, rows // 3, 3, rows // 3, 3)
         own = own[:, np.arange(rows // 3), :, np.arange(rows // 3)].reshape(n, 3, 3)
         rest, known = (part.reshape(n, 3, -1) for part in (self.solved[:, :-1], self.known))
@@ -86,11 +127,11 @@ class Marginal:
         return -float(2 * logs + np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
 
 
-def marginal_root(blocks: np.ndarray, curves: np.ndarray | None) -> np.ndarray:
-    """Return L^-1 of each block L L^T of M."""
-    if curves is None:
+def marginal_root(blocks: np.ndarray, curves: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Return L^-1 of each block L L^T of M, of the samples' blocks and :func:`curve_covariance`."""
+    if not curves:
         return inverse_root(blocks)
-    M, n = curves.copy(), len(blocks)
+    M, n = curves[0].copy(), len(blocks)
     M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
     return inverse_root(M)[None]
 

@@ -61,7 +61,7 @@ def given_rest(
     C, columns = sample_scales(noises, samples.sources, samples.slopes), samples.columns
     flat = columns.reshape(3 * len(C), -1)
     if len(C) <= MOST_SAMPLES:
-        root = marginal_root(C / told[:, None, None], curve_covariance(samples, prior)[0])[0]
+        root = marginal_root(C / told[:, None, None], curve_covariance(samples, prior))[0]
         along, own = root @ flat, len(prior.block)
         pulled = samples.basis.T @ (root.T @ along)
         gain = -(prior.block @ pulled.reshape(-1, own, pulled.shape[1])).reshape(pulled.shape)

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..model import SMALLEST, ExtendedModel, MultiRobotModel, PriorGroup
 from ..model.effects import CURVE, KNOTS
-from .curve_hyperparameters import LONGEST, CurveFit, marginalised
+from .curve_hyperparameters import LONGEST, log_evidence, marginalised
+from .curve_marginal import CurveFit
 from .curve_posterior import MOST_SAMPLES, given_rest
 from .curve_prior import CurvePrior, given_curves
 from .linear_samples import LinearSamples, rest_of, samples_around
@@ -85,21 +86,23 @@ def _with_joint_curves(
         first = _first(plain) if fitted is None else replace(flat, state=fitted.state)
         prior = first.prior if fitted is None else fitted.prior
         fitted = marginalised(replace(first, prior=prior, weights=plain.next_weights))
-        gain = fitted.log_evidence - plain.log_evidence
+        before, after = log_evidence(plain), log_evidence(fitted)
+        gain = after - before
         if gain <= HINT or len(rows) == n:
             break
     evidence = f"(log evidence {gain:+.1f})"
     if not gain > LOG_EVIDENCE:
         return found, f"not supported by the data {evidence}"
-    chosen, whole = found, found.log_evidence - plain.log_evidence
+    chosen, whole = found, found.log_evidence - before
     if other is not None:
         beside = samples_around(other[0].state, found.objective.rows, None)
         fit = _fit_of(beside, rows, fitted.prior)
         near = replace(fit.state, noises=fitted.state.noises)
         fit = marginalised(replace(fit, state=near, weights=fitted.next_weights))
-        if fit.log_evidence + other[1] > fitted.log_evidence:
-            chosen, fitted = other[0], fit
-    return _settled(chosen, rows, fitted, whole + fitted.log_evidence), f"kept {evidence}"
+        evidence_beside = log_evidence(fit)
+        if evidence_beside + other[1] > after:
+            chosen, fitted, after = other[0], fit, evidence_beside
+    return _settled(chosen, rows, fitted, whole + after), f"kept {evidence}"
 
 
 def _fit_of(around: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:

@@ -55,8 +55,8 @@ def estimate(
 ) -> JointPosterior:
     """Find the most probable unknowns of one robot or several, fitted together.
 
-    It starts from a result ``near`` for the same robots, or else from the nominal ones. Without
-    ``joint_noise`` that of the joint angles is zero.
+    It starts from a result ``near`` for the same robots, or else from the nominal ones, of which
+    without ``joint_noise`` that of the joint angles is zero.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
@@ -83,6 +83,22 @@ def estimate(
     except np.linalg.LinAlgError:
         raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
     raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
+
+
+def refit(
+    found: JointPosterior,
+    models: Sequence[ExtendedModel] = (),
+    data: MultiRobotObservations | None = None,
+    movements: Sequence[Movement] | None = None,
+) -> JointPosterior:
+    """Return a fit that starts from a result, of its own models, data, movements or of others.
+
+    Raises as :func:`estimate`.
+    """
+    data = found.scene if data is None else data
+    moving = found.objective.model.movements if movements is None else movements
+    there = [one for one in moving if one.placement in data.placements]
+    return estimate(models or found.models, data, near=found, movements=there)
 
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:

@@ -1,13 +1,13 @@
 """Several models of one arm: their held-out errors, their probabilities, and their mean."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import log
 
 import numpy as np
 
 from ...data import FrameError, MultiRobotObservations, fit_pose
-from ..inference import JointPosterior, Objective, State, linearise
+from ..inference import JointPosterior, Objective, State, linearise, refit
 from ..model import PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
@@ -21,9 +21,6 @@ themselves: what is called very strong (Kass and Raftery 1995)."""
 PARTS = 5
 """Placements are divided into at most this many parts, and each part is left out of a fit once. One
 fit for each placement would take too long where there are many."""
-
-Refit = Callable[[JointPosterior, MultiRobotObservations], JointPosterior]
-"""Fits a model again, to other data of the same robots."""
 
 
 def log_odds(model: JointPosterior) -> float:
@@ -130,13 +127,13 @@ def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
-def held_out_errors(refit: Refit, whole: JointPosterior) -> np.ndarray:
+def held_out_errors(whole: JointPosterior) -> np.ndarray:
     """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
     names = whole.scene.placements
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
         try:
-            found = refit(whole, whole.scene.without(names[part::PARTS]))
+            found = refit(whole, data=whole.scene.without(names[part::PARTS]))
         except FrameError:
             continue
         errors[part::PARTS] = [_mean_error(found, whole.scene, p) for p in names[part::PARTS]]

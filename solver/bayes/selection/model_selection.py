@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from math import log
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate, with_joint_curves
-from ..model import Expected, ExtendedModel, GivenPrior, Movement, extend
+from ..inference import JointPosterior, estimate, refit, with_joint_curves
+from ..model import Expected, ExtendedModel, GivenPrior, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -34,8 +33,6 @@ ENOUGH_PLACEMENTS = 3
 
 Free = tuple[Robot, Sequence[Parameter]]
 """A robot, and the free numbers of its geometry."""
-Fit = Callable[[JointPosterior, Sequence[ExtendedModel], MultiRobotObservations], JointPosterior]
-"""Fits models to data, starting near a result."""
 
 
 @dataclass(frozen=True)
@@ -77,27 +74,21 @@ def select_models(
     Raises:
         NotConverged: The fit of the geometry did not settle.
     """
-    movements = list[Movement]()
-
-    def fit(
-        near: JointPosterior | None,
-        models: Sequence[ExtendedModel],
-        observed: MultiRobotObservations,
-    ) -> JointPosterior:
-        there = [one for one in movements if one.placement in observed.placements]
-        return estimate(models, observed, joint_noise=joint_noise, near=near, movements=there)
-
     progress("geometry")
     given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
     plain = [extend(*free, (*first, *_effects_of(free[0], given))) for free in robots]
-    geometric = fit(None, [replace(one, given=given) for one in plain], data)
+    models = [replace(one, given=given) for one in plain]
+    geometric = estimate(models, data, joint_noise=joint_noise)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
-    tried, told = _with_movements(fit, geometric, order, movements, progress)
-    models, words = _supported(fit, [*tried.models, *_by_type(fit, tried.fits, types, progress)])
+    tried = _search(geometric, order, progress)
+    movements, told = movements_by_evidence(max(tried.models, key=_evidence))
+    if movements:  # all again beside these
+        tried = _search(refit(geometric, movements=movements), order, progress)
+    models, words = _supported([*tried.models, *_by_type(tried.fits, types, progress)])
     probabilities = model_probabilities(models)
     mean = averaged(models, probabilities) if len(models) > 1 else models[0]
     full, note = mean, ""
@@ -112,29 +103,12 @@ def select_models(
     return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
 
 
+def _evidence(model: JointPosterior) -> float:
+    return model.log_evidence
+
+
 def _required(extension: str) -> set[str]:
     return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
-
-
-def _with_movements(
-    fit: Fit,
-    geometric: JointPosterior,
-    order: list[tuple[str, int]],
-    movements: list[Movement],
-    progress: Callable[[str], None],
-) -> tuple["_Tried", tuple[FoundMovement, ...]]:
-    """Return all that is tried, again beside movements where places moved, which ``fit`` knows."""
-
-    def moving(near: JointPosterior, some: Sequence[Movement]) -> JointPosterior:
-        movements[:] = some
-        return fit(near, near.models, near.scene)
-
-    tried = _search(fit, geometric, order, progress)
-    best = max(tried.models, key=lambda model: model.log_evidence)
-    movements[:], told = movements_by_evidence(best, moving)
-    if not movements:
-        return tried, told
-    return _search(fit, moving(geometric, [*movements]), order, progress), told
 
 
 def _notes(
@@ -178,7 +152,6 @@ class _Tried:
 
 
 def _search(
-    fit: Fit,
     geometric: JointPosterior,
     stages: list[tuple[str, int]],
     progress: Callable[[str], None],
@@ -194,7 +167,7 @@ def _search(
         tried.add(_kept(own))
         progress(f"{stage} {best.scene.names[robot]}".strip())
         try:
-            candidate = fit(best, own, best.scene)
+            candidate = refit(best, own)
         except NotConverged:
             gains.setdefault((stage, robot))
             continue
@@ -207,7 +180,6 @@ def _search(
 
 
 def _by_type(
-    fit: Fit,
     fits: Sequence[JointPosterior],
     types: Sequence[Mapping[str, Expected]],
     progress: Callable[[str], None],
@@ -222,28 +194,27 @@ def _by_type(
         if _kept(own) not in models:
             progress("type prior")
             with suppress(NotConverged):
-                models[_kept(own)] = fit(found, own, found.scene)
+                models[_kept(own)] = refit(found, own)
     return list({_active(model): model for model in models.values()}.values())
 
 
-def _supported(fit: Fit, models: list[JointPosterior]) -> tuple[list[JointPosterior], str]:
+def _supported(models: list[JointPosterior]) -> tuple[list[JointPosterior], str]:
     """Return the models that count, the geometry alone or the probable ones, and words on why."""
-    geometric, best = models[0], max(models, key=lambda model: model.log_evidence)
+    geometric, best = models[0], max(models, key=_evidence)
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return [geometric], ""
 
-    errors = partial(held_out_errors, lambda near, rest: fit(near, near.models, rest))
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
         own = [model for model in models if not any(one.of_type for one in model.models)]
-        alone = max(own, key=lambda model: model.log_evidence)
+        alone = max(own, key=_evidence)
         try:
-            after = errors(best)
+            after = held_out_errors(best)
             if best is not alone:  # a type's prior has to lower errors, too
-                before = errors(alone)
+                before = held_out_errors(alone)
                 if mean_fall(before, after)[0] <= 0:
                     models, after = own, before
-            helps, spread = mean_fall(errors(geometric), after)
+            helps, spread = mean_fall(held_out_errors(geometric), after)
         except NotConverged:
             return [geometric], "; the fit does not settle without each placement"
         words = (

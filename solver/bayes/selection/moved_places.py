@@ -1,6 +1,6 @@
 """The choice of how places moved while they were recorded, by the evidence of the whole fit."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import log
@@ -8,7 +8,7 @@ from math import log
 import numpy as np
 
 from ...paper import NotConverged
-from ..inference import JointPosterior, movement_gain
+from ..inference import JointPosterior, movement_gain, refit
 from ..model import Movement, movements_of
 
 INDEPENDENT = 0.5
@@ -34,12 +34,8 @@ class FoundMovement:
     """True where it is in the model."""
 
 
-Fit = Callable[[JointPosterior, Sequence[Movement]], JointPosterior]
-"""Fits the model of a result again, with movements."""
-
-
 def movements_by_evidence(
-    found: JointPosterior, fit: Fit
+    found: JointPosterior,
 ) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
     """Return the movements to put into the model, and all that are to be told."""
     if len(found.arms) > 1:
@@ -56,7 +52,7 @@ def movements_by_evidence(
             if rough < HINT:
                 break
             with suppress(NotConverged):
-                with_it = fit(found, (*chosen, tried[i]))
+                with_it = refit(found, movements=(*chosen, tried[i]))
                 rise = with_it.log_evidence - found.log_evidence - _price(tried[i], tried)
                 best, gain = (with_it, rise) if rise > gain else (best, gain)
         if best is found:
