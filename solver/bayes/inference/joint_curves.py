@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import SMALLEST, ExtendedModel, MultiRobotModel, PriorGroup
+from ..model import SMALLEST, ExtendedModel, PriorGroup
 from ..model.effects import CURVE, KNOTS
 from .curve_hyperparameters import LONGEST, log_evidence, marginalised
 from .curve_marginal import CurveFit
@@ -164,7 +164,7 @@ def _settled(
 
 def _moved(state: State, change: np.ndarray) -> State:
     """Return the state after a change of all unknowns but the curves, its errors left as before."""
-    size, dense = state.objective.model.size, state.objective.dense
+    size, dense = state.objective.model_size, state.objective.dense
     x, at_zero = state.x + change[:size], state.at_zero.copy()
     for group in state.groups:
         if group.non_negative:
@@ -189,7 +189,7 @@ def _posterior(
     """
     readings, state, m = found.objective, fitted.state, curves.shape[1]
     models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
-    world, own = MultiRobotModel(models, readings.model.movements), readings.model.own
+    world, own = replace(readings, models=models), readings.own
     process = CurvePrior(fitted.prior.amplitude, fitted.prior.length)
     order, groups = list[np.ndarray](), list[PriorGroup]()
     for i, model in enumerate(models):
@@ -201,13 +201,13 @@ def _posterior(
 
     def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         rest = np.pad(x, (0, readings.size - len(x)))
-        return np.append(rest, coefficients)[picked[: world.size]]
+        return np.append(rest, coefficients)[picked[: world.model_size]]
 
     iterates = [arranged(each, 0 * curves) for each in found.iterates]
     x = arranged(state.x, curves)
     groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
     return JointPosterior(
-        replace(state, objective=replace(readings, model=world), x=x, groups=tuple(groups)),
+        replace(state, objective=world, x=x, groups=tuple(groups)),
         whole[np.ix_(picked, picked)],
         fitted.weights,
         log_evidence,

@@ -112,7 +112,7 @@ def samples_around(
     n, d = len(positions), objective.size
     robots = np.zeros(n, dtype=np.int64)
     slopes = linear.by_joints.copy()
-    for i, (own, model) in enumerate(zip(rows.own, objective.model.models, strict=True)):
+    for i, (own, model) in enumerate(zip(rows.own, objective.models, strict=True)):
         robots[own] = i
         prismatic = [k for k, j in enumerate(model.robot.actuated) if j.type == "prismatic"]
         slopes[own][:, :, prismatic] = 0.0
@@ -180,9 +180,8 @@ def movement_gain(found: JointPosterior, movement: Movement) -> float:
     With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
     all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
     """
-    movements, before = (*found.objective.model.movements, movement), found.state
-    model = replace(found.objective.model, movements=movements)
-    objective, prior = replace(found.objective, model=model), movement.prior(len(before.x))
+    movements, before = (*found.objective.movements, movement), found.state
+    objective, prior = replace(found.objective, movements=movements), movement.prior(len(before.x))
     x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
     linear = linearise(objective, x, before.centres, before.frames)
     groups = (*before.groups, prior)

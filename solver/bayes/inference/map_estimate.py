@@ -96,7 +96,7 @@ def refit(
     Raises as :func:`estimate`.
     """
     data = found.scene if data is None else data
-    moving = found.objective.model.movements if movements is None else movements
+    moving = found.objective.movements if movements is None else movements
     there = [one for one in moving if one.placement in data.placements]
     return estimate(models or found.models, data, near=found, movements=there)
 
@@ -109,7 +109,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     spread = state.told[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    held = state.at_zero & ~(may_leave & bounded[: objective.model.size])
+    held = state.at_zero & ~(may_leave & bounded[: objective.model_size])
     released, unheld = replace(state, at_zero=held), covariance
     if (held != state.at_zero).any():
         prior, unheld = released.prior_precision(), None

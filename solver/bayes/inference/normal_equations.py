@@ -148,7 +148,7 @@ def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     """Return the slope that errors would have if the noise did not turn along with the robot."""
     objective = state.objective
     torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
-    models = zip(objective.model.own, objective.model.models, objective.rows.own, strict=True)
+    models = zip(objective.own, objective.models, objective.rows.own, strict=True)
     for i, (own, model, samples) in enumerate(models):
         torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
         if base is not None:

@@ -97,12 +97,12 @@ class JointPosterior:
     @property
     def own(self) -> tuple[slice, ...]:
         """For each robot, which unknowns are its own."""
-        return self.objective.model.own
+        return self.objective.own
 
     @property
     def models(self) -> tuple[ExtendedModel, ...]:
         """The models of the robots."""
-        return self.objective.model.models
+        return self.objective.models
 
     @property
     def scene(self) -> MultiRobotObservations:
@@ -120,17 +120,17 @@ class JointPosterior:
 
         Of a frame there is a turn about the world's axes [rad], then a shift [m].
         """
-        if not self.objective.model.movements:
+        if not self.objective.movements:
             return self.whole
-        kept = np.r_[: self.own[-1].stop, self.objective.model.size : len(self.whole)]
+        kept = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
         return self.whole[kept[:, None], kept]
 
     @property
     def movements(self) -> tuple[tuple[Movement, np.ndarray], ...]:
         """How placements moved while they were recorded, with the unknowns."""
-        model = self.objective.model
-        ends = (self.own[-1].stop + np.cumsum([one.size for one in model.movements])).tolist()
-        each = zip(model.movements, ends, strict=True)
+        movements = self.objective.movements
+        ends = (self.own[-1].stop + np.cumsum([one.size for one in movements])).tolist()
+        each = zip(movements, ends, strict=True)
         return tuple((one, self.state.x[end - one.size : end]) for one, end in each)
 
     def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
@@ -157,7 +157,7 @@ class JointPosterior:
         mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
         kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
         noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
-        moved = objective.moved_places(state.x)[rows] if objective.model.movements else None
+        moved = objective.moved_places(state.x)[rows] if objective.movements else None
         if moved is not None and base is not None:
             moved = moved @ base.rotation
         return Posterior(

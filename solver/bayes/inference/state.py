@@ -94,7 +94,7 @@ class State:
     @cached_property
     def free(self) -> np.ndarray:
         """Which of all unknowns are not held at zero, shape (n,)."""
-        free = np.arange(self.objective.size) >= self.objective.model.size
+        free = np.arange(self.objective.size) >= self.objective.model_size
         for group, kept in self.priors:
             free[group.members[kept]] = True
         return free
@@ -113,7 +113,7 @@ class State:
         for group, free in self.priors:
             width, members = group.deviation if widened else group.width, group.members[free]
             P[members[:, None], members] = group.precision(width, free)
-        frames = np.arange(self.objective.model.size, self.objective.dense)
+        frames = np.arange(self.objective.model_size, self.objective.dense)
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, self.objective.rows.frame_count)
         return P
 

@@ -35,10 +35,11 @@ class Step:
 
 def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
     """Return the first state: nominal robots, each socket at the median of its balls."""
-    rows, model = objective.rows, objective.model
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
+    rows = objective.rows
+    x, at_zero = np.zeros(objective.model_size), np.zeros(objective.model_size, dtype=bool)
     groups: list[PriorGroup] = []
-    for i, (own, one, arm) in enumerate(zip(model.own, model.models, rows.scene.arms, strict=True)):
+    arms = zip(objective.own, objective.models, rows.scene.arms, strict=True)
+    for i, (own, one, arm) in enumerate(arms):
         mine = prior_groups(one, arm)
         for group in mine:
             if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
@@ -46,8 +47,8 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         if near is not None:
             x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
         groups += [replace(g, members=g.members + own.start) for g in mine]
-    begin = model.own[-1].stop
-    for one in model.movements:
+    begin = objective.own[-1].stop
+    for one in objective.movements:
         groups.append(one.prior(begin))
         begin += one.size
     balls = predict_balls(objective, x)
@@ -95,7 +96,7 @@ def moved(state: State, change: np.ndarray) -> State:
     Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
     objective = state.objective
-    size, dense = objective.model.size, objective.dense
+    size, dense = objective.model_size, objective.dense
     x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
     frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
     balls, rows = predict_balls(objective, x), objective.rows
@@ -191,7 +192,7 @@ def following_noise(
     rows = objective.rows
     joint = np.array([noise.joint for noise in noises])[rows.source_of]
     noisy = [float(joint[samples].max()) for samples in rows.own]
-    starts = [own.start for own in objective.model.own]
+    starts = [own.start for own in objective.own]
     of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
     return tuple(
         group.following(noise) if group.follows_noise and group.width and noise else group

@@ -31,7 +31,7 @@ def widths_held(state: State) -> State:
 
 def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
     """Return a covariance of all unknowns, made at known widths, averaged over these."""
-    for own in state.objective.model.own:
+    for own in state.objective.own:
         mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
         if mine:
             covariance = _averaged_covariance(mine, state.x, covariance)

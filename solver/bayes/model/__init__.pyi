@@ -5,7 +5,6 @@ from .movement import Movement as Movement
 from .movement import movements_of as movements_of
 from .multi_robot import KINDS as KINDS
 from .multi_robot import Kind as Kind
-from .multi_robot import MultiRobotModel as MultiRobotModel
 from .multi_robot import SampleRows as SampleRows
 from .noise import NEGLIGIBLE as NEGLIGIBLE
 from .noise import NU as NU

@@ -1,4 +1,4 @@
-"""All robots of a fit as one model, and all their samples as rows of one table."""
+"""The samples of all robots of a fit as rows of one table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,31 +9,10 @@ from typing import Literal
 import numpy as np
 
 from ... import data
-from .extended_model import ExtendedModel
-from .movement import Movement
 
 Kind = Literal["sockets", "points", "turns"]
 KINDS: tuple[Kind, ...] = ("sockets", "points", "turns")
 """Balls in sockets, measured balls [m], and measured orientations [rad]: each has its own noise."""
-
-
-@dataclass(frozen=True)
-class MultiRobotModel:
-    """The models of all robots, and the movements of placements."""
-
-    models: tuple[ExtendedModel, ...]
-    movements: tuple[Movement, ...] = ()
-
-    @cached_property
-    def own(self) -> tuple[slice, ...]:
-        """For each robot, which of x are its unknowns."""
-        ends = np.cumsum([0, *(model.size for model in self.models)]).tolist()
-        return tuple(slice(a, b) for a, b in pairwise(ends))
-
-    @cached_property
-    def size(self) -> int:
-        """Number of unknowns of all robots and movements."""
-        return sum(one.size for one in (*self.models, *self.movements))
 
 
 @dataclass(frozen=True)

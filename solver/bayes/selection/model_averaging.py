@@ -63,8 +63,7 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     best = results[int(np.argmax(probabilities))]
     effects = [{e for r in results for e in r.models[i].extensions} for i in range(len(best.own))]
     models = tuple(one.with_effects(own) for one, own in zip(best.models, effects, strict=True))
-    model = replace(best.objective.model, models=models)
-    objective = replace(best.objective, model=model)
+    objective = replace(best.objective, models=models)
     groups: dict[tuple[int, str], PriorGroup] = {}
     means, covariance = np.zeros((len(results), objective.size)), np.zeros((objective.size,) * 2)
     weights = np.zeros(len(best.weights))
@@ -80,18 +79,19 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
             groups[robot, group.name] = replace(group, members=rows[group.members])
     mean = probabilities @ means
     covariance += ((means - mean).T * probabilities) @ (means - mean)
-    x, turns, places = np.split(mean, [model.size, objective.dense])
+    x, turns, places = np.split(mean, [objective.model_size, objective.dense])
     turns = turns.reshape(-1, 6)
     frames = tuple(pose.moved(t) for pose, t in zip(best.state.frames, turns, strict=True))
-    at_zero, ordered = np.zeros(model.size, dtype=bool), sorted(groups.values(), key=_first)
+    ordered = tuple(sorted(groups.values(), key=_first))
+    at_zero = np.zeros(len(x), dtype=bool)
     for group in ordered:
         at_zero[group.members] = not group.width
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     centres = places.reshape(-1, 3)
     linear = linearise(objective, x, centres, frames)
-    state = State(objective, x, centres, frames, tuple(ordered), best.state.noises, at_zero, linear)
-    iterates = [*before[:, : model.size], x]
+    state = State(objective, x, centres, frames, ordered, best.state.noises, at_zero, linear)
+    iterates = [*before[:, : objective.model_size], x]
     return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
 
 
@@ -102,12 +102,10 @@ def _first(group: PriorGroup) -> int:
 def _rows(whole: Objective, part: Objective) -> np.ndarray:
     """Return the places of all unknowns among those of models with more extensions."""
     rows = list[int]()
-    for own, model, less in zip(
-        whole.model.own, whole.model.models, part.model.models, strict=True
-    ):
+    for own, model, less in zip(whole.own, whole.models, part.models, strict=True):
         place = {name: i for i, name in enumerate(model.names, own.start)}
         rows += [place[name] for name in less.names]
-    return np.array([*rows, *range(whole.model.own[-1].stop, whole.size)], dtype=np.int64)
+    return np.array([*rows, *range(whole.own[-1].stop, whole.size)], dtype=np.int64)
 
 
 def _places(result: JointPosterior, near: JointPosterior) -> np.ndarray:
