@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -127,10 +128,8 @@ def _unpack(packed: bytes, columns: int) -> Block:
 
 def next_log_file(folder: Path) -> Path:
     """Return a name in a placement's folder that no stream has yet."""
-    number = 1
-    while (folder / f"states_{number}{ENDING}").exists():
-        number += 1
-    return folder / f"states_{number}{ENDING}"
+    names = (folder / f"states_{number}{ENDING}" for number in count(1))
+    return next(name for name in names if not name.exists())
 
 
 def read_stream_log(file: Path) -> LoggedStates:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
-from ...recorder import Placement, Sample
+from ...recorder import Placement
 from ...solver.bayes.model import Deflection
 from ...solver.bayes.model.effects import CURVE, EFFECTS, TILT, random_curves
 from ...solver.calibration import UsageError, check_keywords
@@ -180,9 +180,7 @@ def record(
 
 def placement_of(arm: Robot, base: Base, read: np.ndarray, sockets: np.ndarray) -> Placement:
     """Return a placement of readings, shape (N, m), in some sockets, shape (N,)."""
-    rows = zip(read.tolist(), sockets.tolist(), strict=True)
-    recorded = tuple(Sample(tuple(q), socket=k) for q, k in rows)
-    return Placement(base.name, recorded, arm.joint_names, base.distance)
+    return Placement.of_arrays(base.name, read, sockets, arm.joint_names, distance=base.distance)
 
 
 def lead(

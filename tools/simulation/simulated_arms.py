@@ -1,12 +1,10 @@
 """Simulated arms whose true kinematics are known, with imperfections as real arms have them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
-from ...solver.bayes.model.effects import JOINT_OFFSET
 from ...solver.robot import STANDARD_GRAVITY, Robot, choose_parameters
 
 
@@ -47,20 +45,10 @@ def perturb(
             row[:3] += generator.normal(0, translation, 3)
             row[3:] += generator.normal(0, angle, 3)
     if keep_size:
-        larger = _larger_than(robot, zeros=zeros)
-        turning = [joint.actuated for joint in robot.joints]
+        parameters = choose_parameters(robot)
+        model, index = extend(robot, parameters), [p.index for p in parameters]
+        by_scale, turning = model.by_scale(), [joint.actuated for joint in robot.joints]
         for _ in range(4):  # fixed joints keep their lengths, so the others take their part
-            origins[turning, :3] *= 1 - larger(origins)
+            larger = float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
+            origins[turning, :3] *= 1 - larger
     return robot.with_origins(origins)
-
-
-def _larger_than(robot: Robot, *, zeros: bool) -> Callable[[np.ndarray], float]:
-    """Return how much larger [1] than a robot one with other origins is, as a fit counts it."""
-    parameters = choose_parameters(robot)
-    model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
-    by_scale, index = model.by_scale()[: len(parameters)], [p.index for p in parameters]
-
-    def larger(origins: np.ndarray) -> float:
-        return float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
-
-    return larger
