@@ -112,23 +112,21 @@ class InverseKinematics:
     def _iterate(
         self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
     ) -> np.ndarray:
-        """Take steps in some rows of q until they arrive; return which rows still move."""
-        for _ in range(12 if near else 18):
+        """Take damped Newton steps in some rows of q until they arrive; return which still move."""
+        rounds, damping, least = (12, 1e-10, 1e-7) if near else (18, 1e-4, 1e-5)
+        rows = 3 if near and not self._leans_freely else 6
+        for _ in range(rounds):
             if not moving.size:
                 break
-            dq = self._newton_step(q[moving], targets[moving], near)
+            pose, J = self.ball_and_neck(q[moving])
+            error, slope = (targets[moving] - pose)[:, :rows, None], J[:, :rows]
+            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
+            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error))[:, :, 0]
+            longest = np.abs(dq).max(axis=1, keepdims=True).clip(1e-9)
+            dq *= np.minimum(1.0, MAX_STEP / longest)
             q[moving] += dq
-            moving = moving[np.abs(dq).max(axis=1) > (1e-7 if near else 1e-5)]
+            moving = moving[np.abs(dq).max(axis=1) > least]
         return moving
-
-    def _newton_step(self, q: np.ndarray, targets: np.ndarray, near: bool) -> np.ndarray:
-        """Return the change of each row of q; far from the target it is damped."""
-        rows = 3 if near and not self._leans_freely else 6
-        pose, J = self.ball_and_neck(q)
-        error, slope = (targets - pose)[:, :rows], J[:, :rows]
-        JJ = slope @ slope.transpose(0, 2, 1) + (1e-10 if near else 1e-4) * np.eye(rows)
-        dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error[:, :, None]))[:, :, 0]
-        return dq * np.minimum(1.0, MAX_STEP / np.abs(dq).max(axis=1, keepdims=True).clip(1e-9))
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
