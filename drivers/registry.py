@@ -9,12 +9,12 @@ Another package adds an arm by an entry point of the group ``mukca.drivers``::
 
 import importlib
 import inspect
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from importlib.util import find_spec
-
-import msgspec
+from pathlib import Path
+from typing import Any
 
 from .driver import Driver, DriverError, Reason
 
@@ -30,9 +30,9 @@ class DriverInfo:
     """The class, ``module:Class``."""
     arms: str
     """The arms that it reads, and over what."""
-    needs: tuple[str, ...] = ()
+    needs: Sequence[str] = ()
     """Python modules that it imports beyond the standard library."""
-    optional: tuple[tuple[str, str], ...] = ()
+    optional: Sequence[tuple[str, str]] = ()
     """Modules that only some addresses need: each with how those addresses begin."""
     source: str = "mukca"
     """The package that provides it, with its version where it is a plug-in."""
@@ -45,10 +45,8 @@ class DriverInfo:
         return tuple(module for module in self.needs if find_spec(module) is None)
 
 
-_OWN = msgspec.json.decode(
-    files("mukca.drivers").joinpath("arms.json").read_bytes(), type=list[DriverInfo]
-)
-DRIVERS = {info.name: info for info in _OWN}
+_OWN: list[dict[str, Any]] = json.loads((Path(__file__).parent / "arms.json").read_text("utf-8"))
+DRIVERS = {row["name"]: DriverInfo(**row) for row in _OWN}
 
 
 def list_drivers() -> list[DriverInfo]:
