@@ -91,14 +91,13 @@ class RobotsOptions:
 
 def _named(given: Sequence[str]) -> dict[str, str]:
     """Robots by their names; a single one has none."""
-    if len(given) == 1:
-        name, _, alone = given[0].partition("=")
-        if alone and name.isidentifier():
-            raise UsageError(f"--robot {given[0]}: one robot needs no name; write --robot {alone}")
-        return {"": given[0]}
     named: dict[str, str] = {}
     for words in given:
         name, _, robot = words.partition("=")
+        if len(given) == 1:
+            if robot and name.isidentifier():
+                raise UsageError(f"--robot {words}: one robot needs no name; write --robot {robot}")
+            return {"": words}
         if not robot or not name.replace("_", "").replace("-", "").isalnum():
             raise UsageError(
                 f"--robot {words}: of several robots each needs a name, as in --robot left=panda"
@@ -112,12 +111,10 @@ def _named(given: Sequence[str]) -> dict[str, str]:
 def _by_name(given: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[str, str | None]:
     """Value of an option for each robot; one without a name is for all of them."""
     by_name: dict[str, str | None] = dict.fromkeys(robots)
-    if "" in robots:
-        if len(given) > 1:
-            raise UsageError(f"--{key} {given[1]}: one robot has one {key}")
-        return dict.fromkeys(robots, given[0]) if given else by_name
+    if "" in robots and len(given) > 1:
+        raise UsageError(f"--{key} {given[1]}: one robot has one {key}")
     for words in given:
-        name, _, link = words.partition("=")
+        name, _, link = ("", "", "") if "" in robots else words.partition("=")
         if link and name not in robots:
             known = ", ".join(robots)
             raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {known}")

@@ -221,19 +221,11 @@ def build_comparison(result: ComparisonDocument) -> Report[ComparisonDocument]:
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
     """Return a simulated experiment with both models as HTML, and its pictures by file name."""
     models = [*([] if result.beside is None else [("beside.", result.beside)]), ("", result)]
-    names = [Path(model.model).name for _, model in models]
-    places = [
-        (place, name, f"{start}{place}.")
-        for place in ("centre", "cross", "drawing")
-        for name, (start, model) in zip(names, models, strict=True)
-        if getattr(model, place) is not None
-    ]
     return render(
         "simulation.html.j2",
         result,
         result=result,
-        models=[(name, model) for name, (_, model) in zip(names, models, strict=True)],
-        places=places,
+        models=[(Path(model.model).name, path, model) for path, model in models],
         pictures={
             name: f"data:image/{name.rpartition('.')[2]};base64,{base64.b64encode(file).decode()}"
             for name, file in pictures.items()

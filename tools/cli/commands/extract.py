@@ -126,20 +126,17 @@ def run_extract(options: Options, terminal: Terminal) -> int:
 def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
     """Print one line for each rest."""
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
-    rows: list[list[str]] = []
-    for number, proposal in enumerate(proposals, start=1):
-        rest = proposal.timed
-        named = f"{proposal.placement}, socket {proposal.socket}"
-        rows.append(
-            [
-                str(number),
-                f"{rest.begin - proposals[0].timed.begin:.1f}",
-                f"{rest.end - rest.begin:.1f}",
-                " ".join(f"{1e3 * value:7.0f}" for value in proposal.ball),
-                f"{1e3 * max(rest.rest.spread):.3f}",
-                named if proposal.placement else f"none: {proposal.why}",
-            ]
+    rows = [
+        (
+            str(number),
+            f"{one.timed.begin - proposals[0].timed.begin:.1f}",
+            f"{one.timed.end - one.timed.begin:.1f}",
+            " ".join(f"{1e3 * value:7.0f}" for value in one.ball),
+            f"{1e3 * max(one.timed.rest.spread):.3f}",
+            f"{one.placement}, socket {one.socket}" if one.placement else f"none: {one.why}",
         )
+        for number, one in enumerate(proposals, start=1)
+    ]
     terminal.console.print(table("rests", heads, rows, left=(5,)))
 
 

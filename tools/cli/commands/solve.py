@@ -38,7 +38,7 @@ def run_solve(options: Options, terminal: Terminal) -> int:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
     for name, judged in ((name, one.assessment) for name, one in robots.items()):
         terminal.say(*([f"Robot {name}"] if name else []))
-        todo = figures.steps(judged.predictions, judged.placements, judged.verdict)
+        todo = figures.steps(judged)
         report.show_verdict(terminal.console, judged.verdict, judged.limits, todo)
     verdicts = {name: one.verdict for name, one in robots.items()}
     for line in refused:

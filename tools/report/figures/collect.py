@@ -199,7 +199,7 @@ def report_figures(
         command=solve_command(document),
         verdict=found.verdict,
         rests_on=found.verdict.rests_on,
-        todo=steps(predictions, placements, found.verdict),
+        todo=steps(found),
         answers=answers_of(found, samples, options.tolerance),
         arm=arm_drawing(predictions),
         plots=(),

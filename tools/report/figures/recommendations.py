@@ -9,7 +9,7 @@ from typing import Any, cast
 from ....errors import MukcaError
 from ....recorder import METADATA, RecordingError, read_keys, read_metadata
 from ....solver import assessment
-from ....solver.assessment import PlacementReport, Predictions, joined, mm, short_names
+from ....solver.assessment import PlacementReport, joined, mm, short_names
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -21,18 +21,15 @@ _SPAN = 0.5
 """A distance in the workspace [m]."""
 
 
-def steps(
-    predictions: Predictions, placements: Sequence[PlacementReport], verdict: assessment.Verdict
-) -> tuple[Step, ...]:
+def steps(found: assessment.Assessment) -> tuple[Step, ...]:
     """Return the next steps for a calibration, best first; none where the verdict is PASS."""
-    return () if verdict.status == "pass" else tuple(_steps(predictions, placements, verdict))
+    return () if found.verdict.status == "pass" else tuple(_steps(found))
 
 
-def _steps(
-    predictions: Predictions, placements: Sequence[PlacementReport], verdict: assessment.Verdict
-) -> Iterator[Step]:
-    document = predictions.document
-    status = {row.name: row.status for row in verdict.limits}
+def _steps(found: assessment.Assessment) -> Iterator[Step]:
+    document, placements = found.predictions.document, found.placements
+    status = {row.name: row.status for row in found.verdict.limits}
+    wrong = placements_with_errors(placements, document.checks)
     if status["data_checks"] != "pass":
         text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = "figures that can be believed"
@@ -40,12 +37,21 @@ def _steps(
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
         yield Step(text=text, command=command, expected=words)
-        yield from _leave_out(predictions, placements)
+        yield from _leave_out(found, wrong)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
         yield from _measure(document, placements)
-    if "fail" in status.values() or "not enough" in status.values():
-        yield from _train_more(document, placements)
-    if any(row.status == "not evaluated" and row.found is not None for row in verdict.limits[:2]):
+    held_out = sum(row.role == "test" for row in placements)
+    open_ = "fail" in status.values() or "not enough" in status.values()
+    if open_ and held_out > 1 and (farthest := farthest_held_out(placements, wrong)):
+        (best, gap), names = farthest, short_names([row.name for row in placements])
+        text = (
+            f"Train on {names[best]} too: recorded already, {gap:.2f} m from the nearest trained "
+            "on; a second placement is what lowers the errors most"
+        )
+        name = placements[best].name
+        yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
+    limits = found.verdict.limits[:2]
+    if any(row.status == "not evaluated" and row.found is not None for row in limits):
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
         yield Step(text=text, command=again, expected="a verdict, not a smaller error")
@@ -57,7 +63,6 @@ def _steps(
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    held_out = any(row.role == "test" for row in placements)
     text += ", and train on it too" if held_out else ", and hold it out by --test"
     yield _forecast(document, None, text, record_command(document))
 
@@ -107,28 +112,10 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     )
 
 
-def _train_more(
-    document: CalibrationDocument, placements: Sequence[PlacementReport]
-) -> Iterator[Step]:
-    """Yield the step to train on what is held out and farthest, where another stays held out."""
-    farthest = farthest_held_out(placements, placements_with_errors(placements, document.checks))
-    if sum(row.role == "test" for row in placements) < 2 or farthest is None:
-        return
-    best, gap = farthest
-    name = placements[best].name
-    text = (
-        f"Train on {short_names([row.name for row in placements])[best]} too: recorded already, "
-        f"{gap:.2f} m from the nearest trained on; a second placement is what lowers the errors "
-        "most"
-    )
-    yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
-
-
-def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) -> Iterator[Step]:
+def _leave_out(found: assessment.Assessment, bad: Sequence[int]) -> Iterator[Step]:
     """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    document = predictions.document
+    predictions, placements = found.predictions, found.placements
     names = short_names([row.name for row in placements])
-    bad = placements_with_errors(placements, document.checks)
     wrong = {placements[i].name for i in bad}
     paired = [p for p in predictions.placements if p.measured.has_distance]
     trained = [p.measured for p in paired if p.role == "train"]
@@ -147,7 +134,7 @@ def _leave_out(predictions: Predictions, placements: Sequence[PlacementReport]) 
         before, after = held_out(trained), held_out(kept)
         yield Step(
             text=f"Leave out {joined([names[i] for i in bad])}",
-            command=solve_command(document, moved=dict.fromkeys(sorted(wrong))),
+            command=solve_command(predictions.document, moved=dict.fromkeys(sorted(wrong))),
             expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
             before=before,
             after=after,

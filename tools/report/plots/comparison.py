@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from ....solver.assessment import nice_above, short_names
 from ...experiments import ModelTrials, SimulationDocument
 from ..figures import ComparisonDocument, ErrorsAtPlacement, comparison_sentence
@@ -50,15 +52,13 @@ def _errors(result: ComparisonDocument) -> Plot:
 def _differences(result: ComparisonDocument) -> Plot:
     pair = result.pairs[-1]
     a, b = (result.models[k].name for k in (pair.a, pair.b))
-    means = [1e3 * row.mean for row in pair.placements]
-    noises = [1e3 * row.noise for row in pair.placements]
-    each = list(zip(means, noises, strict=True))
-    axis = Axis.around_zero((abs(mean) + noise for mean, noise in each), "mm, with 95 % noise")
+    means = np.array([1e3 * row.mean for row in pair.placements])
+    noises = np.array([1e3 * row.noise for row in pair.placements])
+    axis = Axis.around_zero(abs(means) + noises, "mm, with 95 % noise")
     places = short_names([row.name for row in result.placements])
     panel = named_rows(f"{b} less {a}", places, axis, pitch=28)
     panel.threshold(f"{b} better < 0 < worse", x=0)
-    lows, highs = zip(*((mean - noise, mean + noise) for mean, noise in each), strict=True)
-    panel.bars(lows, highs, "link", thick=5)
+    panel.bars(means - noises, means + noises, "link", thick=5)
     trained = [any(row.models[k].trained_on for k in (pair.a, pair.b)) for row in result.placements]
     colour = f"model-{pair.b % COLOURS}"
     marks = [f"{colour} train" if hollow else colour for hollow in trained]
