@@ -68,18 +68,10 @@ def _run(options: Options, terminal: Terminal) -> int:
     with suppress(MukcaError):  # not every file that can be exported can be judged
         if held.verdict.status == "fail":
             terminal.warn(f"{options.calibration}: {held.verdict.title}: do not use it yet")
+    names = ("serial_number", "force", "like", "joints", "servos", "flange")
+    given = {name: getattr(options, name) for name in names}
     exported = export.export(
-        held,
-        options.to,
-        options.out,
-        serial_number=options.serial_number,
-        force=options.force,
-        like=options.like,
-        joints=options.joints,
-        servos=options.servos,
-        flange=options.flange,
-        tools=tools,
-        payload=options.carried,
+        held, options.to, options.out, **given, tools=tools, payload=options.carried
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

@@ -172,32 +172,30 @@ def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
     return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])
 
 
+_ASSESSED = ("summary", "placements", "between", "limits", "coverage", "verdict")
+
+
 def report_figures(
     document: CalibrationDocument, source: str, options: assessment.Options
 ) -> types.ReportDocument:
     """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
     found = assessment.assess(document, source, options)
-    predictions, placements = found.predictions, found.placements
+    predictions = found.predictions
     samples = assessment.sample_errors(predictions, assessment.DRAWN)
     matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
     return types.ReportDocument(
         **{name: getattr(document, name) for name in FitResult.__struct_fields__},
         format=types.REPORT,
         robot_name=predictions.robot.name,
-        summary=found.summary,
-        placements=placements,
-        between=found.between,
+        **{name: getattr(found, name) for name in _ASSESSED},
         tolerance=options.tolerance,
-        limits=found.limits,
         samples=samples,
         cross_placement=matrix,
-        coverage=found.coverage,
         distance_text=assessment.distance_text(document.placements),
         provenance=types.ReportProvenance(
             **fields_of(document.provenance), settings=document.settings
         ),
         command=solve_command(document),
-        verdict=found.verdict,
         rests_on=found.verdict.rests_on,
         todo=steps(found),
         answers=answers_of(found, samples, options.tolerance),

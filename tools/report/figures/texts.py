@@ -1,6 +1,6 @@
 """Texts and pages from templates, which hold each sentence as a translator would want it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,17 +18,7 @@ def each(rows: Iterable[object], form: str) -> list[str]:
     return [form.format(row) for row in rows]
 
 
-_FILTERS: Mapping[str, Any] = {
-    "area": area,
-    "each": each,
-    "fixed": fixed,
-    "joined": joined,
-    "mm": mm,
-    "percent": percent,
-    "plural": plural,
-    "short": "{:g}".format,
-    "short_where": short_where,
-}
+_FILTERS = (area, each, fixed, joined, mm, percent, plural, short_where)
 
 
 @cache
@@ -44,7 +34,8 @@ def environment() -> "Environment":
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(_FILTERS)
+    filters: dict[str, Any] = {one.__name__: one for one in _FILTERS}
+    environment.filters.update(filters, short="{:g}".format)
     return environment
 
 

@@ -206,11 +206,12 @@ def _angles(coverage: Coverage, joint: str) -> list[float]:
 def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float) -> Panel:
     panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
     count = len(curve.values)
-    order = np.roll(np.arange(count), count // 2)
-    at = 360 / count * ((order + count // 2) % count - count // 2)
-    values, band = _MRAD * np.array(curve.values)[order], _MRAD * np.array(curve.deviations)[order]
-    edges = [*zip(at, values + band, strict=True)]
-    edges += reversed([*zip(at, values - band, strict=True)])
+    at = 360 / count * (np.arange(count) - count // 2)
+    values, band = (_MRAD * np.roll(each, count // 2) for each in (curve.values, curve.deviations))
+    edges = [
+        *zip(at, values + band, strict=True),
+        *zip(at[::-1], (values - band)[::-1], strict=True),
+    ]
     path = " ".join(f"{panel.x(a):.1f},{panel.y(b):.1f}" for a, b in edges)
     panel.add("polygon", points=path, class_="deviation-area")
     panel.rule("zero", y=0)

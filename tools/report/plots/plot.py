@@ -19,9 +19,7 @@ COLOURS = 6
 class Plot:
     """One plot of a page."""
 
-    id: str
-    title: str
-    sentence: str
+    caption: PlotCaption
     legend: tuple[tuple[str, str], ...]
     """Class of the mark, and its words."""
     panels: tuple[Panel, ...]
@@ -31,11 +29,6 @@ class Plot:
     """Name of a view that the page's script draws instead of panels."""
     controls: Mapping[str, object] = field(default_factory=dict[str, object])
     """Values that the template needs for the plot's controls."""
-
-    @property
-    def caption(self) -> PlotCaption:
-        """Its part of the page's JSON file."""
-        return PlotCaption(id=self.id, title=self.title, sentence=self.sentence)
 
 
 Maker = Callable[[ReportDocument], Plot | None]
@@ -58,7 +51,8 @@ def plot(
     marks = [mark for line in rest if line.startswith("- ") for mark in line[2:].split("; ")]
     legend = tuple((mark, words) for mark, _, words in (one.partition(": ") for one in marks))
     sentence = " ".join(line for line in rest if not line.startswith("- "))
-    return Plot(name, title, sentence, legend, panels, layout, scene, controls or {})
+    caption = PlotCaption(id=name, title=title, sentence=sentence)
+    return Plot(caption, legend, panels, layout, scene, controls or {})
 
 
 def names_of(report: ReportDocument) -> list[str]:
