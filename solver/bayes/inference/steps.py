@@ -1,16 +1,15 @@
 """States of the estimation: the first, and those after steps of unknowns, widths and noise."""
 
-from bisect import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
-from ..model import NEGLIGIBLE, ExtendedModel, Noise, PriorGroup, degrees_of_freedom, prior_groups
+from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
 from .normal_equations import Inverse, predicted_errors
 from .objective import Objective, linearise, predict_balls, to_world
-from .posterior import JointPosterior, Posterior
+from .posterior import JointPosterior
 from .state import State
 
 MOST_HIDDEN = 0.9
@@ -44,8 +43,13 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         for group in mine:
             if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
                 x[own.start + group.members] = group.mean
-        if near is not None:
-            x[own], at_zero[own], mine = _carried_over(one, mine, near.arms[i])
+        if near is not None:  # as far as that has them
+            before, place = near.arms[i], {name: k for k, name in enumerate(one.names, own.start)}
+            rows_there = [place[name] for name in before.model.names if name in place]
+            x[rows_there] = before.x[[name in place for name in before.model.names]]
+            at_zero[rows_there] = x[rows_there] == 0
+            fitted = {group.name: group for group in before.groups}
+            mine = [_carried_over(group, fitted.get(group.name)) for group in mine]
         groups += [replace(g, members=g.members + own.start) for g in mine]
     begin = objective.own[-1].stop
     for one in objective.movements:
@@ -68,26 +72,11 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     return State(objective, x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
 
 
-def _carried_over(
-    model: ExtendedModel, groups: tuple[PriorGroup, ...], near: Posterior
-) -> tuple[np.ndarray, np.ndarray, tuple[PriorGroup, ...]]:
-    """Return unknowns, which of them are held at zero, and priors, as far as a result has them."""
-    there = {name: i for i, name in enumerate(near.model.names)}
-    common = [i for i, name in enumerate(model.names) if name in there]
-    x, at_zero = np.zeros(model.size), np.zeros(model.size, dtype=bool)
-    x[common] = near.x[[there[model.names[i]] for i in common]]
-    at_zero[common] = x[common] == 0
-    fitted = {group.name: group for group in near.groups}
-    return (
-        x,
-        at_zero,
-        tuple(
-            replace(fitted[group.name], members=group.members, trail=None)
-            if group.name in fitted and fitted[group.name].expected is group.expected
-            else group
-            for group in groups
-        ),
-    )
+def _carried_over(group: PriorGroup, before: PriorGroup | None) -> PriorGroup:
+    """Return the group of a result, unless other means were expected there."""
+    if before is None or before.expected is not group.expected:
+        return group
+    return replace(before, members=group.members, trail=None)
 
 
 def moved(state: State, change: np.ndarray) -> State:
@@ -176,27 +165,24 @@ def without_negligible(
     noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
 ) -> tuple[Noise, ...]:
     """Return the noises without that of joints where it does hardly anything."""
-    negligible = [
-        n.joint_effect(by_joints[sources == k]) < NEGLIGIBLE for k, n in enumerate(noises)
-    ]
-    return tuple(
-        replace(noise, joint=0.0) if none else noise
-        for noise, none in zip(noises, negligible, strict=True)
-    )
+    effects = [one.joint_effect(by_joints[sources == k]) for k, one in enumerate(noises)]
+    pairs = zip(noises, effects, strict=True)
+    return tuple(replace(one, joint=0.0) if e < NEGLIGIBLE else one for one, e in pairs)
 
 
 def following_noise(
     objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
 ) -> tuple[PriorGroup, ...]:
     """Return the groups, with means that follow the noise of each robot's joints where they do."""
-    rows = objective.rows
-    joint = np.array([noise.joint for noise in noises])[rows.source_of]
-    noisy = [float(joint[samples].max()) for samples in rows.own]
-    starts = [own.start for own in objective.own]
-    of = [noisy[bisect(starts, group.members[0]) - 1] for group in groups]
+    noisy = np.zeros(len(objective.own))
+    for (robot, _), noise in zip(objective.rows.source_kinds, noises, strict=True):
+        noisy[robot] = max(noisy[robot], noise.joint)
+    of = np.repeat(noisy, [one.size for one in objective.models])  # of movements none
     return tuple(
-        group.following(noise) if group.follows_noise and group.width and noise else group
-        for group, noise in zip(groups, of, strict=True)
+        group.following(float(of[group.members[0]]))
+        if group.follows_noise and group.width and of[group.members[0]]
+        else group
+        for group in groups
     )
 
 
