@@ -23,35 +23,45 @@ BATCH = 1000
 
 @dataclass(frozen=True)
 class GivenRest:
-    """Coefficients e of all curves, Gaussian given y: of mean A [y, 1]."""
+    """Coefficients e of all curves, Gaussian given y."""
 
     information: np.ndarray
     """[G, a]^T M^-1 [G, a], shape (d + 1, d + 1)."""
-    gain: np.ndarray
-    """A, shape (robots m KNOTS, d + 1)."""
     root: np.ndarray
     """Rows whose squares are M^-1, or without the basis, the inverse of the curvature of e."""
+    along: np.ndarray
+    """These times [G, a], or times its part of the slope of e, shape (rows, d + 1)."""
     prior: np.ndarray
     """Block of the prior covariance."""
     basis: np.ndarray | None = None
     """F; None where the curves are by the normal equations of their splines."""
 
+    def mean(self, y: np.ndarray) -> np.ndarray:
+        """Return the mean of e for [y, 1], shape (robots m KNOTS,), or for columns of such."""
+        pulled = self.root.T @ (self.along @ y)
+        if self.basis is None:
+            return -pulled
+        pulled, own = self.basis.T @ pulled, len(self.prior)
+        return -(self.prior @ pulled.reshape(len(pulled) // own, own, -1)).reshape(pulled.shape)
+
     def with_rest(self, known: np.ndarray, shift: np.ndarray) -> np.ndarray:
         """Return the covariance of y, then of all curves, by that of y, shape (d, d).
 
-        ``shift`` is R of given curves, padded to the shape of A; zero of a process.
+        ``shift`` is [R, ...] of given curves, shape (robots m KNOTS, d + 1); zero of a process.
         """
         root, d, own = self.root, len(known), len(self.prior)
+        gain = (self.mean(np.eye(d + 1)) + shift)[:, :d]
+        across, whole = gain @ known, np.empty((d + len(gain),) * 2)
+        whole[:d, :d], whole[d:, :d], whole[:d, d:] = known, across, across.T
         if self.basis is not None:
             root = root @ (self.basis.reshape(-1, own) @ self.prior).reshape(self.basis.shape)
-        apart = root.T @ root
+        apart = np.matmul(root.T, root, out=whole[d:, d:])
         if self.basis is not None:
             np.negative(apart, out=apart)
             for begin in range(0, len(apart), own):
                 apart[begin : begin + own, begin : begin + own] += self.prior
-        gain = (self.gain + shift)[:, :d]
-        across = gain @ known
-        return np.block([[known, across.T], [across, apart + across @ gain.T]])
+        apart += across @ gain.T
+        return whole
 
 
 def given_rest(
@@ -62,19 +72,17 @@ def given_rest(
     flat = columns.reshape(3 * len(C), -1)
     if len(C) <= MOST_SAMPLES:
         root = marginal_root(C / told[:, None, None], curve_covariance(samples, prior))[0]
-        along, own = root @ flat, len(prior.block)
-        pulled = samples.basis.T @ (root.T @ along)
-        gain = -(prior.block @ pulled.reshape(-1, own, pulled.shape[1])).reshape(pulled.shape)
-        return GivenRest(along.T @ along, gain, root, prior.block, samples.basis)
+        along = root @ flat
+        return GivenRest(along.T @ along, root, along, prior.block, samples.basis)
     weighted = told[:, None, None] * np.linalg.inv(C)
     curvature, across = _normal_equations(samples, weighted)
     for begin in range(0, len(curvature), len(prior.inverse)):
         own = slice(begin, begin + len(prior.inverse))
         curvature[own, own] += prior.inverse
     root = inverse_root(curvature)
-    half = root @ across
-    information = flat.T @ (weighted @ columns).reshape(flat.shape) - half.T @ half
-    return GivenRest(information, -root.T @ half, root, prior.block)
+    along = root @ across
+    information = flat.T @ (weighted @ columns).reshape(flat.shape) - along.T @ along
+    return GivenRest(information, root, along, prior.block)
 
 
 def _normal_equations(
@@ -123,7 +131,7 @@ def restored_covariance(
     nu = sample_degrees(noises, samples.sources)
     told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
     part = given_rest(samples, noises, CurvePrior(*scales), told)
-    whole = part.with_rest(of_rest, 0 * part.gain)
+    whole = part.with_rest(of_rest, samples.shift)
     order = d + np.arange(curves.size).reshape(curves.shape[::-1]).T.ravel()
     picked = np.r_[:size, order, kept[size:]]
     return whole[np.ix_(picked, picked)]

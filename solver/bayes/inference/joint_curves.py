@@ -146,8 +146,9 @@ def _settled(
         part = given_rest(samples, state.noises, prior, weights)
         change, _ = rest_of(state).posterior(part.information)
         y, before = np.append(change, 1.0), weights
-        weights = samples.weights(state.noises, y, part.gain @ y)
-        coefficients = ((part.gain + samples.shift) @ y).reshape(samples.shape)
+        e = part.mean(y)
+        weights = samples.weights(state.noises, y, e)
+        coefficients = (e + samples.shift @ y).reshape(samples.shape)
         state = _moved(state, change)
         moved = np.abs(samples.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
