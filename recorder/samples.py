@@ -172,20 +172,15 @@ class _Row:
             samples[number - 1] = replace(samples[number - 1], socket=self.integer("socket"))
 
     def capture(self, number: int) -> Sample:
-        position = self.joints("position")
+        position, spread, effort = map(self.joints, _PER_JOINT)
         if position is None:
             raise RecordingError(f"{self.where}: a capture without positions")
-        return Sample(
-            position,
-            self.integer("socket"),
-            self.joints("effort"),
-            self.where,
-            number,
-            self.optional("time"),
-            self.optional("stamp"),
-            self.integer("states"),
-            self.joints("spread"),
+        time, stamp = (
+            self.number(column) if self.cells[column].strip() else None
+            for column in ("time", "stamp")
         )
+        socket, states = self.integer("socket"), self.integer("states")
+        return Sample(position, socket, effort, self.where, number, time, stamp, states, spread)
 
     def number(self, column: str) -> float:
         text = self.cells[column]
@@ -196,9 +191,6 @@ class _Row:
         if not math.isfinite(value):
             raise RecordingError(f"{self.where}: {column} is {text!r}, not a finite number")
         return value
-
-    def optional(self, column: str) -> float | None:
-        return self.number(column) if self.cells[column].strip() else None
 
     def integer(self, column: str) -> int:
         value = self.number(column)
@@ -211,4 +203,4 @@ class _Row:
         columns = [f"{kind}.{name}" for name in self.joint_names]
         if not any(self.cells[column].strip() for column in columns):
             return None
-        return tuple(self.number(column) for column in columns)
+        return tuple(map(self.number, columns))
