@@ -69,7 +69,7 @@ def measure(model: FullModel, q: np.ndarray) -> list[str]:
     poses = model.flange(q)
     targets = poses[:, :3].reshape(-1, 12)
     regular = np.linalg.svd(model.jacobian(q), compute_uv=False)[:, -1] > 0.01
-    solver: PoseSolver = model.kinematics().arm.solver("pose")
+    solver: PoseSolver = model.calibrated.solver("pose")
     for off in STARTS:
         solver.solve(targets, starts(model, q, off))  # what it computes with is made now
     words: list[str] = []

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..data import KnownDistance, KnownError, as_point
-from ..results import Document, PlacementErrors, Role, Summary, fields_of
+from ..results import Document, PlacementErrors, Role, Summary
 from .formatting import short_where
 from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions, norms
 
@@ -100,8 +100,8 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
         if given is None or not placements:
             return None
         errors = _by_model(placements)
-        return RoleSummary(
-            **fields_of(given),
+        return RoleSummary.filled(
+            given,
             placements=len(placements),
             samples=len(errors.nominal),
             quantiles=errors.each(quantiles),
@@ -125,8 +125,8 @@ def placement_reports(predictions: Predictions, tolerance: float) -> tuple[Place
     for given, placement in rows:
         errors = _by_model([placement])
         centres = zip(placement.measured.sockets, placement.centres(), strict=True)
-        one = PlacementReport(
-            **fields_of(given),
+        one = PlacementReport.filled(
+            given,
             position=as_point(placement.position),
             sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
             quantiles=errors.each(quantiles),
@@ -151,8 +151,8 @@ def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleEr
     for i, sample in enumerate(placement.samples):
         numbers[sample.socket] = numbers.get(sample.socket, 0) + 1
         by_model = placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8)))
-        yield SampleErrors(
-            **fields_of(by_model),
+        yield SampleErrors.filled(
+            by_model,
             placement=index,
             socket=sample.socket,
             number=sample.number or numbers[sample.socket],

@@ -9,7 +9,9 @@ from .errors import HEADS as HEADS
 from .errors import Errors as Errors
 from .fit import fit_robots as fit_robots
 from .full_model import FullModel as FullModel
-from .kinematics import Setup as Setup
+from .joint_path import CommandError as CommandError
+from .joint_path import JointPath as JointPath
+from .joint_path import find_jumps as find_jumps
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .multi_robot_calibration import calibration_files as calibration_files
 from .multi_robot_calibration import load_calibration as load_calibration
@@ -21,9 +23,7 @@ from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
 from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
-from .poses import CommandError as CommandError
-from .poses import JointPath as JointPath
-from .poses import find_jumps as find_jumps
+from .poses import Setup as Setup
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import CalibrationProblem as CalibrationProblem

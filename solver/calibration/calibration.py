@@ -75,8 +75,7 @@ class Calibration(FullModel):
     @property
     def result(self) -> results.Result:
         """Result of the calibration, without the samples and the models."""
-        fields = results.Result.__struct_fields__
-        return results.Result(**{name: getattr(self.document, name) for name in fields})
+        return results.Result.filled(self.document)
 
     def refusal(self, accept_distorted: bool | None = None) -> str:
         """Return why the model is not to be written, in words; empty where it may be.
@@ -165,10 +164,11 @@ class Calibration(FullModel):
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""
-        models, data = self.calibrated.models, [self.as_read_now(m) for m in data]
+        data = [self.as_read_now(m) for m in data]
         roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
-        pairs = zip(roles, data, strict=True)
-        rows = [placement_errors(self.calibrated, models, *row) for row in pairs]
+        rows = [
+            placement_errors(self.calibrated, role, m) for role, m in zip(roles, data, strict=True)
+        ]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:

@@ -52,9 +52,8 @@ def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | No
         fit = fit_robots([recordings], options, require_scale=False)[0]
     except NotConverged:
         return None
-    models = fit.calibrated.models
     return [
-        placement_errors(fit.calibrated, models, "train" if i in job.trained else "test", measured)
+        placement_errors(fit.calibrated, "train" if i in job.trained else "test", measured)
         for i, measured in enumerate(problem.train)
     ]
 

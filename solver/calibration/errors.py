@@ -15,8 +15,9 @@ from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, ball_only, build_problem, solve
+from ..results import Predict
 from ..robot import BallModel, Robot, all_parameters
-from .fit import Fit, Predict
+from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem
 
@@ -141,27 +142,27 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
 
 def placement_errors(
     calibrated: results.CalibratedRobot,
-    models: Mapping[str, Predict],
     role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
+    models: Mapping[str, Predict] | None = None,
 ) -> results.PlacementErrors:
-    """Return the errors of a placement by models that are named as in :class:`PlacementErrors`."""
-    names: tuple[results.ModelName, ...] = ("nominal", "calibrated", "geometric")
-    turned = names if measured.has_orientations else ()
-    turns = {name: calibrated.rotations(name, measured) for name in turned}
+    """Return the errors of a placement by a robot's models, and by others named as these are."""
+    names: Sequence[results.ModelName] = ("nominal", "calibrated", "geometric")
+    names = names if measured.has_orientations else ()
+    turns = {name: calibrated.rotations(name, measured) for name in names}
     metrics: dict[str, Any] = {
         name: data.evaluate(predict(measured), measured, (frames or {}).get(name), turns.get(name))
-        for name, predict in models.items()
+        for name, predict in (models or calibrated.models).items()
     }
-    in_sockets = measured.kind == "sockets"
+    paired = measured if measured.kind == "sockets" else None
     return results.PlacementErrors(
         name=measured.name,
         role=role,
         kind=measured.kind,
         samples=measured.counts,
-        distance=measured.distance if in_sockets else None,
-        distance_source=measured.distance_source if in_sockets else None,
+        distance=paired and paired.distance,
+        distance_source=paired and paired.distance_source,
         **metrics,
     )
 
@@ -170,11 +171,11 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     """Return the errors of all placements, and how large they should be where that is known."""
     weight = problem.options.regularization or REGULARIZATION
     models = {**fit.calibrated.models, **_ball_refitted(problem.robot, problem.train, weight)}
-    measured = [m for m in problem.train if m.kind == "points"]
-    frames = {name: data.fit_frames([(p(m), m) for m in measured]) for name, p in models.items()}
+    points = [m for m in problem.train if m.kind == "points"]
+    frames = {name: data.fit_frames([(p(m), m) for m in points]) for name, p in models.items()}
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
-        row = placement_errors(fit.calibrated, models, role, m, frames)
+        row = placement_errors(fit.calibrated, role, m, frames, models)
         if fit.posterior is not None:
             predicted, found, length = _deviations(fit.calibrated, fit.posterior, m)
             row = structs.replace(

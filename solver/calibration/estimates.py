@@ -1,6 +1,7 @@
 """Estimates of a fit: parameters and frames, their uncertainty and their use."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -29,25 +30,15 @@ def parameter_values(
 ) -> tuple[results.ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
-    known = (
-        [None] * len(calibrated.values)
-        if posterior is None
-        else bayes.deviations(posterior).tolist()
-    )
-    rows = zip(calibrated.parameters, np.transpose(columns).tolist(), known, strict=False)
+    known: list[Any] = [None] * len(calibrated.values)
+    if posterior is not None:
+        known = bayes.deviations(posterior).tolist()
+    rows = zip(calibrated.parameters, *(c.tolist() for c in columns), known, strict=False)
     return tuple(
-        results.ParameterValue(
-            name=p.name,
-            joint=p.joint,
-            component=p.component,
-            unit=p.unit,
-            nominal=nominal,
-            calibrated=value,
-            change=value - nominal,
-            exported=exported,
-            standard_deviation=deviation,
+        results.ParameterValue.filled(
+            p, nominal=a, calibrated=b, change=b - a, exported=c, standard_deviation=deviation
         )
-        for p, (nominal, value, exported), deviation in rows
+        for p, a, b, c, deviation in rows
     )
 
 
@@ -99,11 +90,9 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
 def prior_widths(posterior: Posterior) -> tuple[results.PriorWidth, ...]:
     """Return the groups of unknowns, and what the data decided of their priors."""
     return tuple(
-        results.PriorWidth(
-            name=group.name,
-            unit=group.unit,
+        results.PriorWidth.filled(
+            group,
             count=len(group.members),
-            width=group.width,
             effective=bayes.effective_parameters(posterior, group),
             active=group.width > 0,
         )
@@ -113,15 +102,12 @@ def prior_widths(posterior: Posterior) -> tuple[results.PriorWidth, ...]:
 
 def noise_scale(posterior: Posterior) -> results.NoiseScale:
     """Return the noise that was found."""
-    noise, measured = posterior.noise, posterior.noises.get("points")
-    turns = posterior.noises.get("turns")
-    return results.NoiseScale(
-        space=noise.space,
-        joint=noise.joint,
-        nu=noise.nu,
-        measured_space=None if measured is None else measured.space,
-        measured_joint=None if measured is None else measured.joint,
-        measured_turn=None if turns is None else turns.space,
+    measured, turns = (posterior.noises.get(kind) for kind in ("points", "turns"))
+    return results.NoiseScale.filled(
+        posterior.noise,
+        measured_space=measured and measured.space,
+        measured_joint=measured and measured.joint,
+        measured_turn=turns and turns.space,
     )
 
 

@@ -14,13 +14,10 @@ from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import FoundMovement, Selected, select_models
 from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observe_all
 from ..paper import NotConverged, build_problem, covariance, solve
-from ..results import CalibratedRobot, StoredPosterior
+from ..results import CalibratedRobot, Predict, StoredPosterior
 from ..robot import BallModel, Parameter, choose_parameters
 from .earlier import Priors, priors_of, stored_posterior
 from .options import SolveOptions
-
-Predict = Callable[[Measurement], np.ndarray]
-"""A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The full model of a calibrated arm as people use it: where it stands, and what to command."""
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,16 +10,19 @@ from numpy.typing import ArrayLike
 
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Robot, Solutions, pose_on_flange, ur_controller
-from .kinematics import Controller, Kinematics, Setup, warn_outside
+from ..robot import Goal, Robot, pose_on_flange, ur_controller
+from .joint_path import CommandError, JointPath, along, not_reached
 from .options import check_keywords
-from .poses import JointPath, PoseError, as_poses, find_jumps, half_way, not_reached, one_pose
+from .poses import Controller, PoseError, Setup, as_poses, checked, half_way, one_payload, one_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+HERE = np.eye(4)
 MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
+FARTHEST = 0.1
+"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 
 
 def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
@@ -27,11 +30,23 @@ def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
 
 
 class FullModel:
-    """A calibrated robot, with all that was found beyond its geometry."""
+    """A calibrated robot, with all that was found beyond its geometry, and what it is set up with.
 
-    def __init__(self, calibrated: CalibratedRobot) -> None:
+    Args:
+        calibrated: The calibrated robot, which carries its payload.
+        tool: Pose of the tool on the flange, shape (4, 4) [m].
+        base: Pose of the base in the frame in which poses are given, likewise.
+    """
+
+    def __init__(
+        self,
+        calibrated: CalibratedRobot,
+        tool: np.ndarray = HERE,
+        base: np.ndarray = HERE,
+    ) -> None:
         self.calibrated = calibrated
         """The calibrated robot: predictions and URDFs."""
+        self.tool, self.base = tool, base
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] = _alone
         """Pose of the base in a frame; of robots that were calibrated together."""
         self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
@@ -49,7 +64,7 @@ class FullModel:
     @property
     def nominal(self) -> "FullModel":
         """The nominal robot, for comparisons."""
-        return FullModel(CalibratedRobot(self.robot, (), np.zeros(0)))
+        return FullModel(CalibratedRobot(self.robot))
 
     @property
     def geometric(self) -> "FullModel":
@@ -62,7 +77,7 @@ class FullModel:
         Args and errors are those of :meth:`.CalibratedRobot.ball`.
         """
         found = self.calibrated.ball(q, effort)
-        warn_outside(self.robot, self.calibrated.positions(q))
+        checked(self.calibrated, q)
         return found
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
@@ -71,7 +86,7 @@ class FullModel:
         Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
         """
         found = self.calibrated.true_positions(q, effort)
-        warn_outside(self.robot, self.calibrated.positions(q))
+        checked(self.calibrated, q)
         return found
 
     def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
@@ -84,10 +99,23 @@ class FullModel:
         Raises:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
         """
-        return self.kinematics(**setup).virtual_positions(q)
+        arm = self.set_up(**setup).calibrated
+        rows = arm.positions(q, stacked=True)
+        found = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
+        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
+        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+            raise CommandError(
+                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
+                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
+                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+                "fewer than six joints",
+                found,
+                row,
+            )
+        return found.positions.reshape(np.shape(q))
 
-    def kinematics(self, **setup: "Unpack[Setup]") -> Kinematics:
-        """Return the kinematics of a tool, by which the methods below compute.
+    def set_up(self, **setup: "Unpack[Setup]") -> "FullModel":
+        """Return the model with a tool, a payload and a base, by which all methods compute.
 
         Raises:
             PoseError: A pose of the setup is none.
@@ -99,17 +127,11 @@ class FullModel:
         if isinstance(tool, str):
             origins = self.calibrated.model.origins(self.calibrated.values)
             tool = pose_on_flange(self.robot, tool, origins)
-        where, there = (
-            np.eye(4) if pose is None else one_pose(pose, word)
-            for pose, word in ((tool, "tool"), (base, "base"))
+        return FullModel(
+            self._loaded(one_payload(payload)),
+            self.tool if tool is None else one_pose(tool, "tool"),
+            self.base if base is None else one_pose(base, "base"),
         )
-        try:
-            loaded = None if payload is None else (float(payload[0]), tuple(map(float, payload[1])))
-        except (TypeError, ValueError, IndexError):
-            raise PoseError(
-                f"payload {payload!r:.60}: give its mass and its centre, as (1.2, (0, 0, 0.05))"
-            ) from None
-        return Kinematics(self._loaded(loaded), where, there)
 
     def flange(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return the pose of the flange, or of a tool on it, shape (..., 4, 4) [m].
@@ -121,14 +143,19 @@ class FullModel:
         Raises:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
-        return self.kinematics(**setup).pose(q)
+        on = self.set_up(**setup)
+        F = on.calibrated.poses(checked(on.calibrated, q))[0].reshape(*np.shape(q)[:-1], 4, 4)
+        return on.base @ F @ on.tool
 
     def jacobian(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return the geometric Jacobian of :meth:`flange`, shape (..., 6, m), likewise.
 
         For speeds of the joints: that of the tool's origin [m/s], then its angular one [rad/s].
         """
-        return self.kinematics(**setup).jacobian(q)
+        on = self.set_up(**setup)
+        rows = checked(on.calibrated, q)
+        J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(-1, 2, 3, rows.shape[1])
+        return (on.base[:3, :3] @ J).reshape(*np.shape(q)[:-1], 6, rows.shape[1])
 
     def command(
         self,
@@ -159,14 +186,21 @@ class FullModel:
                 left, and the joint at its limit.
             PoseError: Numbers that are no pose.
         """
-        on = self.kinematics(**setup)
-        targets, goal, leading = on.targets(pose)
-        found = on.search(targets, goal, near, prefer)
+        on = self.set_up(**setup)
+        goal, targets = on.goal(pose)
+        found = on.calibrated.search(goal, targets, near, prefer, on.tool)
+        leading = np.shape(pose)[: -2 if goal == "pose" else -1]
         if not found.reached.all():
             row = int(np.flatnonzero(~found.reached)[0])
-            joint, where = on.stopped(found.positions[row]), f"pose {row}" if leading else "pose"
-            raise not_reached(where, found.positions[row], found.left[row], joint)
+            joint = on.calibrated.stopped(found.positions[row])
+            raise not_reached(f"pose {row}" if leading else "pose", found, row, joint)
         return found.positions.reshape(*leading, found.positions.shape[1])
+
+    def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:
+        """Return what of the tool's poses counts, and poses in the base as rows of 12."""
+        inside = np.linalg.inv(self.base) @ as_poses(pose, "pose")
+        goal: Goal = "pose" if np.shape(pose)[-2:] == (4, 4) else "point"
+        return goal, inside[..., :3, :].reshape(-1, 12)
 
     def command_path(
         self,
@@ -182,32 +216,15 @@ class FullModel:
         ``start``, so that a closed path of the tool is a closed one of the joints.
         :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
         """
-        on = self.kinematics(**setup)
-        targets, goal, _ = on.targets(poses)
-        near = on.start(start, 1, "start")
+        on = self.set_up(**setup)
+        arm, (goal, targets) = on.calibrated, on.goal(poses)
+        near = arm.starts(start, 1, "start")
         if start is None and len(targets):
-            near = on.search(targets[:1], goal, near, prefer).positions
-        prefer = near if prefer is None else on.start(prefer, 1, "prefer")
-        rows: list[Solutions] = []
-        for target in targets:
-            found = on.search(target[None], goal, near, prefer)
-            near = found.positions if found.reached.all() else near
-            rows.append(found)
-        rows = rows or [on.search(targets, goal, near, prefer)]
-        positions, left = (
-            np.concatenate([getattr(one, name) for one in rows]) for name in ("positions", "left")
-        )
-        J = on.jacobian(positions)[:, : 3 if goal == "point" else 6]
-        return JointPath(
-            joint_names=on.arm.robot.joint_names,
-            positions=positions,
-            reached=np.concatenate([one.reached for one in rows]),
-            left=left,
-            rounds=np.concatenate([one.rounds for one in rows]),
-            at_limit=tuple(map(on.stopped, positions)),
-            singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
-            jumps=tuple(find_jumps(positions, on.pose, goal == "pose")),
-        )
+            near = arm.search(goal, targets[:1], near, prefer, on.tool).positions
+        prefer = near if prefer is None else arm.starts(prefer, 1, "prefer")
+        rows = along(partial(arm.search, goal, tool=on.tool), targets, near, prefer)
+        J = on.jacobian(np.concatenate([one.positions for one in rows]))
+        return JointPath.of(rows, arm, on.flange, J if goal == "pose" else J[:, :3])
 
     def corrected_pose(
         self,
@@ -240,9 +257,9 @@ class FullModel:
         """
         if isinstance(controller, str | Path):
             controller = ur_controller(self.robot, controller)
-        believed = FullModel(CalibratedRobot(controller or self.robot, (), np.zeros(0)))
-        tool = self.kinematics(tool=setup.get("tool")).tool
-        return believed.flange(self.command(pose, near, prefer, **setup), tool=tool)
+        believed = CalibratedRobot(controller or self.robot)
+        tool = self.set_up(tool=setup.get("tool")).tool
+        return FullModel(believed, tool).flange(self.command(pose, near, prefer, **setup))
 
     def corrected_line(
         self,

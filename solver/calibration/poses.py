@@ -1,20 +1,41 @@
-"""Poses as 4 x 4 matrices, checked, from and to numbers; and joint positions along them."""
+"""Setup of a calibrated arm; and poses as 4 x 4 matrices, checked, from and to numbers."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import warnings
+from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
 from ..data import rotation_matrices
-from ..robot import matrix_rpy
+from ..results import CalibratedRobot, Payload
+from ..robot import Robot, matrix_rpy
 
+Controller = Robot | str | Path | None
+"""Model of a controller, or file of its factory calibration; None for the nominal one."""
+MARGIN = 1e-3
+"""Positions farther than this outside of the limits are said, since encoders err [rad, m]."""
 SKEWED = 1e-3
 """Largest error of a rotation matrix that was only rounded."""
-DETOUR = (0.02, 0.1)
-"""Neighbours are joined where half way between them the tool is this far off the way at most, and
-half the way itself [m], [rad]."""
+
+
+class Setup(TypedDict, total=False):
+    """Setup of the arm, its tool, payload and place; each may be left out, or None."""
+
+    tool: str | ArrayLike | None
+    """The tool's pose on the flange, shape (4, 4) [m], or the name of a link of the URDF that
+    stands still on it; None for the flange itself, the link that carries the ball."""
+    payload: Payload | None
+    """Mass [kg], and its centre in the flange's frame [m], as ``(1.2, (0, 0, 0.05))``, beyond the
+    masses of the URDF; None for the load of the recordings."""
+    base: ArrayLike | None
+    """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]."""
+    frame: str | None
+    """Of several robots, in place of ``base``: the frame in which poses are given, as ``right``,
+    another's base, or ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
+    at: ArrayLike | None
+    """Joint positions of that other robot, shape (m,) [rad]."""
 
 
 class PoseError(MukcaError):
@@ -115,94 +136,24 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
     return found
 
 
-FAR = 20.0
-"""No arm is this large [m]."""
+def one_payload(payload: Payload | None) -> Payload | None:
+    """Return a payload as numbers; a :class:`PoseError` where it is none."""
+    try:
+        return None if payload is None else (float(payload[0]), tuple(map(float, payload[1])))
+    except (TypeError, ValueError, IndexError):
+        raise PoseError(
+            f"payload {payload!r:.60}: give its mass and its centre, as (1.2, (0, 0, 0.05))"
+        ) from None
 
 
-class CommandError(MukcaError):
-    """A pose that no joint positions within the limits reach, as far as was found."""
-
-    def __init__(self, message: str, positions: np.ndarray, left: np.ndarray, joint: str) -> None:
-        super().__init__(message)
-        self.positions = positions
-        """The nearest joint positions, shape (m,) [rad]."""
-        self.left = left
-        """Distance [m] and angle [rad] that are left there, shape (2,)."""
-        self.joint = joint
-        """The joint that stands at its limit there; empty for none."""
-
-
-@dataclass(frozen=True)
-class JointPath:
-    """Joint positions for N poses, each near those before."""
-
-    joint_names: tuple[str, ...]
-    positions: np.ndarray
-    """Shape (N, m) [rad]; where a pose is not reached, the nearest that were found."""
-    reached: np.ndarray
-    """True where the tool stands at the pose, shape (N,)."""
-    left: np.ndarray
-    """Distance [m] and angle [rad] left, shape (N, 2)."""
-    rounds: np.ndarray
-    """Steps that it took, shape (N,)."""
-    at_limit: tuple[str, ...]
-    """The joint that stands at its limit, pose by pose; empty for none."""
-    singular_value: np.ndarray
-    """Smallest singular value of the Jacobian, shape (N,): near 0, joints must turn fast."""
-    jumps: tuple[int, ...]
-    """Poses to which the joints cannot go straight from the pose before: the tool would leave the
-    way."""
-
-    def checked(self) -> np.ndarray:
-        """Return the positions, shape (N, m) [rad].
-
-        Raises:
-            CommandError: A pose is not reached, or the joints jump between two.
-        """
-        wrong = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
-        if wrong:
-            row = min(wrong)
-            where = f"pose {row}"
-            here = self.positions[row], self.left[row], self.at_limit[row]
-            if not self.reached[row]:
-                raise not_reached(where, *here)
-            raise CommandError(
-                f"{where}: from the pose before the joints jump, and the tool would leave the way; "
-                "start in another posture, or give poses between them",
-                *here,
-            )
-        return self.positions
-
-
-def not_reached(where: str, positions: np.ndarray, left: np.ndarray, joint: str) -> CommandError:
-    """Return the error that says how far a pose is from being reached."""
-    cure = "give a pose within reach, or start near another posture"
-    if left[0] > FAR:
-        cure = "poses are in metres: is this one in millimetres?"
-    return CommandError(
-        f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.6g} mm and "
-        f"{1e3 * left[1]:.6g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
-        positions,
-        left,
-        joint,
-    )
-
-
-def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
-    """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
-    one, between, other = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
-    jumps = np.zeros(len(one), dtype=bool)
-    for distance, least in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
-        direct = distance(one, other)
-        detour = distance(one, between) + distance(between, other) - direct
-        jumps |= detour > 2 * least + direct
-    return (1 + np.flatnonzero(jumps)).tolist()
-
-
-def _distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(other[:, :3, 3] - one[:, :3, 3], axis=1)
-
-
-def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    trace = np.einsum("nij,nij->n", one[:, :3, :3], other[:, :3, :3])
-    return np.arccos(((trace - 1) / 2).clip(-1, 1))
+def checked(arm: CalibratedRobot, q: ArrayLike) -> np.ndarray:
+    """Return joint positions as rows, and say where a joint is outside of its limits."""
+    robot, rows = arm.robot, arm.positions(q, stacked=True)
+    outside = np.argwhere((rows < robot.lower - MARGIN) | (rows > robot.upper + MARGIN))
+    for row, i in outside[:1].tolist():
+        warnings.warn(
+            f"joint positions: row {row}, {robot.joint_names[i]!r} is {rows[row, i]:.4g}, outside "
+            f"its limits {robot.lower[i]:.4g} to {robot.upper[i]:.4g}",
+            stacklevel=3,
+        )
+    return rows

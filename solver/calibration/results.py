@@ -62,7 +62,11 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         next_placement=problem.next_placement,
         warnings=warnings,
         outputs={},
-        model=_model(problem.robot, calibrated.urdf().decode()),
+        model=results.Model.filled(
+            problem.robot,
+            nominal_urdf=problem.robot.text.data.decode(),
+            calibrated_urdf=calibrated.urdf().decode(),
+        ),
         deflection={name: tuple(values.tolist()) for name, values in coefficients},
         load=calibrated.load,
         data=_samples(problem, fit.posterior),
@@ -124,11 +128,8 @@ def _samples(
                 frame=placement.frame,
                 files=tuple(map(str, placement.files)),
                 samples=tuple(
-                    results.RecordedSample(
-                        **{key: getattr(sample, key) for key in results.KEPT},
-                        weight=weight,
-                        orientation_weight=turn,
-                        moved=shift,
+                    results.RecordedSample.filled(
+                        sample, weight=weight, orientation_weight=turn, moved=shift
                     )
                     for sample, weight, turn, shift in zip(
                         placement.samples, told, of_turn, moved, strict=True
@@ -137,19 +138,6 @@ def _samples(
             )
         )
     return tuple(rows)
-
-
-def _model(robot: Robot, calibrated_urdf: str) -> results.Model:
-    return results.Model(
-        name=robot.name,
-        source=robot.source,
-        sha256=robot.sha256,
-        base=robot.base,
-        tip=robot.tip,
-        joint_names=robot.joint_names,
-        nominal_urdf=robot.text.data.decode(),
-        calibrated_urdf=calibrated_urdf,
-    )
 
 
 def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> results.Provenance:

@@ -2,6 +2,7 @@ from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibrated import JointsError as JointsError
 from .calibrated import ModelName as ModelName
 from .calibrated import Payload as Payload
+from .calibrated import Predict as Predict
 from .calibration import ARMS_FORMAT as ARMS_FORMAT
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT
 from .calibration import FORMAT as FORMAT
@@ -48,7 +49,6 @@ from .files import Document as Document
 from .files import DocumentError as DocumentError
 from .files import OutputError as OutputError
 from .files import encode as encode
-from .files import fields_of as fields_of
 from .files import format_of as format_of
 from .files import read as read
 from .files import refuse_existing as refuse_existing

@@ -22,6 +22,7 @@ from ..robot import (
     PoseModel,
     PoseSolver,
     Robot,
+    Solutions,
     moments_function,
     relocate_meshes,
     scan,
@@ -30,10 +31,14 @@ from ..robot import (
 
 ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
+Predict = Callable[[Measurement], np.ndarray]
+"""A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
 _FARTHEST = 8 * np.pi
 """Beyond all joints, endless ones too [rad]."""
+AT_LIMIT = 1e-9
+"""A joint this near to its limit stands at it [rad, m]."""
 
 
 class JointsError(MukcaError):
@@ -51,9 +56,9 @@ class CalibratedRobot:
 
     robot: Robot
     """The nominal robot."""
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...] = ()
     """Calibrated numbers of its geometry."""
-    values: np.ndarray
+    values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """The calibrated parameters, shape (n,) [m, rad]."""
     deflection: Deflection = field(default_factory=Deflection)
     """Elasticity and transmission error, by which joint positions are corrected first."""
@@ -111,6 +116,43 @@ class CalibratedRobot:
         J = model.jacobian(self.flange, p + R @ point)
         return ColumnFunction("jacobian", [point, model.q], [J])
 
+    def search(
+        self,
+        goal: Goal,
+        targets: np.ndarray,
+        near: ArrayLike | None,
+        prefer: ArrayLike | None,
+        tool: np.ndarray,
+    ) -> Solutions:
+        """Return joint positions for poses of a tool, shape (N, 12), reached or not.
+
+        ``near`` and ``prefer`` are those of :meth:`.FullModel.command`.
+        """
+        start = self.starts(near, len(targets), "near")
+        wanted = None if prefer is None else self.starts(prefer, len(targets), "prefer")
+        return self.solver(goal).search(targets, start, wanted, tool[:3].ravel())
+
+    def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
+        """Return one row of joint positions for each pose; the middle of the ranges for none."""
+        robot = self.robot
+        endless = ~np.isfinite(robot.upper - robot.lower)
+        middle = np.where(endless, 0.0, (robot.lower + robot.upper) / 2)
+        start = middle if q is None else q
+        rows = self.positions(start, what, stacked=True)
+        if len(rows) not in (1, count):
+            raise JointsError(
+                f"{what} of shape {np.shape(start)} for {count} poses; give them once, or "
+                "for each pose"
+            )
+        return np.broadcast_to(rows, (count, rows.shape[1])).copy()
+
+    def stopped(self, q: np.ndarray) -> str:
+        """Return the joint that stands at its limit, empty for none."""
+        stopped = (q < self.robot.lower + AT_LIMIT) | (q > self.robot.upper - AT_LIMIT)
+        return next(
+            (name for name, at in zip(self.robot.joint_names, stopped, strict=True) if at), ""
+        )
+
     def _correction(self, q: Any) -> Any:
         """Return what :meth:`_corrected` computes of numbers, of symbols."""
         moments = moments_function(self.robot, self.load.gravity, self.load.payload)(q)
@@ -148,7 +190,7 @@ class CalibratedRobot:
         Raises:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
-        return self._points(self.values, self._corrected(q, effort), q)
+        return self._balls("calibrated", q, effort)
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the joints truly are while their encoders read q, of q's shape [rad].
@@ -156,7 +198,7 @@ class CalibratedRobot:
         Args and errors are those of :meth:`ball`. Tilts of the joints are no positions.
         """
         rows = self._corrected(q, effort)[:, : len(self.robot.joint_names)]
-        return rows[0] if np.ndim(q) == 1 else rows
+        return rows.reshape(np.shape(q))
 
     def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
@@ -174,34 +216,47 @@ class CalibratedRobot:
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the exported URDF alone, without any correction of q."""
-        return self._points(self.geometry, self.positions(q), q)
-
-    def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
-        """Return orientations of the ball's link at samples, by a model, shape (N, 3, 3)."""
-        q = self.positions(measured.positions)
-        if model == "calibrated":
-            q = self._corrected(q, measured.efforts)
-        by_model = {"nominal": self.model.nominal, "geometric": self.geometry}
-        return self.model.rotations(by_model.get(model, self.values), q).points
+        return self._balls("geometric", q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the nominal URDF."""
-        return self._points(self.model.nominal, self.positions(q), q)
+        return self._balls("nominal", q)
+
+    def _by(
+        self, model: ModelName, q: ArrayLike, effort: ArrayLike | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return a model's parameters, and the joint positions that it takes for true."""
+        if model == "calibrated":
+            return self.values, self._corrected(q, effort)
+        return self.geometry if model == "geometric" else self.model.nominal, self.positions(q)
+
+    def _balls(self, model: ModelName, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+        return self.model.points(*self._by(model, q, effort)).reshape(*np.shape(q)[:-1], 3)
+
+    def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
+        """Return orientations of the ball's link at samples, by a model, shape (N, 3, 3)."""
+        return self.model.rotations(*self._by(model, measured.positions, measured.efforts)).points
+
+    def predict(self, model: ModelName, measured: Measurement) -> np.ndarray:
+        """Return the ball's centres at samples, by a model, as if their place had stood still."""
+        return measured.at_rest(self._balls(model, measured.positions, measured.efforts))
 
     @property
-    def models(self) -> dict[str, Callable[[Measurement], np.ndarray]]:
+    def models(self) -> dict[str, Predict]:
         """The models to compare: the exported geometry only where it differs from the full one."""
-        models: dict[str, Callable[[Measurement], np.ndarray]] = {
-            "nominal": lambda m: m.at_rest(self.nominal_ball(m.positions)),
-            "calibrated": lambda m: m.at_rest(self.ball(m.positions, m.efforts)),
+        own: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
+        return {
+            name: partial(self.predict, name) for name in own[: 2 + (self.exported is not None)]
         }
-        if self.exported is not None:
-            models["geometric"] = lambda m: m.at_rest(self.geometric_ball(m.positions))
-        return models
 
-    def positions(self, q: ArrayLike, what: str = "joint positions") -> np.ndarray:
-        """Return joint positions as rows, shape (N, m), checked as by :meth:`ball`."""
-        rows = self._rows(q, what)
+    def positions(
+        self, q: ArrayLike, what: str = "joint positions", *, stacked: bool = False
+    ) -> np.ndarray:
+        """Return joint positions as rows, shape (N, m), checked as by :meth:`ball`.
+
+        They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
+        """
+        rows = self._rows(q, what, stacked=stacked)
         if (abs(rows) > _FARTHEST).any():
             row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()
             raise JointsError(
@@ -210,26 +265,23 @@ class CalibratedRobot:
             )
         return rows
 
-    def _rows(self, values: ArrayLike, what: str) -> np.ndarray:
+    def _rows(self, values: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
+        names = self.robot.joint_names
         try:
-            rows = np.atleast_2d(np.asarray(values, dtype=float))
+            given = np.asarray(values, dtype=float)
         except (TypeError, ValueError):
             raise JointsError(f"{what}: {values!r:.60} are no numbers") from None
-        names = self.robot.joint_names
-        if rows.ndim != 2 or rows.shape[1] != len(names):
+        if given.shape[-1:] != (len(names),) or (given.ndim > 2 and not stacked):
             raise JointsError(
                 f"{what} of shape {np.shape(values)}: {self.robot.name} has {len(names)} joints, "
                 f"so shape ({len(names)},) or (N, {len(names)}) is needed; in order: "
                 f"{', '.join(names)}"
             )
+        rows = given.reshape(-1, len(names))
         if not np.isfinite(rows).all():
             row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
             raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
         return rows
-
-    def _points(self, parameters: np.ndarray, positions: np.ndarray, q: ArrayLike) -> np.ndarray:
-        points = self.model.points(parameters, positions)
-        return points[0] if np.ndim(q) == 1 else points
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.

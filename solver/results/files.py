@@ -25,6 +25,12 @@ class DocumentError(MukcaError):
 class Document(msgspec.Struct, frozen=True, omit_defaults=True):
     """Base of all values that stand in a file."""
 
+    @classmethod
+    def filled(cls: type["Typed"], source: object, **more: Any) -> "Typed":
+        """Return a document that holds what a value holds by the same names, and more."""
+        names = [name for name in cls.__struct_fields__ if name not in more]
+        return cls(**{n: getattr(source, n) for n in names if hasattr(source, n)}, **more)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the value by name, as it stands in the file."""
         return msgspec.to_builtins(self)
@@ -37,11 +43,6 @@ class _Head(msgspec.Struct):
 
 
 Typed = TypeVar("Typed", bound=Document)
-
-
-def fields_of(document: Document) -> dict[str, Any]:
-    """Return a document's values by name, to make another one that holds the same and more."""
-    return {name: getattr(document, name) for name in document.__struct_fields__}
 
 
 def encode(document: object, indent: int | None = None, *, compact: bool = False) -> bytes:

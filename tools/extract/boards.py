@@ -150,11 +150,11 @@ def joints_of(
         )
     order = [views.joint_names.index(name) for name in COLUMNS]
     poses = pose_of_numbers(np.array([s.position for s in views.samples])[:, order])
-    on, generator = calibration.nominal.kinematics(), np.random.default_rng(0)
+    generator = np.random.default_rng(0)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     starts = generator.uniform(lower, upper, (len(poses) * STARTS, m))
-    targets, goal, _ = on.targets(np.repeat(poses, STARTS, axis=0))
-    found = on.search(targets, goal, starts, None)
+    goal, targets = calibration.goal(np.repeat(poses, STARTS, axis=0))
+    found = calibration.nominal.calibrated.search(goal, targets, starts, None, np.eye(4))
     samples = list(views.samples)
     for i, sample in enumerate(samples):
         rows = slice(i * STARTS, (i + 1) * STARTS)

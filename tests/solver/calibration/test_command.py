@@ -73,7 +73,7 @@ def test_a_fold_at_a_limit_is_left_from_one_start():
     q = np.clip(0.7 * workspace(model.robot, 200), model.robot.lower, model.robot.upper)
     near = q + 0.05 * np.sin(np.arange(q.size)).reshape(q.shape)
     q[:, 3], near[:, 3] = 0.06, 0.0
-    solver = model.kinematics().arm.solver("pose")
+    solver = model.calibrated.solver("pose")
     found = solver.solve(model.flange(q)[:, :3].reshape(-1, 12), near)
     assert found.reached.all()  # 175, if joints did not stay away from their limits for a while
     assert np.abs(model.flange(found.positions) - model.flange(q)).max() < 1e-9

@@ -141,7 +141,7 @@ def command_pose(model, T, near, prefer=None):
 def check_commands(model, robot, calibration):
     q = np.clip(configurations(robot, 60), robot.lower + 0.1, robot.upper - 0.1)
     near = np.clip(q + 0.1 * np.sin(np.arange(q.size)).reshape(q.shape), robot.lower, robot.upper)
-    solver, poses = calibration.kinematics().arm.solver("pose"), calibration.flange(q)
+    solver, poses = calibration.calibrated.solver("pose"), calibration.flange(q)
     for prefer in (None, np.clip(near + 0.05, robot.lower, robot.upper)):
         expected = solver.solve(poses[:, :3].reshape(-1, 12), near, prefer)
         assert expected.reached.mean() > 0.9  # of one start alone

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, cast
 from .... import recorder
 from ....errors import MukcaError
 from ....solver.calibration import UsageError
-from ....solver.results import OutputError, encode, fields_of, refuse_existing, write_files
+from ....solver.results import OutputError, encode, refuse_existing, write_files
 from ... import experiments, report, simulation
 from .. import JsonOption, Terminal, option
 from .main import build_parser, run_verb
@@ -90,13 +90,13 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
     *other, asked = (model.results for model in models)
     for results in (*other, asked):
         terminal.say(*(f"{results.model}, {line}" for line in _spoken(results, options.hole_mm)))
-    result = experiments.SimulationDocument(
+    result = experiments.SimulationDocument.filled(
+        asked,
         experiment=options.experiment,
         arm=seed,
         seed=options.seed,
         hole=hole,
         beside=other[0] if other else None,
-        **fields_of(asked),
     )
     if out is not None:
         result = _write(out, result, models, terminal)

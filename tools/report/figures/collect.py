@@ -17,7 +17,7 @@ from ....errors import MukcaError
 from ....solver import assessment
 from ....solver.data import as_point, evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
-from ....solver.results import CalibrationDocument, FitResult, Model, fields_of
+from ....solver.results import CalibrationDocument, Model
 from ....solver.robot import Joint, Robot, RowFunction, all_parameters, link_frames
 from . import types
 from .answers import answers_of
@@ -183,8 +183,8 @@ def report_figures(
     predictions = found.predictions
     samples = assessment.sample_errors(predictions, assessment.DRAWN)
     matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
-    return types.ReportDocument(
-        **{name: getattr(document, name) for name in FitResult.__struct_fields__},
+    return types.ReportDocument.filled(
+        document,
         format=types.REPORT,
         robot_name=predictions.robot.name,
         **{name: getattr(found, name) for name in _ASSESSED},
@@ -192,8 +192,8 @@ def report_figures(
         samples=samples,
         cross_placement=matrix,
         distance_text=assessment.distance_text(document.placements),
-        provenance=types.ReportProvenance(
-            **fields_of(document.provenance), settings=document.settings
+        provenance=types.ReportProvenance.filled(
+            document.provenance, settings=document.settings
         ),
         command=solve_command(document),
         rests_on=found.verdict.rests_on,

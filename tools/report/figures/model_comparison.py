@@ -10,7 +10,7 @@ from ....errors import MukcaError
 from ....solver.assessment import Quantiles, measurements_of, mm, norms, plural, quantiles
 from ....solver.calibration import Calibration
 from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, targets
-from ....solver.results import CurveAgreement, Document, agreement, agreement_words, fields_of
+from ....solver.results import CurveAgreement, Document, agreement, agreement_words
 from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
@@ -153,10 +153,10 @@ def compare(
         if not fair:
             return None
         mean = mean_metrics([metrics[i][k] for i in fair])
-        return ErrorsOverall(
+        return ErrorsOverall.filled(
+            quantiles(np.concatenate([errors[i][k] for i in fair])),
             mean_absolute_error=mean.mean_absolute_error,
             distance_error=mean.distance_error,
-            **fields_of(quantiles(np.concatenate([errors[i][k] for i in fair]))),
         )
 
     def placement(i: int) -> ComparedPlacement:

@@ -1,0 +1,132 @@
+"""Joint positions along poses, and the refusal of poses that are not reached."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MukcaError
+from ..results import CalibratedRobot
+from ..robot import Solutions
+
+DETOUR = (0.02, 0.1)
+"""Neighbours are joined where half way between them the tool is this far off the way at most, and
+half the way itself [m], [rad]."""
+FAR = 20.0
+"""No arm is this large [m]."""
+Flange = Callable[[np.ndarray], np.ndarray]
+"""Poses of a tool at joint positions."""
+
+
+class CommandError(MukcaError):
+    """A pose that no joint positions within the limits reach, as far as was found."""
+
+    def __init__(self, message: str, found: Solutions, row: int, joint: str = "") -> None:
+        super().__init__(message)
+        self.positions: np.ndarray = found.positions[row]
+        """The nearest joint positions, shape (m,) [rad]."""
+        self.left: np.ndarray = found.left[row]
+        """Distance [m] and angle [rad] that are left there, shape (2,)."""
+        self.joint = joint
+        """The joint that stands at its limit there; empty for none."""
+
+
+@dataclass(frozen=True)
+class JointPath(Solutions):
+    """Joint positions for N poses, each near those before."""
+
+    joint_names: tuple[str, ...]
+    at_limit: tuple[str, ...]
+    """The joint that stands at its limit, pose by pose; empty for none."""
+    singular_value: np.ndarray
+    """Smallest singular value of the Jacobian, shape (N,): near 0, joints must turn fast."""
+    jumps: tuple[int, ...]
+    """Poses to which the joints cannot go straight from the pose before: the tool would leave the
+    way."""
+
+    @classmethod
+    def of(
+        cls, rows: Sequence[Solutions], arm: CalibratedRobot, flange: Flange, J: np.ndarray
+    ) -> "JointPath":
+        """Return the path of solutions, whose Jacobian counts turns where it has six rows."""
+        positions, left, rounds = (
+            np.concatenate([getattr(one, name) for one in rows])
+            for name in ("positions", "left", "rounds")
+        )
+        return cls(
+            positions,
+            left,
+            rounds,
+            joint_names=arm.robot.joint_names,
+            at_limit=tuple(map(arm.stopped, positions)),
+            singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
+            jumps=tuple(find_jumps(positions, flange, J.shape[1] == 6)),
+        )
+
+    def checked(self) -> np.ndarray:
+        """Return the positions, shape (N, m) [rad].
+
+        Raises:
+            CommandError: A pose is not reached, or the joints jump between two.
+        """
+        wrong = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
+        if wrong:
+            row = min(wrong)
+            where, joint = f"pose {row}", self.at_limit[row]
+            if not self.reached[row]:
+                raise not_reached(where, self, row, joint)
+            raise CommandError(
+                f"{where}: from the pose before the joints jump, and the tool would leave the way; "
+                "start in another posture, or give poses between them",
+                self,
+                row,
+                joint,
+            )
+        return self.positions
+
+
+def along(
+    search: Callable[..., Solutions], targets: np.ndarray, near: np.ndarray, prefer: ArrayLike
+) -> list[Solutions]:
+    """Return solutions for poses, each searched for near the last one that was reached."""
+    rows: list[Solutions] = []
+    for target in targets:
+        found = search(target[None], near, prefer)
+        near = found.positions if found.reached.all() else near
+        rows.append(found)
+    return rows or [search(targets, near, prefer)]
+
+
+def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandError:
+    """Return the error that says how far a pose is from being reached."""
+    cure, left = "give a pose within reach, or start near another posture", found.left[row]
+    if left[0] > FAR:
+        cure = "poses are in metres: is this one in millimetres?"
+    return CommandError(
+        f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.6g} mm and "
+        f"{1e3 * left[1]:.6g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
+        found,
+        row,
+        joint,
+    )
+
+
+def find_jumps(q: np.ndarray, pose: Flange, turns: bool) -> list[int]:
+    """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
+    one, between, other = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
+    jumps = np.zeros(len(one), dtype=bool)
+    for distance, least in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
+        direct = distance(one, other)
+        detour = distance(one, between) + distance(between, other) - direct
+        jumps |= detour > 2 * least + direct
+    return (1 + np.flatnonzero(jumps)).tolist()
+
+
+def _distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(other[:, :3, 3] - one[:, :3, 3], axis=1)
+
+
+def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    trace = np.einsum("nij,nij->n", one[:, :3, :3], other[:, :3, :3])
+    return np.arccos(((trace - 1) / 2).clip(-1, 1))
