@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..data import KnownDistance, KnownError, as_point
+from ..data import KnownDistance, as_point, find_socket
 from ..results import Document, PlacementErrors, Role, Summary
 from .formatting import short_where
 from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions, norms
@@ -188,46 +188,30 @@ class KnownDistanceErrors(Document, kw_only=True, frozen=True):
 def known_distance_errors(
     predictions: Predictions, known: Sequence[KnownDistance]
 ) -> tuple[KnownDistanceErrors, ...]:
-    """Return the errors of both models at each known distance; raises KnownError."""
-    return tuple(_errors(predictions, one) for one in known)
-
-
-def _errors(predictions: Predictions, known: KnownDistance) -> KnownDistanceErrors:
-    (a, socket_a), (b, socket_b) = (
-        (_placement(predictions, name), socket) for name, socket in (known.first, known.second)
-    )
-
-    def error(model: ModelName) -> float:
-        span = _centre(b, socket_b, model) - _centre(a, socket_a, model)
-        return float(norms(span)) - known.distance
-
+    """Return the errors of all models at each known distance; raises KnownError."""
+    placements = predictions.placements
+    sockets = [(one, socket) for one in placements for socket in one.measured.sockets]
+    labels = [(one.name, socket) for one, socket in sockets]
     # What the fit was told proves nothing; it can be told only of what it was trained on.
     fitted = bool(predictions.document.settings.get("known"))
-    return KnownDistanceErrors(
-        a=f"{a.name}:{socket_a}",
-        b=f"{b.name}:{socket_b}",
-        distance=known.distance,
-        standard_deviation=known.deviation,
-        in_fit=fitted and a.role == b.role == "train",
-        nominal_error=error("nominal"),
-        calibrated_error=error("calibrated"),
-        geometric_error=None if a.points.geometric is None else error("geometric"),
-    )
-
-
-def _placement(predictions: Predictions, name: str) -> PlacementPrediction:
-    """Return the placement that a user means, by its whole name or the last part of it."""
-    for matches in (
-        [one for one in predictions.placements if one.name == name],
-        [one for one in predictions.placements if one.name.split("/")[-1] == name],
-    ):
-        if len(matches) == 1:
-            return matches[0]
-    names = ", ".join(one.name for one in predictions.placements)
-    raise KnownError(f"known distance: {name!r} names no one placement; there are: {names}")
-
-
-def _centre(placement: PlacementPrediction, socket: int, model: ModelName) -> np.ndarray:
-    if socket not in placement.measured.sockets:
-        raise KnownError(f"known distance: {placement.name} has no samples in socket {socket}")
-    return placement.centres(model)[placement.measured.sockets.index(socket)]
+    rows: list[KnownDistanceErrors] = []
+    for each in known:
+        a, b = (
+            find_socket(labels, end, where="known distance: ") for end in (each.first, each.second)
+        )
+        off = {
+            f"{model}_error": float(norms(centres[b] - centres[a])) - each.distance
+            for model in MODELS[: 2 + (placements[0].points.geometric is not None)]
+            for centres in [np.concatenate([one.centres(model) for one in placements])]
+        }
+        rows.append(
+            KnownDistanceErrors(
+                a="{}:{}".format(*labels[a]),
+                b="{}:{}".format(*labels[b]),
+                distance=each.distance,
+                standard_deviation=each.deviation,
+                in_fit=fitted and sockets[a][0].role == sockets[b][0].role == "train",
+                **off,
+            )
+        )
+    return tuple(rows)

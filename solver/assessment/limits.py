@@ -5,10 +5,12 @@ mean of many samples, so the distance of two is known better, and its limit is t
 itself; of arms made of servos, whose backlash moves the samples of a socket alike, twice that.
 """
 
+import json
 import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.resources import files as resources
 from pathlib import Path
 from typing import Literal
 
@@ -116,21 +118,11 @@ class Arm:
     source: str
 
 
-ARMS: dict[str, Arm] = {
-    "panda": Arm(1e-4, "Franka Emika's data sheet, ISO 9283"),
-    "fr3": Arm(1e-4, "Franka Robotics' data sheet, ISO 9283"),
-    "iiwa14": Arm(1.5e-4, "KUKA's data sheet of the LBR iiwa 14 R820, ISO 9283"),
-    "gen3_lite": Arm(
-        1e-3,
-        "no maker's figure: the least that placements recorded with such an arm left when fitted "
-        "alone, its gears having some 3 mrad of backlash",
-    ),
-    "ur3e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
-    "ur5e": Arm(3e-5, "Universal Robots' data sheet, ISO 9283"),
-    "ur10e": Arm(5e-5, "Universal Robots' data sheet, ISO 9283"),
-    **dict.fromkeys(("ur3", "ur5", "ur10"), Arm(1e-4, "Universal Robots' data sheet, CB3 series")),
-    **dict.fromkeys(("xarm6", "xarm7"), Arm(1e-4, "UFACTORY's user manual")),
-    **dict.fromkeys(("vx300s", "wx250s"), Arm(1e-3, "Trossen Robotics' specifications")),
+_SHIPPED = resources("mukca.solver.robot") / "shipped" / "repeatability.json"
+ARMS = {
+    arm: Arm(float(row["repeatability"]), row["source"])
+    for row in json.loads(_SHIPPED.read_bytes())
+    for arm in row["arms"]
 }
 """The shipped robots of which a figure is known."""
 

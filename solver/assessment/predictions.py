@@ -1,6 +1,6 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, Literal, TypeVar
@@ -10,7 +10,6 @@ import numpy as np
 from ..data import (
     Measurement,
     Pose,
-    evaluate,
     fit_frames,
     measure,
     socket_centres,
@@ -65,6 +64,7 @@ class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
 
 
 MODELS: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
+Frames = dict[ModelName, dict[str, Pose]]
 _AGREE = 1e-6
 """Figures in the file and those that follow from its samples differ by less than this [m]."""
 
@@ -79,7 +79,7 @@ class PlacementPrediction:
     """Predicted ball centres, socket after socket, shape (N, 3) [m]."""
     samples: tuple[RecordedSample, ...]
     """The samples in the order of the points."""
-    frames: dict[ModelName, dict[str, Pose]]
+    frames: Frames
     """Poses of the instruments' frames by each model."""
 
     @property
@@ -137,13 +137,17 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 def predict(document: CalibrationDocument, source: str) -> Predictions:
     """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
-    measurements = measurements_of(document, calibration.robot, source)
-    rows = zip(document.data, measurements, strict=True)
-    placements = _with_frames([_prediction(row, m, calibration) for row, m in rows])
+    measured = measurements_of(document, calibration.robot, source)
+    models = calibration.models
+    points = [ByModel(**{name: model(m) for name, model in models.items()}) for m in measured]
+    rows = list(zip(document.data, measured, points, strict=True))
+    trained = [(p, m) for row, m, p in rows if row.role == "train"]
+    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in trained]) for name in MODELS}
+    placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
     _check_parts(document, source)
     for placement, errors in zip(placements, document.placements, strict=True):
         _check_errors(placement, errors, source)
-    return Predictions(document, calibration, placements)
+    return Predictions(document, calibration, tuple(placements))
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot, source: str) -> list[Measurement]:
@@ -166,25 +170,8 @@ def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Me
     if not row.samples:
         raise misfit(source, f"data[{i}].samples", "none; calibrate again")
     measured = measure(row.placement(robot.joint_names), robot, sockets=1)
-    samples = sorted(row.samples, key=lambda sample: sample.socket)
-    if all(sample.moved is None for sample in samples):
-        return measured
-    return replace(measured, moved=np.array([s.moved or (0.0, 0.0, 0.0) for s in samples]))
-
-
-def _prediction(
-    row: PlacementSamples, measured: Measurement, calibration: CalibratedRobot
-) -> PlacementPrediction:
-    points = ByModel(**{name: model(measured) for name, model in calibration.models.items()})
-    samples = sorted(row.samples, key=lambda sample: sample.socket)
-    return PlacementPrediction(measured, row.role, points, tuple(samples), {})
-
-
-def _with_frames(placements: Sequence[PlacementPrediction]) -> tuple[PlacementPrediction, ...]:
-    """Return predictions that know where the frames of points trained on are by each model."""
-    trained = [p for p in placements if p.role == "train" and p.measured.kind == "points"]
-    frames = {m: fit_frames([(p.points.of(m), p.measured) for p in trained]) for m in MODELS}
-    return tuple(replace(p, frames=frames) for p in placements)
+    moved = [sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket]
+    return replace(measured, moved=np.array(moved)) if np.any(moved) else measured
 
 
 def _check_parts(document: CalibrationDocument, source: str) -> None:
@@ -194,12 +181,8 @@ def _check_parts(document: CalibrationDocument, source: str) -> None:
         raise misfit(source, "data", "no placement; calibrate again")
     if recorded != [(row.name, row.role) for row in document.placements]:
         raise misfit(source, "placements", "not the names and roles of `data`; calibrate again")
-    summaries: tuple[tuple[Role, object], ...] = (
-        ("train", document.summary.train),
-        ("test", document.summary.test),
-    )
-    for role, summary in summaries:
-        if summary is None and any(row.role == role for row in document.data):
+    for role in ("train", "test"):
+        if getattr(document.summary, role) is None and (role in dict(recorded).values()):
             raise misfit(source, f"summary.{role}", "missing, but `data` has such placements")
     for i, row in enumerate(document.history):
         if row.train is None and row.test is None:
@@ -211,8 +194,7 @@ def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, sourc
     for model, stated in zip(
         MODELS, (errors.nominal, errors.calibrated, errors.loaded), strict=True
     ):
-        points, frames = placement.points.of(model), placement.frames.get(model)
-        computed = evaluate(points, placement.measured, frames).mean_absolute_error
+        computed = float(placement.errors(model).mean())
         if abs(computed - stated.mean_absolute_error) > _AGREE:
             raise DocumentError(
                 f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "
@@ -252,31 +234,28 @@ class Coverage(Document, kw_only=True, frozen=True):
 
 def coverage(predictions: Predictions, most: int) -> Coverage:
     """Return where the joints were in each socket, at most so many samples of each."""
-    return Coverage(
-        joints=tuple(
-            JointRange(
-                name=joint.name,
-                unit="m" if joint.type == "prismatic" else "rad",
-                lower=joint.lower if np.isfinite(joint.lower) else None,
-                upper=joint.upper if np.isfinite(joint.upper) else None,
-            )
-            for joint in predictions.robot.actuated
-        ),
-        sockets=tuple(
-            SocketCoverage(
-                placement=placement.name,
-                role=placement.role,
-                socket=k,
-                low=tuple(rows.min(axis=0).tolist()),
-                high=tuple(rows.max(axis=0).tolist()),
-                positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // most)], 4).tolist())),
-            )
-            for placement in predictions.placements
-            for k, rows in zip(
-                placement.measured.sockets, placement.measured.by_socket, strict=True
-            )
-        ),
-    )
+    joints = [
+        JointRange(
+            name=joint.name,
+            unit="m" if joint.type == "prismatic" else "rad",
+            lower=joint.lower if np.isfinite(joint.lower) else None,
+            upper=joint.upper if np.isfinite(joint.upper) else None,
+        )
+        for joint in predictions.robot.actuated
+    ]
+    sockets = [
+        SocketCoverage(
+            placement=one.name,
+            role=one.role,
+            socket=k,
+            low=tuple(rows.min(axis=0).tolist()),
+            high=tuple(rows.max(axis=0).tolist()),
+            positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // most)], 4).tolist())),
+        )
+        for one in predictions.placements
+        for k, rows in zip(one.measured.sockets, one.measured.by_socket, strict=True)
+    ]
+    return Coverage(joints=tuple(joints), sockets=tuple(sockets))
 
 
 def travels(coverage: Coverage) -> dict[str, float]:

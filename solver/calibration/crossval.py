@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...recorder import Sample
-from ..data import Measurement, RobotRecordings
+from ..data import Measurement
 from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
@@ -38,23 +38,22 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
 
 def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
-    train = [problem.train[i] for i in job.trained]
+    train = [problem.measurements[i] for i in job.trained]
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
         train = [_resampled(measured, generator) for measured in train]
     names = {measured.name for measured in train}
-    known = named(problem.train, problem.options.distances)
+    known = named(problem.measurements, problem.options.distances)
     options = replace(
         problem.options, known=[k for k in known if {k.first[0], k.second[0]} <= names]
     )
-    recordings = RobotRecordings(problem.robot, train, options.load)
     try:
-        fit = fit_robots([recordings], options, require_scale=False)[0]
+        (fit,) = fit_robots([replace(problem, measurements=train)], options, require_scale=False)
     except NotConverged:
         return None
     return [
         placement_errors(fit.calibrated, "train" if i in job.trained else "test", measured)
-        for i, measured in enumerate(problem.train)
+        for i, measured in enumerate(problem.measurements)
     ]
 
 

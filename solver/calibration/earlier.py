@@ -29,6 +29,7 @@ from ..data import (
 from ..robot import Origin, Robot
 from .option import UsageError
 from .options import SolveOptions, option_table
+from .problem import CalibrationProblem
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
@@ -213,14 +214,14 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     """
     from .fit import fit_robots
 
-    arm, options = _recordings(document, source)
+    arm = _problem_of(document, source)
     kept, settings = document.posterior, document.settings
     chained = document.curves is not None and settings.get("prior")
     if kept is not None and not (document.later_zeros or settings.get("zeros") or chained):
-        return _stored(document, kept, arm, options, source)
+        return _stored(document, kept, arm, source)
     if document.arms is not None:
         raise UsageError(f"{source}: of several arms, or by an older mukca; calibrate it alone")
-    (fit,) = fit_robots([arm], options)
+    (fit,) = fit_robots([arm], arm.options)
     assert fit.posterior is not None
     return fit.posterior
 
@@ -228,8 +229,7 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
 def _stored(
     document: results.CalibrationDocument,
     kept: results.StoredPosterior,
-    arm: RobotRecordings,
-    options: SolveOptions,
+    arm: CalibrationProblem,
     source: str,
 ) -> Posterior:
     """Return the posterior that a file holds."""
@@ -238,7 +238,10 @@ def _stored(
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
     scene = observe_all(
-        [arm], known=options.distances, sockets_at=options.located, require_scale=False
+        [arm],
+        known=arm.options.distances,
+        sockets_at=arm.options.located,
+        require_scale=False,
     )
     data, count = scene.arms[0], model.scalars + 6 * len(scene.arms[0].frames)
     count += 3 * data.socket_count
@@ -250,7 +253,7 @@ def _stored(
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     covariance += np.tril(covariance, -1).T
     trained = [part for part in document.data if part.role == "train"]
-    rows = [s for part in trained for s in sorted(part.samples, key=lambda one: one.socket)]
+    rows = [sample for part in trained for sample in part.by_socket]
     told = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
     frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
     found = Posterior(
@@ -276,13 +279,10 @@ def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
     return (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
 
 
-def _recordings(
-    document: results.CalibrationDocument, source: str
-) -> tuple[RobotRecordings, SolveOptions]:
+def _problem_of(document: results.CalibrationDocument, source: str) -> CalibrationProblem:
     """Return what a calibration was fitted to."""
     if document.method != "auto":
         raise UsageError(f"{source}: give a calibration by --method auto")
-
     robot = results.calibrated_robot(document, source).robot
     later = {zero.joint: zero.offset for zero in document.later_zeros}
     zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
@@ -296,4 +296,4 @@ def _recordings(
         placement = replace(data.shifted(zeros).placement(robot.joint_names), files=())
         measured = measure(placement, robot, options.distance, sockets=1)
         train.append(spaced(measured, data.name, options.located))
-    return RobotRecordings(robot, train, document.load), options
+    return CalibrationProblem(robot, train, document.load, options=options)

@@ -170,8 +170,11 @@ def placement_errors(
 def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     """Return the errors of all placements, and how large they should be where that is known."""
     weight = problem.options.regularization or REGULARIZATION
-    models = {**fit.calibrated.models, **_ball_refitted(problem.robot, problem.train, weight)}
-    points = [m for m in problem.train if m.kind == "points"]
+    models = {
+        **fit.calibrated.models,
+        **_ball_refitted(problem.robot, problem.measurements, weight),
+    }
+    points = [m for m in problem.measurements if m.kind == "points"]
     frames = {name: data.fit_frames([(p(m), m) for m in points]) for name, p in models.items()}
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:

@@ -143,7 +143,7 @@ def scale_of(fit: Fit) -> results.Scale:
 def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
     robot, calibrated, load = problem.robot, fit.calibrated, fit.calibrated.load
-    train = [m for m in problem.train if m.kind == "sockets"]
+    train = [m for m in problem.measurements if m.kind == "sockets"]
     if not train:
         return None
     if fit.posterior is None:

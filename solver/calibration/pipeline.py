@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
 import numpy as np
 
 from ...recorder import Placement
-from ..data import RobotRecordings, base_name, in_placements
+from ..data import base_name, in_placements
 from ..paper import NotConverged
 from ..robot import Robot
 from .calibration import Calibration
@@ -124,18 +124,12 @@ def calibrate(
     """
     options = options.validated()
     problems = problems_of(robot, train, test, options)
-    recordings = [
-        RobotRecordings(problem.robot, problem.train, options.load, name)
-        for name, problem in problems.items()
-    ]
     bases = [
         [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]
-        for part in (attrgetter("train"), attrgetter("test"))
+        for part in (attrgetter("measurements"), attrgetter("test"))
     ]
     options = replace(options, sockets_at=in_placements(options.located, *bases))
-    fits = _converged(
-        lambda: fit_robots(recordings, options, progress=progress), [*problems.values()]
-    )
+    fits = _converged([*problems.values()], options, progress)
     calibrations = {
         name: Calibration(document_of(problem, fit), fit.calibrated)
         for (name, problem), fit in zip(problems.items(), fits, strict=True)
@@ -146,12 +140,14 @@ def calibrate(
     return MultiRobotCalibration.of(calibrations, fits[0].joint_posterior)
 
 
-def _converged(fit: Callable[[], list[Fit]], problems: Sequence[CalibrationProblem]) -> list[Fit]:
+def _converged(
+    problems: Sequence[CalibrationProblem], options: SolveOptions, progress: Progress
+) -> list[Fit]:
     """Return fits that converged to finite numbers; else name an error in the recordings."""
     findings = [finding for problem in problems for finding in problem.checks]
     wrong = next((finding for finding in findings if finding.level == "error"), None)
     try:
-        fits = fit()
+        fits = fit_robots(problems, options, progress=progress)
     except NotConverged:
         if wrong is None:
             raise

@@ -11,7 +11,7 @@ import numpy as np
 from ...recorder import Placement
 from .. import results
 from ..assessment import repeatability_of
-from ..data import Measurement, as_flange_poses, check_distinct, measure, spaced
+from ..data import Measurement, RobotRecordings, as_flange_poses, check_distinct, measure, spaced
 from ..diagnostics import (
     Given,
     inspect_all,
@@ -29,14 +29,12 @@ Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
 
 
-@dataclass(frozen=True)
-class CalibrationProblem:
-    """A robot, checked recordings of it, and the options of their fit."""
+@dataclass(frozen=True, kw_only=True)
+class CalibrationProblem(RobotRecordings):
+    """A robot, checked recordings of it to train on, and the options of their fit."""
 
-    robot: Robot
     options: SolveOptions
-    train: tuple[Measurement, ...]
-    test: tuple[Measurement, ...] = ()
+    test: Sequence[Measurement] = ()
     warnings: tuple[str, ...] = ()
     checks: tuple[results.Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
@@ -48,7 +46,7 @@ class CalibrationProblem:
     @property
     def placements(self) -> list[tuple[results.Role, Measurement]]:
         """All placements, those to train on first."""
-        return [*(("train", m) for m in self.train), *(("test", m) for m in self.test)]
+        return [*(("train", m) for m in self.measurements), *(("test", m) for m in self.test)]
 
     def at_rest(
         self, moved: np.ndarray | None, told: Iterable[tuple[str, str, bool]]
@@ -57,17 +55,17 @@ class CalibrationProblem:
 
         That is for each movement its placement, its words, and True where it is in the model.
         """
-        named = {m.name: m for m in self.train}
+        named = {m.name: m for m in self.measurements}
         more = (
             results.Diagnostic(
                 "warning", "movement" if kept else "moved", where_of([named[name]]), text, STEADY
             )
             for name, text, kept in told
         )
-        ends = np.cumsum([len(m.positions) for m in self.train])
+        ends = np.cumsum([len(m.positions) for m in self.measurements])
         parts = [None] * len(ends) if moved is None else np.split(moved, ends)[: len(ends)]
-        train = (replace(m, moved=own) for m, own in zip(self.train, parts, strict=True))
-        return replace(self, checks=(*self.checks, *more), train=tuple(train))
+        train = (replace(m, moved=own) for m, own in zip(self.measurements, parts, strict=True))
+        return replace(self, checks=(*self.checks, *more), measurements=tuple(train))
 
     def findings(self, *, fitted: bool) -> tuple[results.Diagnostic, ...]:
         """Return what was found; of servos a fit, which knows their play, judges the size."""
@@ -85,7 +83,10 @@ def problems_of(
         if empty := [name for name, own in training.items() if not own]:
             known = ", ".join(robot)
             raise UsageError(f"{empty[0]}: no placement to train on; the robots are {known}")
-        return {n: _prepare(own, training[n], held_out[n], options) for n, own in robot.items()}
+        return {
+            name: replace(_prepare(own, training[name], held_out[name], options), name=name)
+            for name, own in robot.items()
+        }
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
     return {"": _prepare(robot, as_list(train), as_list(test), options)}
@@ -191,7 +192,9 @@ def _measured(
     check_distinct([*fitted, *held_out])
     warnings += _held_as_exact(robot, options)
     warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
-    return CalibrationProblem(robot, options, fitted, held_out, tuple(warnings))
+    return CalibrationProblem(
+        robot, fitted, options.load, options=options, test=held_out, warnings=tuple(warnings)
+    )
 
 
 def as_list(placements: object) -> list[Placement]:
@@ -209,7 +212,7 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     """Look at all placements; what is held out is looked at here and never by the fit."""
     options = problem.options
     train, test = (
-        [m for m in part if m.kind == "sockets"] for part in (problem.train, problem.test)
+        [m for m in part if m.kind == "sockets"] for part in (problem.measurements, problem.test)
     )
     if not train and not test:
         return problem
@@ -225,10 +228,10 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     if options.split_moved:
         alone = look(train) if test else survey
         train = [split_at(one.measured, one.changes) for one in alone.placements]
-    points = [m for m in problem.train if m.kind == "points"]
+    points = [m for m in problem.measurements if m.kind == "points"]
     return replace(
         problem,
-        train=(*train, *points),
+        measurements=(*train, *points),
         checks=survey.diagnostics,
         hypotheses=survey.hypotheses,
         next_placement=results.NextPlacement(text=next_placement(problem.robot, survey)),

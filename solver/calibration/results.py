@@ -35,7 +35,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     moved = None if fit.posterior is None else fit.posterior.moved
     problem = problem.at_rest(moved, [(m.placement, m.text, m.kept) for m in fit.movements])
     errors, deflection = errors_of(problem, fit), calibrated.deflection
-    full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.train)
+    full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     known, names = _known(problem, fit), problem.robot.joint_names
     for m in problem.test:
@@ -54,9 +54,9 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         distorted=tuple(m.name for m, metrics in full if is_distorted(metrics, m)),
         parameters=estimates.parameter_values(calibrated, fit.posterior),
         choices=fit.choices,
-        history=history(fit.iterates, problem.train, problem.test),
+        history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
-        provenance=_provenance(problem.robot, (*problem.train, *problem.test)),
+        provenance=_provenance(problem.robot, (*problem.measurements, *problem.test)),
         checks=problem.findings(fitted=fit.posterior is not None),
         hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
@@ -96,7 +96,7 @@ def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
         "log_evidence": fit.posterior.log_evidence,
         "frames": (frame_poses(joint) if first else ()) or None,
         "uncertainty": estimates.uncertainty_of(
-            fit.posterior, fit.calibrated, (*problem.train, *problem.test)
+            fit.posterior, fit.calibrated, (*problem.measurements, *problem.test)
         ),
     }
 

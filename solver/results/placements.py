@@ -132,6 +132,11 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
         """Folder of its recording; a question mark for samples that came from no file."""
         return str(Path(self.files[0]).parent) if self.files else "?"
 
+    @property
+    def by_socket(self) -> tuple[RecordedSample, ...]:
+        """The samples socket after socket, as fits have them."""
+        return tuple(sorted(self.samples, key=lambda sample: sample.socket))
+
     def shifted(self, offsets: Sequence[float]) -> "PlacementSamples":
         """Return the samples as joints read them that read more by some offsets [rad], [m]."""
         samples = (replace(s, position=tuple(map(add, s.position, offsets))) for s in self.samples)

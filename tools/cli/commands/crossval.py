@@ -54,9 +54,8 @@ def run_crossval(options: CrossvalOptions, terminal: Terminal) -> int:
     if len(placements) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
     terminal.warn(*map(str, survey.diagnostics))
-    fit = partial(
-        calibration.run_job, calibration.CalibrationProblem(robot, settings, tuple(placements))
-    )
+    problem = calibration.CalibrationProblem(robot, placements, settings.load, options=settings)
+    fit = partial(calibration.run_job, problem)
     work = calibration.jobs(len(placements), options.bootstrap)
     with terminal.progress(len(work)) as progress:
         kinds = [job.kind.replace("_", " ") for job in work]
