@@ -168,43 +168,30 @@ def stored_posterior(
     """
     if found is None or (found.arms[1:] and (found.arms[robot].data.sockets < 0).any()):
         return None
-    arm, own = found.arms[robot], found.own[robot]
-    scalars, end = arm.model.scalars, len(found.covariance)
-    turned = np.zeros((scalars + end - found.own[-1].stop, end))
-    rows = np.arange(scalars)
-    turned[rows, own.start + rows] = 1.0
-    turned[scalars:, found.own[-1].stop :] = np.eye(len(turned) - scalars)
-    centres = arm.centres
-    if found.arms[1:]:
-        turned, centres = _in_own_base(found, robot, recordings, turned[:scalars])
-    told = np.flatnonzero(turned.any(axis=0))  # none of the curves
-    turned = turned[:, told]
-    sigma = turned @ found.covariance[np.ix_(told, told)] @ turned.T
+    arm, own, end = found.arms[robot], found.own[robot], len(found.covariance)
+    count, base = len(found.arms), found.scene.bases[robot]
+    frames, first = found.own[-1].stop, end - arm.centres.size
+    rows = [*range(own.start, own.start + arm.model.scalars)]
+    rows += range(frames, first) if count == 1 else ()
+    seated = [m for m in recordings.measurements if m.kind == "sockets"]
+    named = [(base_name(m, count), s) for m in seated for s in m.sockets]
+    kept = [arm.data.labels.index(name) for name in named]
+    slopes = np.zeros((len(rows) + 3 * len(kept), end))
+    slopes[range(len(rows)), rows] = 1.0
+    pose = IDENTITY if base == WORLD else list(found.frames.values())[base]
+    for k, of_socket in zip(kept, slopes[len(rows) :].reshape(-1, 3, end), strict=True):
+        of_socket[:, first + 3 * k : first + 3 * k + 3] = pose.rotation.T
+        if base != WORLD:
+            by_base = pose.slopes(arm.centres[k : k + 1])[0]
+            of_socket[:, frames + 6 * base : frames + 6 * base + 6] = -pose.rotation.T @ by_base
+    told = np.flatnonzero(slopes.any(axis=0))  # none of the curves
+    slopes = slopes[:, told]
+    sigma = slopes @ found.covariance[np.ix_(told, told)] @ slopes.T
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
-    places = tuple(map(as_point, centres))
+    places = tuple(map(as_point, arm.centres[kept]))
     return results.StoredPosterior(covariance=text, noises=noises, centres=places)
-
-
-def _in_own_base(
-    found: JointPosterior, robot: int, recordings: RobotRecordings, unknowns: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of unknowns and own sockets by all there is, and these sockets."""
-    arm, base, count = found.arms[robot], found.scene.bases[robot], len(found.arms)
-    pose = IDENTITY if base == WORLD else list(found.frames.values())[base]
-    named = [(base_name(m, count), s) for m in recordings.measurements for s in m.sockets]
-    kept = [arm.data.labels.index(name) for name in named]
-    frames, end = found.own[-1].stop, unknowns.shape[1]
-    first, parts = end - arm.centres.size, [unknowns]
-    for k in kept:
-        own = np.zeros((3, end))
-        own[:, first + 3 * k : first + 3 * k + 3] = pose.rotation.T
-        if base != WORLD:
-            slopes = pose.slopes(arm.centres[k : k + 1])[0]
-            own[:, frames + 6 * base : frames + 6 * base + 6] = -pose.rotation.T @ slopes
-        parts.append(own)
-    return np.concatenate(parts), arm.centres[kept]
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:

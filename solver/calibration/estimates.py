@@ -42,18 +42,6 @@ def parameter_values(
     )
 
 
-def coefficient_values(posterior: Posterior) -> tuple[results.Coefficient, ...]:
-    """Return the coefficients of the extensions but the curves', with their deviations."""
-    model = posterior.model
-    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
-    return tuple(
-        results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
-        for name, unit, value, deviation in list(zip(*columns, strict=True))[
-            model.geometry : model.scalars
-        ]
-    )
-
-
 def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
     """Return the error curves of the joints that turn, with their deviations; None for none."""
     curves = posterior.deflection.curves
@@ -87,45 +75,46 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
     return tuple(np.round(values, 9).tolist())
 
 
-def prior_widths(posterior: Posterior) -> tuple[results.PriorWidth, ...]:
-    """Return the groups of unknowns, and what the data decided of their priors."""
-    return tuple(
-        results.PriorWidth.filled(
-            group,
-            count=len(group.members),
-            effective=bayes.effective_parameters(posterior, group),
-            active=group.width > 0,
-        )
-        for group in posterior.groups
-    )
-
-
-def noise_scale(posterior: Posterior) -> results.NoiseScale:
-    """Return the noise that was found."""
-    measured, turns = (posterior.noises.get(kind) for kind in ("points", "turns"))
-    return results.NoiseScale.filled(
-        posterior.noise,
-        measured_space=measured and measured.space,
-        measured_joint=measured and measured.joint,
-        measured_turn=turns and turns.space,
-    )
-
-
-def uncertainty_of(
+def known_of(
     posterior: Posterior, calibrated: results.CalibratedRobot, recorded: Sequence[Measurement]
-) -> results.Uncertainty:
-    """Return how well the calibration is known, here and there, and what the data cannot tell."""
-    load, exported = calibrated.load, calibrated.exported
-    places = [m.positions for m in recorded]
+) -> dict[str, Any]:
+    """Return by key how well everything is known, here and there, and what the data decided."""
+    model, load, exported = posterior.model, calibrated.load, calibrated.exported
+    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
+    beyond = list(zip(*columns, strict=True))[model.geometry : model.scalars]  # none of the curves
+    measured, turns = (posterior.noises.get(kind) for kind in ("points", "turns"))
     weak = bayes.weakly_identifiable_directions(posterior)
-    return results.Uncertainty(
-        weak_directions=weak,
-        correlations=bayes.correlations(posterior),
-        observability_index=bayes.observability_index(posterior),
-        distance_deviation=bayes.workspace_errors(posterior, load, exported),
-        near=bayes.errors_near(posterior, load, places, exported),
-        cannot_see=bayes.unobservable(posterior, weak),
-    )
+    return {
+        "coefficients": tuple(
+            results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
+            for name, unit, value, deviation in beyond
+        ),
+        "curves": error_curves(posterior),
+        "groups": tuple(
+            results.PriorWidth.filled(
+                group,
+                count=len(group.members),
+                effective=bayes.effective_parameters(posterior, group),
+                active=group.width > 0,
+            )
+            for group in posterior.groups
+        ),
+        "noise": results.NoiseScale.filled(
+            posterior.noise,
+            measured_space=measured and measured.space,
+            measured_joint=measured and measured.joint,
+            measured_turn=turns and turns.space,
+        ),
+        "log_evidence": posterior.log_evidence,
+        "uncertainty": results.Uncertainty(
+            weak_directions=weak,
+            correlations=bayes.correlations(posterior),
+            observability_index=bayes.observability_index(posterior),
+            distance_deviation=bayes.workspace_errors(posterior, load, exported),
+            near=bayes.errors_near(posterior, load, [m.positions for m in recorded], exported),
+            cannot_see=bayes.unobservable(posterior, weak),
+        ),
+    }
 
 
 def scale_of(fit: Fit) -> results.Scale:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import wraps
 from inspect import signature
 from operator import attrgetter
 from textwrap import fill
@@ -59,25 +58,17 @@ class Calibrate(Protocol[Keywords]):
 def _taking(
     options: Callable[Keywords, SolveOptions],
 ) -> Callable[[Callable[..., Any]], Calibrate[Keywords]]:
-    """Return a decorator: the fields of the options become keywords, and are documented."""
+    """Return a decorator: a function's further keywords are these options, and documented."""
 
     def decorate(function: Callable[..., Any]) -> Calibrate[Keywords]:
-        @wraps(function)
-        def call(
-            robot: Any, train: Any, test: Any = (), progress: Progress = _silent, **given: Any
-        ) -> Any:
-            check_keywords("calibrate", given, [one.name for one in (*own, *keywords)])
-            return function(robot, train, test, progress, options(**given))  # pyright: ignore
-
         types = get_type_hints(options)
         *own, _ = signature(function).parameters.values()
-        own[2:] = [p.replace(default=call.__defaults__[i]) for i, p in enumerate(own[2:])]  # pyright: ignore
         fields = signature(options).parameters.values()
         keywords = [field.replace(annotation=types[field.name]) for field in fields]
-        call.__signature__ = signature(function).replace(parameters=[*own, *keywords])  # pyright: ignore
-        head, _, end = (function.__doc__ or "").partition("        options: ")
-        call.__doc__ = head + _documented() + end[end.index("\n") :]
-        return cast("Any", call)
+        function.__signature__ = signature(function).replace(parameters=[*own, *keywords])  # pyright: ignore
+        head, _, end = (function.__doc__ or "").partition("        given: ")
+        function.__doc__ = head + _documented() + end[end.index("\n") :]
+        return cast("Any", function)
 
     return decorate
 
@@ -97,9 +88,9 @@ def _documented() -> str:
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
-    test: Recordings,
-    progress: Progress,
-    options: SolveOptions,
+    test: Recordings = (),
+    progress: Progress = _silent,
+    **given: Any,
 ) -> Calibration | MultiRobotCalibration:
     """Calibrate a robot from recordings.
 
@@ -113,7 +104,7 @@ def calibrate(
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
-        options: Each field of :class:`SolveOptions` by its name.
+        given: Each field of :class:`SolveOptions` by its name.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.
@@ -122,7 +113,8 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    options = options.validated()
+    check_keywords("calibrate", given, signature(calibrate).parameters)
+    options = SolveOptions(**given).validated()
     problems = problems_of(robot, train, test, options)
     bases = [
         [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]

@@ -37,7 +37,12 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    known, names = _known(problem, fit), problem.robot.joint_names
+    known, names, joint = dict[str, Any](), problem.robot.joint_names, fit.joint_posterior
+    everything = (*problem.measurements, *problem.test)
+    if fit.posterior is not None and joint is not None:
+        known = estimates.known_of(fit.posterior, calibrated, everything)
+        if fit.posterior is joint.arms[0]:  # frames are results of the first robot, in its base
+            known["frames"] = frame_poses(joint) or None
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
@@ -56,7 +61,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         choices=fit.choices,
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
-        provenance=_provenance(problem.robot, (*problem.measurements, *problem.test)),
+        provenance=_provenance(problem.robot, everything),
         checks=problem.findings(fitted=fit.posterior is not None),
         hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
@@ -80,25 +85,6 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
 def _is_known(posterior: Posterior) -> bool:
     covariance = posterior.covariance
     return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
-
-
-def _known(problem: CalibrationProblem, fit: Fit) -> dict[str, Any]:
-    """Return how well everything is known; nothing where the method does not say."""
-    joint = fit.joint_posterior
-    if fit.posterior is None or joint is None:
-        return {}
-    first = fit.posterior is joint.arms[0]  # the frames are results of the first robot, in its base
-    return {
-        "coefficients": estimates.coefficient_values(fit.posterior),
-        "curves": estimates.error_curves(fit.posterior),
-        "groups": estimates.prior_widths(fit.posterior),
-        "noise": estimates.noise_scale(fit.posterior),
-        "log_evidence": fit.posterior.log_evidence,
-        "frames": (frame_poses(joint) if first else ()) or None,
-        "uncertainty": estimates.uncertainty_of(
-            fit.posterior, fit.calibrated, (*problem.measurements, *problem.test)
-        ),
-    }
 
 
 def _samples(
