@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from ...recorder import Placement
+from ...recorder import Placement, millimetres
 from ...recorder.session import Alarm
 from ...solver.assessment import repeatability_of
 from ...solver.diagnostics import Fault, LiveCheck, is_coarse
@@ -46,7 +46,8 @@ def _alarm(fault: Fault) -> Alarm:
     first, name = fault.samples[0], fault.hypothesis.name
     p = fault.hypothesis.parameters
     size = p.get("size")
-    likely, given = _mm(p.get("likely")), _mm(p.get("given"))
+    lengths = (p.get("likely"), p.get("given"))
+    likely, given = (millimetres(x, 1) if isinstance(x, float) else "?" for x in lengths)
     mm = f"{1e3 * size:.1f} mm" if isinstance(size, float) else ""
     texts = {
         "base_moved": f"by {mm} since sample {first}",
@@ -61,7 +62,3 @@ def _alarm(fault: Fault) -> Alarm:
     cause, words = CAUSES[name]
     text = texts.get(name, fault.hypothesis.text)
     return Alarm(cause, words, text, fault.samples, fault.socket or 0)
-
-
-def _mm(metres: object) -> str:
-    return f"{1e3 * metres:.1f}" if isinstance(metres, float) else "?"
