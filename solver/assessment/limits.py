@@ -17,7 +17,7 @@ from typing import Literal
 from msgspec.structs import replace
 
 from ..data import KnownDistance
-from ..results import CalibrationDocument, Document, misfit
+from ..results import CalibrationDocument, Document, Model, misfit
 from ..robot import Robot, shipped_robots
 
 Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
@@ -142,9 +142,9 @@ def predicted_limit(limit: float) -> float:
     return max(limit, min(PREDICTED * limit, ANY_ARM))
 
 
-def known_arm(names: list[str]) -> str | None:
-    """Return the shipped robot that names of a model stand for, if exactly one of ARMS does."""
-    for name in names:
+def known_arm(model: Robot | Model) -> str | None:
+    """Return the shipped robot that a model's names stand for, if exactly one of ARMS does."""
+    for name in (model.name, Path(model.source).stem):
         plain = _plain(name)
         # no longer number either: a ur30 is no ur3
         inside = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", plain)]
@@ -158,7 +158,7 @@ def repeatability_of(robot: Robot, given: float | None) -> float | None:
     """Return the repeatability of a robot [m], as given [mm] or known of it; None for neither."""
     if given is not None:
         return given / 1e3
-    name = known_arm([robot.name, Path(robot.source).stem])
+    name = known_arm(robot)
     return None if name is None else ARMS[name].repeatability
 
 
@@ -201,7 +201,7 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
     Raises:
         DocumentError: Its settings hold no number where one belongs.
     """
-    name = known_arm([document.model.name, Path(document.model.source).stem])
+    name = known_arm(document.model)
     given = setting(document, source, "repeatability_mm")
     repeatability = options.repeatability or (None if given is None else given / 1e3)
     arm: Arm | None = None

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Goal, Robot, pose_on_flange, ur_controller
-from .joint_path import CommandError, JointPath, along, not_reached
+from .joint_path import JointPath, along, check_nearby, not_reached
 from .options import check_keywords
 from .poses import Controller, PoseError, Setup, as_poses, checked, half_way, one_payload, one_pose
 
@@ -21,12 +21,6 @@ if TYPE_CHECKING:
 HERE = np.eye(4)
 MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
-FARTHEST = 0.1
-"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
-
-
-def _alone(frame: str, _: ArrayLike | None) -> np.ndarray:
-    raise PoseError(f"frame {frame!r}: this robot was calibrated alone; give its base there")
 
 
 class FullModel:
@@ -47,7 +41,7 @@ class FullModel:
         self.calibrated = calibrated
         """The calibrated robot: predictions and URDFs."""
         self.tool, self.base = tool, base
-        self.base_in: Callable[[str, ArrayLike | None], np.ndarray] = _alone
+        self.base_in: Callable[[str, ArrayLike | None], np.ndarray] | None = None
         """Pose of the base in a frame; of robots that were calibrated together."""
         self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
 
@@ -102,16 +96,7 @@ class FullModel:
         arm = self.set_up(**setup).calibrated
         rows = arm.positions(q, stacked=True)
         found = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
-        far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
-        for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
-            raise CommandError(
-                f"row {row}: the URDF has no joint positions nearby that put its flange where the "
-                f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
-                f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
-                "fewer than six joints",
-                found,
-                row,
-            )
+        check_nearby(found, rows)
         return found.positions.reshape(np.shape(q))
 
     def set_up(self, **setup: "Unpack[Setup]") -> "FullModel":
@@ -123,7 +108,12 @@ class FullModel:
         """
         check_keywords("this method", setup, Setup.__annotations__)
         tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
-        base = setup.get("base") if frame is None else self.base_in(frame, setup.get("at"))
+        base = setup.get("base")
+        if frame is not None:
+            if self.base_in is None:
+                words = "this robot was calibrated alone; give its base there"
+                raise PoseError(f"frame {frame!r}: {words}")
+            base = self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
             origins = self.calibrated.model.origins(self.calibrated.values)
             tool = pose_on_flange(self.robot, tool, origins)
@@ -287,11 +277,11 @@ class FullModel:
         Raises:
             CommandError: A pose of the line is not reached, or the joints jump on the way.
         """
-        way, q = as_poses(ends, "ends"), near
+        way = as_poses(ends, "ends")
         if way.shape != (2, 4, 4):
             raise PoseError(f"ends of shape {np.shape(ends)}: give two poses, shape (2, 4, 4)")
         for _ in range(MOST_HALVINGS):
-            q_way = self.command_path(way, q, **setup).checked()
+            q_way = self.command_path(way, near, **setup).checked()
             sent = self.corrected_pose(way, q_way, q_way, controller, **setup)
             middles = half_way(way[:-1], way[1:])
             wanted = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)

@@ -15,6 +15,8 @@ DETOUR = (0.02, 0.1)
 half the way itself [m], [rad]."""
 FAR = 20.0
 """No arm is this large [m]."""
+FARTHEST = 0.1
+"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 Flange = Callable[[np.ndarray], np.ndarray]
 """Poses of a tool at joint positions."""
 
@@ -96,6 +98,20 @@ def along(
         near = found.positions if found.reached.all() else near
         rows.append(found)
     return rows or [search(targets, near, prefer)]
+
+
+def check_nearby(found: Solutions, rows: np.ndarray) -> None:
+    """Refuse positions of a URDF that are far from those of the full model, or lead elsewhere."""
+    far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
+    for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+        raise CommandError(
+            f"row {row}: the URDF has no joint positions nearby that put its flange where the "
+            f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
+            f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+            "fewer than six joints",
+            found,
+            row,
+        )
 
 
 def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandError:

@@ -11,6 +11,7 @@ import numpy as np
 from ...recorder import Placement
 from .. import results
 from ..assessment import repeatability_of
+from ..bayes.selection import FoundMovement
 from ..data import Measurement, RobotRecordings, as_flange_poses, check_distinct, measure, spaced
 from ..diagnostics import (
     Given,
@@ -49,28 +50,24 @@ class CalibrationProblem(RobotRecordings):
         return [*(("train", m) for m in self.measurements), *(("test", m) for m in self.test)]
 
     def at_rest(
-        self, moved: np.ndarray | None, told: Iterable[tuple[str, str, bool]]
+        self, moved: np.ndarray | None, found: Iterable[FoundMovement]
     ) -> "CalibrationProblem":
-        """Return the recordings with how far their places moved, row by row, and what is told.
-
-        That is for each movement its placement, its words, and True where it is in the model.
-        """
+        """Return the recordings with how far their places moved, row by row, and what was found."""
         named = {m.name: m for m in self.measurements}
         more = (
             results.Diagnostic(
-                "warning", "movement" if kept else "moved", where_of([named[name]]), text, STEADY
+                "warning",
+                "movement" if one.kept else "moved",
+                where_of([named[one.placement]]),
+                one.text,
+                STEADY,
             )
-            for name, text, kept in told
+            for one in found
         )
         ends = np.cumsum([len(m.positions) for m in self.measurements])
         parts = [None] * len(ends) if moved is None else np.split(moved, ends)[: len(ends)]
         train = (replace(m, moved=own) for m, own in zip(self.measurements, parts, strict=True))
         return replace(self, checks=(*self.checks, *more), measurements=tuple(train))
-
-    def findings(self, *, fitted: bool) -> tuple[results.Diagnostic, ...]:
-        """Return what was found; of servos a fit, which knows their play, judges the size."""
-        judged = fitted and bool(self.options.zeros)
-        return tuple(f for f in self.checks if not (judged and f.code == "scale"))
 
 
 def problems_of(

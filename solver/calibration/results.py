@@ -33,11 +33,12 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     if fit.posterior is not None and not _is_known(fit.posterior):
         fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
     moved = None if fit.posterior is None else fit.posterior.moved
-    problem = problem.at_rest(moved, [(m.placement, m.text, m.kept) for m in fit.movements])
+    problem = problem.at_rest(moved, fit.movements)
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     known, names, joint = dict[str, Any](), problem.robot.joint_names, fit.joint_posterior
+    judged = fit.posterior is not None and options.zeros  # of servos: it knows their play
     everything = (*problem.measurements, *problem.test)
     if fit.posterior is not None and joint is not None:
         known = estimates.known_of(fit.posterior, calibrated, everything)
@@ -62,7 +63,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, everything),
-        checks=problem.findings(fitted=fit.posterior is not None),
+        checks=tuple(f for f in problem.checks if not (judged and f.code == "scale")),
         hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
         warnings=warnings,

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 from ...recorder import Sample
@@ -96,7 +95,7 @@ def limit_for(robot: Robot) -> float:
 
     At least as many times the resolution of a printed socket.
     """
-    name = known_arm([robot.name, Path(robot.source).stem])
+    name = known_arm(robot)
     repeatability = ARMS[name].repeatability if name else RESOLUTION
     return GOAL * max(repeatability, RESOLUTION)
 

@@ -192,9 +192,7 @@ def report_figures(
         samples=samples,
         cross_placement=matrix,
         distance_text=assessment.distance_text(document.placements),
-        provenance=types.ReportProvenance.filled(
-            document.provenance, settings=document.settings
-        ),
+        provenance=types.ReportProvenance.filled(document.provenance, settings=document.settings),
         command=solve_command(document),
         rests_on=found.verdict.rests_on,
         todo=steps(found),
