@@ -15,9 +15,6 @@ from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .dataset import sample_files as sample_files
 from .dataset import write_holes as write_holes
-from .formatting import fixed as fixed
-from .formatting import millimetres as millimetres
-from .formatting import mm as mm
 from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
 from .metadata import read_keys as read_keys

@@ -66,8 +66,6 @@ class Advice:
     """Predicted error of distances in the workspace, the median of one standard deviation [m]."""
     goal: float
     """Goal of the predicted error [m]."""
-    unit: Literal["mm", "mrad"] = "mm"
-    """mrad where both are of joints' zeros [rad], in place of distances."""
     fitted: bool = False
     """True if it rests on a fit to the samples, not on the nominal model alone."""
     last_error: float | None = None
@@ -98,6 +96,8 @@ class Advice:
     """True if nothing but its alarms is known yet."""
     fails: str = ""
     """Reason for which these samples would be no valid calibration, beside what alarms say."""
+    unit: Literal["mm", "mrad"] = "mm"
+    """mrad where prediction and goal are of joints' zeros [rad], in place of distances."""
     closing: tuple[str, ...] = ()
     """Lines on the gain of another placement, once this one is enough."""
 

@@ -8,7 +8,7 @@ from operator import itemgetter
 
 from rich.text import Text
 
-from .. import Sample, millimetres
+from .. import Sample
 from ..session import Session, View
 from ..stream import JointLimits
 
@@ -105,20 +105,24 @@ def _gauge(view: View, width: int) -> Text:
     advice = view.advice
     assert advice is not None
     facts = [
-        None if advice.last_error is None else f"last {millimetres(advice.last_error, 2)}",
-        None if advice.mean_error is None else f"mean {millimetres(advice.mean_error, 2)}",
+        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
+        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
         None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
-        None if advice.distance is None else f"sockets {millimetres(advice.distance, 2)}",
+        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
     unit = " mrad" if advice.unit == "mrad" else ""
-    start = f" predicted {millimetres(advice.predicted, 2)}{unit} "
-    end = " ".join([f" goal {millimetres(advice.goal, 2)}", *(fact for fact in facts if fact)])
+    start = f" predicted {_mm(advice.predicted)}{unit} "
+    end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
     length = max(3, min(24, width - len(start + end)))
     share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
     bar = ("█" * round(share * length)).ljust(length, "·")
     return Text(
         _fit(start + bar + end, width), style="green" if advice.predicted <= advice.goal else ""
     )
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
 
 
 def _counts(session: Session, width: int) -> Text:

@@ -3,9 +3,20 @@
 import math
 from collections.abc import Sequence
 
-from ...recorder import fixed as fixed
-from ...recorder import millimetres as millimetres
-from ...recorder import mm as mm
+
+def mm(metres: float, digits: int = 2) -> str:
+    """Return a length in millimetres."""
+    return f"{fixed(1e3 * metres, digits)} mm"
+
+
+def millimetres(metres: float | None, digits: int = 3) -> str:
+    """Return a length in millimetres without its unit, as it stands in tables; - for None."""
+    return "-" if metres is None else f"{1e3 * metres:.{digits}f}"
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with so many decimals; zero has no minus."""
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}"
 
 
 def percent(fraction: float) -> str:

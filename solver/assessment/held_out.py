@@ -69,12 +69,13 @@ def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) ->
 
 def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the errors at placements that were not trained on are within their limits."""
-    proving, others = held_out(predictions)
-    given = predictions.document.placements
-    rows = [row for row in given if row.role == "test" and row.name in proving]
+    document, (proving, others) = predictions.document, held_out(predictions)
+    rows = [row for row in document.placements if row.role == "test" and row.name in proving]
     by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
     full = mean_metrics([row.calibrated for row in rows]) if rows else None
+    if document.summary.test is not None and not others:
+        loaded, full = document.summary.test.loaded, document.summary.test.calibrated
     full = None if full == loaded else full
     words = f"{joined(others)}, which proves nothing"
     missing = f"{words}; record another {NEAREST:g} m away" if others else NOTHING_HELD_OUT

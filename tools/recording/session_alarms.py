@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from ...recorder import Placement, millimetres
+from ...recorder import Placement
 from ...recorder.session import Alarm
-from ...solver.assessment import repeatability_of
+from ...solver.assessment import millimetres, repeatability_of
 from ...solver.diagnostics import Fault, LiveCheck, is_coarse
 from ...solver.robot import Robot
 from .outlier_checks import wrong_model_check
