@@ -149,9 +149,7 @@ def compare(
     trained = [[False, *(one.was_trained_on(m) for one in each)] for m in data]
     fair = [i for i, row in enumerate(trained) if not any(row)]
 
-    def overall(k: int) -> ErrorsOverall | None:
-        if not fair:
-            return None
+    def overall(k: int) -> ErrorsOverall:
         mean = mean_metrics([metrics[i][k] for i in fair])
         return ErrorsOverall.filled(
             quantiles(np.concatenate([errors[i][k] for i in fair])),
@@ -183,19 +181,19 @@ def compare(
             placements=rows,
             summary=_mean_difference([rows[i] for i in fair]) if fair else None,
             apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
-            curves=agreement(
-                each[a - 1].document.curves if a else None, each[b - 1].document.curves
-            ),
+            curves=agreement(curves[a], curves[b]),
         )
 
-    names = (NOMINAL, *contenders)
+    curves = [None, *(one.document.curves for one in each)]
+    summaries = [overall(k) if fair else None for k in range(len(models))]
+    named = zip((NOMINAL, *contenders), summaries, strict=True)
     return ComparisonDocument(
         format=COMPARISON,
         robot_name=each[0].robot.name,
-        models=tuple(ComparedModel(name=name, summary=overall(k)) for k, name in enumerate(names)),
+        models=tuple(ComparedModel(name=name, summary=summary) for name, summary in named),
         placements=tuple(map(placement, range(len(data)))),
         fair=tuple(fair),
-        pairs=tuple(pair(a, b) for b in range(1, len(names)) for a in range(b)),
+        pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
     )
 
 
