@@ -114,19 +114,19 @@ class Setting:
     def __init__(self, name: str, seed: int) -> None:
         self.robot = load_robot(name)
         self.seed, generator = seed, np.random.default_rng([seed, 11])
-        self._arm = arm_of(self.robot, generator)
+        self.arm = arm_of(self.robot, generator)
         how = realistic_flaws(self.robot, generator)
         if name in SERVOS:
             how = Imperfection(3e-4, play=PLAYS.get(name, PLAY), resolution=math.tau / 4096)
-        self._base: Base = reachable_bases(self._arm, generator, 1, 0.1)[0]
-        self._read = lead(self._arm, np.array(self._base.sockets)[ORDER], generator, how)
+        self._base: Base = reachable_bases(self.arm, generator, 1, 0.1)[0]
+        self._read = lead(self.arm, np.array(self._base.sockets)[ORDER], generator, how)
         self.check = LiveCheck(self.robot, ARMS[name].repeatability if name in ARMS else None)
 
     def fault(self, text: str) -> tuple[SessionFault | None, Session]:
         """Return a fault, and the session that it comes to."""
         sockets, own = np.array(self._base.sockets), crc32(f"{self.robot.name} {text}".encode())
         generator = np.random.default_rng([self.seed, own])
-        session = Session(self._arm, self._read, ORDER, sockets, generator)
+        session = Session(self.arm, self._read, ORDER, sockets, generator)
         return SessionFault.parse(text), session
 
     def samples(self, text: str) -> tuple[Sample, ...]:

@@ -1,0 +1,67 @@
+"""Faults told while a session goes on: by all that its arm may be like, and soon enough."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sessions import Setting
+
+from mukca.recorder import Sample
+from mukca.solver.data import STANDARD_LOAD
+from mukca.solver.diagnostics import LiveCheck, RigidModel
+from mukca.solver.diagnostics.live import CLOSE
+from mukca.solver.robot import Robot, choose_parameters
+
+LATE = "socket@13+6"
+
+
+@pytest.fixture(scope="module")
+def heavy() -> Setting:
+    """An arm of which no figure is known, so that its gears may have any play."""
+    return Setting("ur20", 2)
+
+
+def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy: Setting) -> None:
+    """With little play and the usual elasticity, a ball of the first 12 was not seated."""
+    assert heavy.told(heavy.samples("none")[:12]) == []
+    assert heavy.told(heavy.samples("ball@9:5mm")) == ["ball_sample"]
+
+
+def test_moments_hold_the_joints_where_their_zeros_were_fitted() -> None:
+    """Zeros are off by up to 5 degrees; moments tell on which side of its play a joint rests."""
+    here = Setting("so101", 0)
+    scene = here.check.scene([here.placement(here.samples("none"))])
+    m = len(here.robot.actuated)
+    true = STANDARD_LOAD.moments(here.arm, scene.q, None)[:, :m]
+    fitted, read = scene.torques, STANDARD_LOAD.moments(here.robot, scene.q, None)
+    off, before = (np.linalg.norm(one[:, :m] - true) for one in (fitted, read))
+    assert off < before
+
+
+class Counting(RigidModel):
+    """A model that knows how often it was fitted anew, and by its derivatives alone."""
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot, choose_parameters(robot))
+        self.anew = self.by_derivatives = 0
+
+    def fit(self, samples, iterations=40, start=None, linear=None):
+        if linear is None:
+            self.anew += 1
+        else:
+            self.by_derivatives += 1
+        return super().fit(samples, iterations, start, linear)
+
+
+def test_few_samples_in_other_sockets_are_looked_at_closely(heavy: Setting) -> None:
+    """However many a placement has, and whatever happened; so a check takes no longer."""
+    check, model = LiveCheck(heavy.robot, 1e-4), Counting(heavy.robot)
+    check.__dict__["_model"] = model
+    for text, told in ((LATE, "socket"), ("loose", "ball_loose")):
+        samples = heavy.samples(text)
+        again = [replace(s, number=len(samples) + s.number) for s in heavy.samples("none")]
+        longer: tuple[Sample, ...] = (*samples, *again)
+        found = check.faults([heavy.placement(longer)])
+        assert found and found[0].hypothesis.name == told
+    assert model.by_derivatives > 100
+    assert model.anew <= 2 * (CLOSE + 4)
