@@ -92,10 +92,11 @@ def _uncommented(text: str) -> str:
     lines = text.splitlines()
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
     data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    by = next((d for d in ";\t," if d in data.strip()), None)  # commas are decimal beside others
     for i in comments:
         words = lines[i].lstrip("# ")
-        alike = all(words.count(d) == data.count(d) for d in ",;\t") and not data[:1].isalpha()
-        lines[i] = words if alike and i == comments[-1] and any(d in data for d in ",;\t") else ""
+        alike = by and words.count(by) == data.strip().count(by) and not data[:1].isalpha()
+        lines[i] = words if alike and i == comments[-1] else ""
     return "\n".join(lines) + "\n" if comments else text
 
 

@@ -124,6 +124,7 @@ def test_bad_files_are_told_with_file_and_line(tmp_path, text, told):
         "j1,j2,j3,\n1,2,3,\n",
         "1;2,0;3;\n",
         "j2 [deg],j1,j3\n114.591559026165,1,3\n",
+        "# j2 [deg];j1;j3\n114,591559026165;1,0;3\n",
     ],
 )
 def test_files_of_others_are_read_as_they_meant_them(tmp_path, text):

@@ -54,7 +54,7 @@ class Counting(RigidModel):
 
 
 def test_few_samples_in_other_sockets_are_looked_at_closely(heavy: Setting) -> None:
-    """However many a placement has, and whatever happened; so a check takes no longer."""
+    """So a check takes no longer, whatever happened, with many samples in a placement."""
     check, model = LiveCheck(heavy.robot, 1e-4), Counting(heavy.robot)
     check.__dict__["_model"] = model
     for text, told in ((LATE, "socket"), ("loose", "ball_loose")):
