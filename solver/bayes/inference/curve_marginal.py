@@ -31,7 +31,7 @@ class CurveFit:
 
     @cached_property
     def rest(self) -> Rest:
-        """What is known besides the samples."""
+        """Knowledge besides the samples."""
         return rest_of(self.state, len(self.weights) / len(self.state.linear.errors))
 
     @cached_property

@@ -19,7 +19,7 @@ JITTER, LEAST = 1e-6, 1e-20
 
 @dataclass(frozen=True)
 class GivenCurves:
-    """What a prior tells of one robot's curves."""
+    """Knowledge of one robot's curves by a prior."""
 
     mean: np.ndarray
     """mu_c, shape (m KNOTS,) [rad]."""
@@ -46,7 +46,7 @@ class CurvePrior:
     length: float
     """l [rad]."""
     given: GivenCurves | None = None
-    """What is known beyond the process that the curves were of at first."""
+    """Knowledge beyond the process that the curves were of at first."""
 
     @cached_property
     def block(self) -> np.ndarray:

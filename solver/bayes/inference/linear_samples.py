@@ -32,7 +32,7 @@ class LinearSamples:
     count: int
     """Number of robots."""
     given: GivenCurves | None
-    """What a prior tells of one robot's curves."""
+    """Knowledge of one robot's curves by a prior."""
     shift: np.ndarray
     """[R, c without e], shape (robots m KNOTS, d + 1) [rad]; zero where nothing is given."""
 
@@ -137,14 +137,14 @@ def _padded(rows: np.ndarray, width: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Rest:
-    """What is known of the d unknowns beside the curves besides the samples: a quadratic in y."""
+    """Knowledge of the d unknowns beside the curves besides the samples: a quadratic in y."""
 
     precision: np.ndarray
     """Shape (d, d); zero for what is held."""
     gradient: np.ndarray
     """Its slope at the state, shape (d,)."""
     free: np.ndarray
-    """Which may change, shape (d,)."""
+    """True for what may change, shape (d,)."""
 
     def posterior(self, information: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return y and its covariance Sigma, zero for what is held, shapes (d,) and (d, d).

@@ -86,7 +86,7 @@ class JointPosterior:
 
     @property
     def objective(self) -> Objective:
-        """What was minimised."""
+        """Function that was minimised."""
         return self.state.objective
 
     @cached_property
@@ -127,7 +127,7 @@ class JointPosterior:
 
     @property
     def movements(self) -> tuple[tuple[Movement, np.ndarray], ...]:
-        """How placements moved while they were recorded, with the unknowns."""
+        """Movements of placements while they were recorded, with the unknowns."""
         movements = self.objective.movements
         ends = (self.own[-1].stop + np.cumsum([one.size for one in movements])).tolist()
         each = zip(movements, ends, strict=True)

@@ -63,7 +63,7 @@ class State:
 
     @cached_property
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
-        """What is known of K places: derivatives B, shape (K, n), and residuals b, shape (K,)."""
+        """Derivatives B, shape (K, n), and residuals b, (K,), of known distances and coordinates."""
         objective = self.objective
         known, located = objective.rows.scene.arms[0].known, objective.rows.located
         rows, values = np.zeros((len(known), objective.size)), np.zeros(len(known))
@@ -93,7 +93,7 @@ class State:
 
     @cached_property
     def free(self) -> np.ndarray:
-        """Which of all unknowns are not held at zero, shape (n,)."""
+        """True for all unknowns that are not held at zero, shape (n,)."""
         free = np.arange(self.objective.size) >= self.objective.model_size
         for group, kept in self.priors:
             free[group.members[kept]] = True
@@ -101,7 +101,7 @@ class State:
 
     @property
     def bounded(self) -> np.ndarray:
-        """Which of all unknowns cannot be below zero, shape (n,)."""
+        """True for all unknowns that cannot be below zero, shape (n,)."""
         bounded = np.zeros(self.objective.size, dtype=bool)
         for group in self.groups:
             bounded[group.members] = group.non_negative and group.width > 0
