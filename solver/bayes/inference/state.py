@@ -63,7 +63,7 @@ class State:
 
     @cached_property
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives B, shape (K, n), and residuals b, (K,), of known distances and coordinates."""
+        """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective = self.objective
         known, located = objective.rows.scene.arms[0].known, objective.rows.located
         rows, values = np.zeros((len(known), objective.size)), np.zeros(len(known))
