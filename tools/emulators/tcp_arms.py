@@ -11,12 +11,12 @@ from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
 from .ports import TcpServer
 
-TYPES = {
-    "timestamp": "DOUBLE",
-    "actual_q": "VECTOR6D",
-    "target_moment": "VECTOR6D",
-    "robot_mode": "INT32",
-    "safety_mode": "INT32",
+OUTPUTS = {
+    "timestamp": ("DOUBLE", ">d"),
+    "actual_q": ("VECTOR6D", ">6d"),
+    "target_moment": ("VECTOR6D", ">6d"),
+    "robot_mode": ("INT32", ">i"),
+    "safety_mode": ("INT32", ">i"),
 }
 RUNNING, NORMAL = 7, 1
 
@@ -42,18 +42,14 @@ class UrEmulator(Emulator):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
         if number % self._every == 0:
-            package = packed(b"U", b"\x01" + self._values(number, state))
-            self.emit(self._tcp.send, package, moment)
-
-    def _values(self, number: int, state: JointState) -> bytes:
-        values = {
-            "timestamp": struct.pack(">d", number / self.arm.rate),
-            "actual_q": struct.pack(">6d", *state.position),
-            "target_moment": struct.pack(">6d", *(state.effort or 6 * (0.0,))),
-            "robot_mode": struct.pack(">i", RUNNING),
-            "safety_mode": struct.pack(">i", NORMAL),
-        }
-        return b"".join(values[name] for name in self._names)
+            now, torques = [number / self.arm.rate], state.effort or 6 * (0.0,)
+            values = (now, state.position, torques, [RUNNING], [NORMAL])
+            outputs = {
+                name: struct.pack(layout, *numbers)
+                for (name, (_, layout)), numbers in zip(OUTPUTS.items(), values, strict=True)
+            }
+            package = b"\x01" + b"".join(outputs[name] for name in self._names)
+            self.emit(self._tcp.send, packed(b"U", package), moment)
 
     def _requests(self, received: bytes) -> None:
         """Answer all requests that have come in whole."""
@@ -86,7 +82,7 @@ class UrEmulator(Emulator):
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
         self._names = payload[8:].decode().rstrip(",").split(",")
-        types = ",".join(TYPES.get(name, "NOT_FOUND") for name in self._names)
+        types = ",".join(OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in self._names)
         self._tcp.send(packed(b"O", bytes(["NOT_FOUND" not in types]) + types.encode()))
 
     def _forget(self) -> None:

@@ -4,8 +4,11 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 (version 10). An FRI session monitors, and is ready once a reply has come.
 """
 
+import json
 import struct
 import zlib
+from pathlib import Path
+from typing import Any
 
 from ...drivers import JointState
 from ...drivers.transport import parse_endpoint
@@ -13,18 +16,8 @@ from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
 from .ports import STRANGER, TcpServer, UdpPort
 
-LIMITS = '<limit lower="-2.9" upper="2.9" velocity="2.6" effort="87"/>'
-VELOCITY = '<position_based_velocity_limits velocity_offset="1" deceleration_limit="5"/>'
-MODEL = (
-    '<robot name="fr3">'
-    + "".join(f'<link name="link{i}"/>' for i in range(8))
-    + "".join(
-        f'<joint name="joint{i}" type="revolute"><parent link="link{i - 1}"/>'
-        f'<child link="link{i}"/><axis xyz="0 0 1"/>{LIMITS}{VELOCITY}</joint>'
-        for i in range(1, 8)
-    )
-    + "</robot>"
-)
+FRANKA: dict[str, Any] = json.loads((Path(__file__).parent / "franka.json").read_text("utf-8"))
+"""The robot model, a pose, and the layout of a datagram's numbers, each since a server version."""
 GET_ROBOT_MODEL = {8: 12, 9: 12, 10: 11}
 GUIDING = 3
 
@@ -62,7 +55,7 @@ class FrankaEmulator(Emulator):
         if command == 0 and len(request) == 16:
             self._connect(identifier, *struct.unpack_from("<HH", request, 12))
         elif command == GET_ROBOT_MODEL.get(int(self.version)):
-            self._reply(command, identifier, b"\0" + MODEL.encode())
+            self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
         own = 99 if self.faults.is_active("version", self.moment) else int(self.version)
@@ -82,31 +75,14 @@ class FrankaEmulator(Emulator):
 def encode_state(version: int, number: int, state: JointState) -> bytes:
     """Return the numbered RobotState datagram of a server version, 3 to 10, of an arm at rest."""
     letter = "f" if version == 10 else "d"
-    zeros: tuple[float, ...] = (0.0,)
-    pose = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.3, 0.0, 0.5, 1.0)
-    q, tau = state.position, state.effort or 7 * zeros
-    numbers: list[float] = []
-    numbers += 2 * pose  # O_T_EE, O_T_EE_d
-    numbers += (2 if version == 3 else 4) * pose  # F_T_EE, EE_T_K; F_T_NE and NE_T_EE from 4 on
-    numbers += (1 + 9 + 3 + 1 + 9 + 3) * zeros  # mass, inertia and centre: end effector, load
-    numbers += 4 * zeros  # elbow, elbow_d
-    numbers += (*tau, *tau, *7 * zeros)  # tau_J, tau_J_d, dtau_J
-    numbers += (*q, *q, *(3 * 7) * zeros)  # q, q_d, dq, dq_d, ddq_d
-    numbers += (7 + 6 + 7 + 6) * zeros  # contacts and collisions, joint and Cartesian
-    numbers += (7 + 6 + 6 + 6) * zeros  # tau_ext, O_F_ext, K_F_ext, O_dP_EE_d
-    numbers += (3 if version >= 5 else 0) * zeros  # O_ddP_O
-    numbers += 6 * zeros  # elbow_c and its derivatives
-    numbers += (*pose, *12 * zeros)  # O_T_EE_c, O_dP_EE_c, O_ddP_EE_c
-    numbers += (*q, *7 * zeros)  # theta, dtheta
-    numbers += (36 if version == 10 else 0) * zeros  # accelerometers, top and bottom
-    flags = bytes(2 * (37 if version < 5 else 41))  # current errors, reflex reason
+    torques = state.effort or 7 * (0.0,)
+    holds = {"pose": FRANKA["pose"], "positions": state.position, "torques": torques, "zero": (0,)}
+    fields = [field for field in FRANKA["layout"] if version >= field["since"]]
+    numbers = [x for field in fields for x in field["times"] * [*holds[field["hold"]]]]
+    errors = bytes(2 * (37 if version < 5 else 41))  # current, and reflex reason
     modes = b"\0\0"  # motion generator, controller
-    return (
-        struct.pack(f"<Q{len(numbers)}{letter}", number, *numbers)
-        + modes
-        + flags
-        + struct.pack(f"<B{letter}", GUIDING, 1.0)
-    )
+    body = struct.pack(f"<Q{len(numbers)}{letter}", number, *numbers) + modes + errors
+    return body + struct.pack(f"<B{letter}", GUIDING, 1.0)
 
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4

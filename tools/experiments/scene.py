@@ -1,5 +1,6 @@
 """The arm as it truly is, its tool, and what it touches, in MuJoCo."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -39,18 +40,14 @@ def add_visuals(spec: Any, arm: Robot) -> None:
     for joint, end, length in zip(arm.joints, ends * shown[:, None], lengths * shown, strict=False):
         body = spec.body(joint.child)
         if joint.actuated:
-            _ghost(body, type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.055, 0.06, 0], rgba=DARK)
+            _ghost(body, "cylinder", [0.055, 0.06], rgba=DARK)
         if length > 0.02:
-            line = [0, 0, 0, *end]
-            capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-            _ghost(body, type=capsule, size=[0.04, 0, 0], fromto=line, rgba=LIGHT)
+            _ghost(body, "capsule", [0.04], fromto=[0, 0, 0, *end], rgba=LIGHT)
 
 
 def add_stem(body: Any, radius: float, ends: list[float]) -> None:
     """Add a peg's or pen's cylinder between two heights on the z axis [m]."""
-    line = [0, 0, ends[0], 0, 0, ends[1]]
-    cylinder = mujoco.mjtGeom.mjGEOM_CYLINDER
-    _ghost(body, type=cylinder, size=[radius, 0, 0], fromto=line, rgba=ORANGE)
+    _ghost(body, "cylinder", [radius], fromto=[0, 0, ends[0], 0, 0, ends[1]], rgba=ORANGE)
 
 
 def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: float) -> None:
@@ -70,11 +67,18 @@ def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: flo
     spec.add_mesh(
         name="block", uservert=np.ravel(corners), userface=np.ravel(faces), smoothnormal=0
     )
-    _ghost(body, type=mujoco.mjtGeom.mjGEOM_MESH, meshname="block", rgba=BLUE)
+    _ghost(body, "mesh", [], meshname="block", rgba=BLUE)
 
 
-def _ghost(body: Any, **shape: Any) -> None:
-    body.add_geom(contype=0, conaffinity=0, mass=0, **shape)
+def _geom(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
+    """Add a shape, by MuJoCo's word for its kind, and its sizes [m]."""
+    shape = getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}")
+    body.add_geom(type=shape, size=[*size, 0, 0, 0][:3], **more)
+
+
+def _ghost(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
+    """Add a shape that is only seen."""
+    _geom(body, kind, size, contype=0, conaffinity=0, mass=0, **more)
 
 
 TIME_STEP = 1e-3
@@ -91,6 +95,7 @@ PEG_FILLET = 1e-3
 PEG_LENGTH = 0.04
 HOLE_DEPTH = 0.02
 HOLE_SIDES = 24
+ANGLES = np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES
 HOLE_WALL = 0.06
 """From the hole's edge to the rim of the block around it [m]."""
 TOUCH: dict[str, Any] = {"priority": 1, "mass": 0}
@@ -127,8 +132,7 @@ class Scene:
             motor.gainprm[0] = 1.0
         add_visuals(spec, arm)
         top, pale = [0.55, 0, TABLE - 0.01], [0.55, 0.6, 0.65, 1]
-        box = mujoco.mjtGeom.mjGEOM_BOX
-        spec.worldbody.add_geom(type=box, size=[0.45, 0.6, 0.01], pos=top, rgba=pale)
+        _geom(spec.worldbody, "box", [0.45, 0.6, 0.01], pos=top, rgba=pale)
         if hole is None:
             # A pen is fixed like a peg; its tip is one sphere.
             add_stem(spec.body(arm.tip), PEG_RADIUS, [-PEG_LENGTH, -4 * PEG_FILLET])
@@ -179,16 +183,14 @@ def _add_peg(body: Any) -> None:
     # contacts MuJoCo computes exactly.
     add_stem(body, PEG_RADIUS, [-PEG_LENGTH, 0.0])
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
-    capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-    body.add_geom(type=capsule, size=[PEG_RADIUS, 0, 0], fromto=side, group=HIDDEN, **PEG_TOUCH)
-    for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
+    _geom(body, "capsule", [PEG_RADIUS], fromto=side, group=HIDDEN, **PEG_TOUCH)
+    for angle in ANGLES:
         place = (PEG_RADIUS - PEG_FILLET) * np.array([np.cos(angle), np.sin(angle)])
         _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
 
 
 def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
-    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
-    body.add_geom(type=sphere, size=[PEG_FILLET, 0, 0], pos=place, rgba=ORANGE, **touch)
+    _geom(body, "sphere", [PEG_FILLET], pos=place, rgba=ORANGE, **touch)
 
 
 def _add_hole(spec: Any, diameter: float) -> None:
@@ -197,13 +199,10 @@ def _add_hole(spec: Any, diameter: float) -> None:
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
     half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)
-    for angle in np.arange(HOLE_SIDES) * 2 * np.pi / HOLE_SIDES:
-        out = radius + HOLE_WALL / 2
-        block.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[HOLE_WALL / 2, half_width, HOLE_DEPTH / 2],
-            pos=[out * np.cos(angle), out * np.sin(angle), HOLE_DEPTH / 2],
-            quat=[np.cos(angle / 2), 0, 0, np.sin(angle / 2)],
-            group=HIDDEN,
-        )
+    out, half = radius + HOLE_WALL / 2, HOLE_DEPTH / 2
+    for angle in ANGLES:
+        place = [out * np.cos(angle), out * np.sin(angle), half]
+        turn = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+        sizes = [HOLE_WALL / 2, half_width, half]
+        _geom(block, "box", sizes, pos=place, quat=turn, group=HIDDEN)
     add_open_block(spec, block, (radius, radius + HOLE_WALL), HOLE_DEPTH)
