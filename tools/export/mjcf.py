@@ -6,10 +6,9 @@ L_i by the nominal arm and K_i by the calibrated one: B'_i = K_i L_i^-1 B_i, sin
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -31,16 +30,16 @@ WEIGHT = 0.1
 """Weight of an axis relative to the one before it, where both models are aligned."""
 
 
-@dataclass(frozen=True)
-class MjcfJoint:
-    """A joint of the MuJoCo model at zero, in the frame of the body that carries the first."""
+class MjcfJoints(NamedTuple):
+    """Joints of the MuJoCo model at zero, in the frame of the body that carries the first."""
 
-    name: str
-    body: str
-    axis: np.ndarray
-    pose: np.ndarray
-    parent: np.ndarray
-    """Poses of the body and its parent, which is welded to the body before, shape (4, 4)."""
+    names: list[str]
+    bodies: list[str]
+    axes: np.ndarray
+    """Shape (N, 3)."""
+    poses: np.ndarray
+    parents: np.ndarray
+    """Poses of the bodies and their parents, each welded to the body before, shape (N, 4, 4)."""
 
 
 def write(request: Request) -> Exported:
@@ -51,13 +50,11 @@ def write(request: Request) -> Exported:
     robot = request.calibration.robot
     nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
     base, laid, lines = _laid(request, joints, nominal)
-    places: dict[str, np.ndarray] = {}
-    moved = np.eye(4)  # the motion of the body before, from its place in the nominal model
-    for joint, old, new in zip(joints, laid, _links(request.origins, request), strict=True):
-        motion = base @ new @ np.linalg.inv(old)
-        places[joint.body] = np.linalg.inv(moved @ joint.parent) @ motion @ joint.pose
-        moved = motion
-    holder, text = _with_places(request.like, places)
+    # the motion of each body, and of the one before, from its place in the nominal model
+    motions = base @ _links(request.origins, request) @ np.linalg.inv(laid)
+    before = np.concatenate([np.eye(4)[None], motions[:-1]])
+    moved = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
+    holder, text = _with_places(request.like, dict(zip(joints.bodies, moved, strict=True)))
     main = holder == request.like
     said = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
     new = f'<custom><text name="mukca" data={quoteattr(said)}/></custom>'
@@ -73,14 +70,14 @@ def write(request: Request) -> Exported:
     return Exported({request.file.name: text}, losses, tuple(lines))
 
 
-def _links(origins: Any, request: Request) -> list[np.ndarray]:
-    """Return the pose of each moving joint's child link in the base frame, at zero."""
+def _links(origins: Any, request: Request) -> np.ndarray:
+    """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
     poses = accumulate(map(rigid, origins), np.matmul)
     joints = request.calibration.robot.joints
-    return [T for T, joint in zip(poses, joints, strict=True) if joint.actuated]
+    return np.array([T for T, joint in zip(poses, joints, strict=True) if joint.actuated])
 
 
-def _joints(request: Request) -> list[MjcfJoint]:
+def _joints(request: Request) -> MjcfJoints:
     """Return the model's joints that are the arm's, in the arm's order."""
     try:
         import mujoco
@@ -96,32 +93,30 @@ def _joints(request: Request) -> list[MjcfJoint]:
         hint = "; name the model that includes it" if "mujocoinclude" in str(error) else ""
         raise ExportError(f"--like {request.like}: MuJoCo cannot read it: {error}{hint}") from None
     indices = _matched(model, request)
-    bodies = [int(model.jnt_bodyid[j]) for j in indices]
+    bodies: list[int] = model.jnt_bodyid[indices].tolist()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    parents = [int(model.body_parentid[body]) for body in bodies]
-    base = np.linalg.inv(_pose(data, parents[0]))
-    joints: list[MjcfJoint] = []
-    for i, (j, body, parent) in enumerate(zip(indices, bodies, parents, strict=True)):
-        name = model.joint(j).name
+    parents: list[int] = model.body_parentid[bodies].tolist()
+    names = [model.joint(j).name for j in indices]
+    for j, body, parent, name, before in zip(
+        indices, bodies, parents, names, [parents[0], *bodies], strict=False
+    ):
         if model.body_jntnum[body] != 1 or model.qpos0[model.jnt_qposadr[j]] != 0:
             raise ExportError(f"{request.like}: {name!r} shares its body, or has a `ref`")
         if np.any(model.jnt_pos[j]):
             raise ExportError(f"{request.like}: {name!r} has a `pos`; put its body there instead")
-        if i > 0 and model.body_weldid[parent] != bodies[i - 1]:
+        if parent != before and model.body_weldid[parent] != before:
             raise ExportError(
                 f"{request.like}: body {model.body(body).name!r} does not hang where the joint "
                 "before it is; the joints stand in another order"
             )
-        poses = (base @ _pose(data, each) for each in (body, parent))
-        joints.append(MjcfJoint(name, model.body(body).name, base[:3, :3] @ data.xaxis[j], *poses))
-    return joints
-
-
-def _pose(data: Any, body: int) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
-    return T
+    poses: np.ndarray = np.tile(np.eye(4), (model.nbody, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = data.xmat.reshape(-1, 3, 3), data.xpos
+    placed: np.ndarray = np.linalg.inv(poses[parents[0]]) @ poses
+    world: np.ndarray = placed[0, :3, :3]
+    axes = np.array([world @ data.xaxis[j] for j in indices])
+    called = [model.body(body).name for body in bodies]
+    return MjcfJoints(names, called, axes, placed[bodies], placed[parents])
 
 
 def _matched(model: Any, request: Request) -> list[int]:
@@ -158,36 +153,33 @@ def _matched(model: Any, request: Request) -> list[int]:
 
 
 def _laid(
-    request: Request, joints: list[MjcfJoint], nominal: list[np.ndarray]
-) -> tuple[np.ndarray, list[np.ndarray], list[str]]:
+    request: Request, joints: MjcfJoints, nominal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return the poses of the URDF's base and links in the model, and how both models differ."""
-    actuated = request.calibration.robot.actuated
-    axes = np.array([joint.axis for joint in joints])
-    places = np.array([joint.pose[:3, 3] for joint in joints])
+    actuated, axes = request.calibration.robot.actuated, joints.axes
     turning = np.array([joint.type != "prismatic" for joint in actuated])
     across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
-    others = np.array([L[:3, :3] @ j.axis for L, j in zip(nominal, actuated, strict=True)])
-    base = _base(axes, others, across, places, np.array([L[:3, 3] for L in nominal]))
-    laid = [base @ L for L in nominal]
+    others = np.einsum("nij,nj->ni", nominal[:, :3, :3], [joint.axis for joint in actuated])
+    places = joints.poses[:, :3, 3]
+    base = _base(axes, others, across, places, nominal[:, :3, 3])
+    laid = base @ nominal
     turned = others @ base[:3, :3].T
     turns = np.cross(turned, axes)
     sines = np.linalg.norm(turns, axis=1)
     angles = np.arctan2(sines, np.sum(axes * turned, axis=1))
-    gaps = places - [L[:3, 3] for L in laid]
-    offs = np.einsum("nij,nj->ni", across, gaps)
+    offs = np.einsum("nij,nj->ni", across, places - laid[:, :3, 3])
     distances = np.linalg.norm(offs, axis=1)
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
     said = (
-        f"{request.like}: the axis of {joints[worst].name!r} is not that of "
+        f"{request.like}: the axis of {joints.names[worst]!r} is not that of "
         f"{actuated[worst].name!r}: {1e3 * distances[worst]:.2f} mm and "
         f"{np.degrees(angles[worst]):.2f} degrees off"
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
         raise ExportError(f"{said}; it is another arm's model, or counts its angles otherwise")
     turns *= (angles / np.maximum(sines, 1e-300))[:, None]
-    for L, vector, off in zip(laid, turns, offs, strict=True):
-        L[:3, :3] = turn(vector) @ L[:3, :3]
-        L[:3, 3] += off
+    laid[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ laid[:, :3, :3]
+    laid[:, :3, 3] += offs
     differ = max(distances.max(), angles.max()) > ROUNDED
     lines = [f"{said}; in the new file it is the calibrated arm's."] if differ else []
     return base, laid, lines
@@ -208,13 +200,19 @@ def _base(
 
 def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:
     """Return the one file that holds some bodies, with other poses on their parents, (4, 4)."""
+    import mujoco
+
     for file, data, begins in _files(model, model.parent, places):
         if len(begins) < len(places):
             continue
         edits: list[tuple[int, int, bytes]] = []
         for body, begin in begins.items():
             end = end_of_tag(data, begin)
-            tag = with_attributes(_TURNS.sub(b"", data[begin:end]), _attributes(places[body]))
+            quat, T = np.empty(4), places[body]
+            mujoco.mju_mat2Quat(quat, T[:3, :3].ravel())
+            words = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
+            attributes = {key: " ".join(map(repr, values)) for key, values in words.items()}
+            tag = with_attributes(_TURNS.sub(b"", data[begin:end]), attributes)
             edits.append((begin, end, tag))
         return file, with_edits(data, edits)
     raise ExportError(
@@ -254,12 +252,3 @@ def _files(
             if (place / name).is_file():
                 yield from _files(place / name, folder, places)
                 break
-
-
-def _attributes(T: np.ndarray) -> dict[str, str]:
-    import mujoco
-
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
-    words = {"pos": T[:3, 3], "quat": quat}
-    return {key: " ".join(map(repr, values.tolist())) for key, values in words.items()}
