@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -110,11 +110,12 @@ def _joints(request: Request) -> MjcfJoints:
                 f"{request.like}: body {model.body(body).name!r} does not hang where the joint "
                 "before it is; the joints stand in another order"
             )
-    poses: np.ndarray = np.tile(np.eye(4), (model.nbody, 1, 1))
+    poses = cast("Any", np.stack([np.eye(4)] * model.nbody))
     poses[:, :3, :3], poses[:, :3, 3] = data.xmat.reshape(-1, 3, 3), data.xpos
-    placed: np.ndarray = np.linalg.inv(poses[parents[0]]) @ poses
-    world: np.ndarray = placed[0, :3, :3]
-    axes = np.array([world @ data.xaxis[j] for j in indices])
+    base = cast("Any", np.linalg.inv(poses[parents[0]]))
+    placed: np.ndarray = base @ poses
+    directions: np.ndarray = data.xaxis[indices]
+    axes: np.ndarray = np.matmul(placed[0, :3, :3], directions[:, :, None])[:, :, 0]
     called = [model.body(body).name for body in bodies]
     return MjcfJoints(names, called, axes, placed[bodies], placed[parents])
 
