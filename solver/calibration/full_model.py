@@ -93,14 +93,14 @@ class FullModel:
         Raises:
             CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
         """
-        arm = self.set_up(**setup).calibrated
+        arm = self.kinematics(**setup).calibrated
         rows = arm.positions(q, stacked=True)
         found = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
         check_nearby(found, rows)
         return found.positions.reshape(np.shape(q))
 
-    def set_up(self, **setup: "Unpack[Setup]") -> "FullModel":
-        """Return the model with a tool, a payload and a base, by which all methods compute.
+    def kinematics(self, **setup: "Unpack[Setup]") -> "FullModel":
+        """Return the kinematics of a tool, with a payload and a base, by which all methods compute.
 
         Raises:
             PoseError: A pose of the setup is none.
@@ -133,7 +133,7 @@ class FullModel:
         Raises:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
-        on = self.set_up(**setup)
+        on = self.kinematics(**setup)
         F = on.calibrated.poses(checked(on.calibrated, q))[0].reshape(*np.shape(q)[:-1], 4, 4)
         return on.base @ F @ on.tool
 
@@ -142,7 +142,7 @@ class FullModel:
 
         For speeds of the joints: that of the tool's origin [m/s], then its angular one [rad/s].
         """
-        on = self.set_up(**setup)
+        on = self.kinematics(**setup)
         rows = checked(on.calibrated, q)
         J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(-1, 2, 3, rows.shape[1])
         return (on.base[:3, :3] @ J).reshape(*np.shape(q)[:-1], 6, rows.shape[1])
@@ -176,7 +176,7 @@ class FullModel:
                 left, and the joint at its limit.
             PoseError: Numbers that are no pose.
         """
-        on = self.set_up(**setup)
+        on = self.kinematics(**setup)
         goal, targets = on.goal(pose)
         found = on.calibrated.search(goal, targets, near, prefer, on.tool)
         leading = np.shape(pose)[: -2 if goal == "pose" else -1]
@@ -206,7 +206,7 @@ class FullModel:
         ``start``, so that a closed path of the tool is a closed one of the joints.
         :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
         """
-        on = self.set_up(**setup)
+        on = self.kinematics(**setup)
         arm, (goal, targets) = on.calibrated, on.goal(poses)
         near = arm.starts(start, 1, "start")
         if start is None and len(targets):
@@ -248,7 +248,7 @@ class FullModel:
         if isinstance(controller, str | Path):
             controller = ur_controller(self.robot, controller)
         believed = CalibratedRobot(controller or self.robot)
-        tool = self.set_up(tool=setup.get("tool")).tool
+        tool = self.kinematics(tool=setup.get("tool")).tool
         return FullModel(believed, tool).flange(self.command(pose, near, prefer, **setup))
 
     def corrected_line(

@@ -36,7 +36,7 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
-    calibrated = request.calibration.set_up(payload=request.options.get("payload")).calibrated
+    calibrated = request.calibration.kinematics(payload=request.options.get("payload")).calibrated
     load = calibrated.load
     curved = _with_curves(calibrated)
     model = curved.model

@@ -44,7 +44,7 @@ def test_a_bad_touch_weighs_little(simulated):
 def test_a_second_point_gives_the_axis(simulated):
     touches, shaft = simulated.touched(TIP), simulated.touched(SHAFT, seed=3)
     found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)
-    z = found.calibration.set_up(tool="spike").tool[:3, 2]
+    z = found.calibration.kinematics(tool="spike").tool[:3, 2]
     assert z == pytest.approx([0, 0, 1], abs=0.03)
 
 
@@ -69,7 +69,7 @@ def test_two_more_points_give_the_face(simulated):
     corners = TIP + 0.03 * np.eye(3)[:2]
     first, second = (simulated.touched(one, seed=4 + i) for i, one in enumerate(corners))
     found = mukca.tool(simulated.calibration, simulated.touched(TIP), "plate", face=(first, second))
-    R = found.calibration.set_up(tool="plate").tool[:3, :3]
+    R = found.calibration.kinematics(tool="plate").tool[:3, :3]
     assert R[:, 2] == pytest.approx([0, 0, 1], abs=0.05)
     assert R[:, 0] == pytest.approx([1, 0, 0], abs=0.05)
 
@@ -112,7 +112,7 @@ def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(simulated, tmp_
     for name, more in z.items():
         status, out, _ = command(*words, *more, "--out", tmp_path / name)
         assert status == 0, out
-        found = mukca.load_calibration(tmp_path / name).set_up(tool="tool").tool
+        found = mukca.load_calibration(tmp_path / name).kinematics(tool="tool").tool
         assert found[:3, 2] == pytest.approx([0, 0, 1], abs=0.05)
         assert name == "axis" or found[:3, 0] == pytest.approx([1, 0, 0], abs=0.05)
     base = simulated.first_base

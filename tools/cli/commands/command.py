@@ -84,7 +84,7 @@ def run_command(options: CommandOptions, terminal: Terminal) -> int:
                 path = calibration.command_path(poses, near, prefer, **setup)
                 if before is not None:
                     step = np.stack([before, path.positions[0]])
-                    if find_jumps(step, calibration.set_up(**setup).flange, not points):
+                    if find_jumps(step, calibration.kinematics(**setup).flange, not points):
                         path = replace(path, jumps=(0, *path.jumps))
                 found = path.checked()
             write(*found)
