@@ -94,15 +94,19 @@ def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
 def recorded_poses(full: Posterior) -> Poses:
     """Return the samples, with the ball where the full model has the socket."""
     # A measured ball is all that its place has in common, so its weight makes up for COMMON.
-    data, kept = full.data, ~full.data.turned
-    sockets, points = data.sockets[kept], full.points[kept]
-    seated = sockets >= 0
-    places = np.where(seated, sockets, data.socket_count + np.arange(len(sockets)))
-    targets = np.concatenate([full.centres, points])[places]
-    weights = np.where(seated, RECORDED, RECORDED / COMMON**2) * full.weights[kept]
-    order = np.argsort(places, kind="stable")
-    parts = (data.positions[kept], places, targets, weights)
-    return Poses(*(part[order] for part in parts))
+    seated = full.data.sockets >= 0
+    measured = np.flatnonzero(~seated & ~full.data.turned)
+    alone = Poses(
+        full.data.positions[measured],
+        np.arange(len(measured)),
+        full.points[measured],
+        RECORDED / COMMON**2 * full.weights[measured],
+    )
+    order = np.argsort(full.data.sockets[seated], kind="stable")
+    sockets = full.data.sockets[seated][order]
+    weights = RECORDED * full.weights[seated][order]
+    poses = Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
+    return joined(poses, alone)
 
 
 def joined(one: Poses, other: Poses) -> Poses:
@@ -228,9 +232,8 @@ def _shared(
     """Return the weighted mean of two geometries."""
     model, q = full.model, poses.positions
     _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    slopes = apart(slopes, poses.places, 0.0)
-    covariance = full.covariance[: model.size, : model.size]
-    variance = float(np.sum((slopes @ covariance) * slopes))
+    rows = apart(slopes, poses.places, 0.0).reshape(-1, model.size)
+    variance = float(np.sum((rows @ full.covariance[: model.size, : model.size]) * rows))
     variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
     off, other = (
         apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
