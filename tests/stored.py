@@ -108,14 +108,14 @@ def told(folder):
             return {words: printed(words) for words in COMMANDS}
 
 
-def lost(folder):
-    """Return what the present version no longer says or reads, a line each."""
+def lost(folder, now=None):
+    """Return what the present version no longer says or reads, a line each; it says ``now``."""
     known = json.loads((folder / "known.json").read_text())
     lines = [f"mukca.{name}" for name in known["names"] if not hasattr(mukca, name)]
     calibration = mukca.load_calibration(folder / "calibrated")
     placements = mukca.read_placements(folder / "front", folder / "left", folder / "right")
     lines += [] if calibration.validate(placements) else ["validate"]
-    now = told(folder)
+    now = now or told(folder)
     for words, before in known["printed"].items():
         if words not in now or (now[words]["status"] == 2) != (before["status"] == 2):
             lines.append(f"{words}: status {before['status']}, now {now.get(words)}")

@@ -11,18 +11,15 @@ SETS = sorted(stored.STORED.iterdir())
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", SETS, ids=lambda folder: folder.name)
-def test_nothing_of_a_release_is_lost(folder):
-    assert stored.lost(folder) == []
-
-
-@pytest.mark.slow
-def test_a_key_that_is_lost_is_named(tmp_path):
-    copy = shutil.copytree(SETS[-1], tmp_path / "set")
+def test_nothing_of_a_release_is_lost_and_what_were_is_named(folder, tmp_path):
+    now = stored.told(folder)
+    assert stored.lost(folder, now) == []
+    copy = shutil.copytree(folder, tmp_path / "set")
     known = json.loads((copy / "known.json").read_text())
     known["names"].append("levitate")
     next(iter(known["printed"].values()))["keys"].append(".placements[].colour")
     (copy / "known.json").write_text(json.dumps(known))
-    assert [line.rpartition(" ")[2] for line in stored.lost(copy)] == [
+    assert [line.rpartition(" ")[2] for line in stored.lost(copy, now)] == [
         "mukca.levitate",
         ".placements[].colour",
     ]
