@@ -15,7 +15,6 @@ from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, ball_only, build_problem, solve
-from ..results import Predict
 from ..robot import BallModel, Robot, all_parameters
 from .fit import Fit
 from .option import UsageError
@@ -145,7 +144,7 @@ def placement_errors(
     role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
-    models: Mapping[str, Predict] | None = None,
+    models: Mapping[str, results.Predict] | None = None,
 ) -> results.PlacementErrors:
     """Return the errors of a placement by a robot's models, and by others named as these are."""
     names: Sequence[results.ModelName] = ("nominal", "calibrated", "geometric")
@@ -208,11 +207,13 @@ def _deviations(
 
 
 def history(
-    iterates: Sequence[Predict], train: Sequence[Measurement], test: Sequence[Measurement]
+    iterates: Sequence[results.Predict], train: Sequence[Measurement], test: Sequence[Measurement]
 ) -> tuple[results.Iteration, ...]:
     """Return the first terms of Eq. (5) after each iteration, the nominal model first."""
 
-    def cost(predict: Predict, placements: Sequence[Measurement]) -> results.CostTerms | None:
+    def cost(
+        predict: results.Predict, placements: Sequence[Measurement]
+    ) -> results.CostTerms | None:
         if not placements:
             return None
         pairs = [data.cost_terms(predict(m), m) for m in placements]
@@ -227,7 +228,7 @@ def history(
 
 def _ball_refitted(
     robot: Robot, train: Sequence[Measurement], regularization: float
-) -> dict[str, Predict]:
+) -> dict[str, results.Predict]:
     """Return the nominal model with only the ball's place fitted; nothing where none tells it."""
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]
@@ -240,7 +241,7 @@ def _ball_refitted(
     return {"ball_refitted": lambda m: problem.model.points(x, m.positions)}
 
 
-def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> Predict:
+def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> results.Predict:
     """Return the nominal model with the ball's place, and so the frames', fitted to points."""
     free = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
     model = BallModel(robot, free)
