@@ -4,6 +4,7 @@ import fcntl
 import gc
 import json
 import os
+import signal
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -22,6 +23,10 @@ from mukca.tools.cli import main
 from mukca.tools.simulation import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
+
+# A shell's background ignores these, and so would every program that a test starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 
 # A loaded machine is no failure.
 settings.register_profile("unhurried", deadline=None)

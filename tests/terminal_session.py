@@ -39,8 +39,6 @@ class TerminalSession:
 
         def prepare():
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-            for key in (signal.SIGINT, signal.SIGQUIT):  # ignored in a shell's background
-                signal.signal(key, signal.SIG_DFL)
             if limit_file_size is not None:
                 import resource
 
