@@ -190,7 +190,8 @@ def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripte
     shifted.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.008, *q[4:]))) for q in rows))
     done = scripted(tmp_path / "later", *more, hand=shifted)
     assert done.status == 1 and "nearest cause panda_joint4" in done.output, done.output
-    assert scripted(tmp_path / "x", "q", "--calibration", file).status == 2
+    none = scripted(tmp_path / "none", "q", "--calibration", file)
+    assert none.status == 3 and "Too few poses to tell" in none.output
 
 
 def test_a_page_for_others_is_warned_of_and_one_that_cannot_be_is_told(tmp_path, scripted):
