@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
+from ...solver.bayes.model.effects import JOINT_OFFSET
 from ...solver.robot import STANDARD_GRAVITY, Robot, choose_parameters
 
 
@@ -46,8 +47,9 @@ def perturb(
             row[3:] += generator.normal(0, angle, 3)
     if keep_size:
         parameters = choose_parameters(robot)
-        model, index = extend(robot, parameters), [p.index for p in parameters]
-        by_scale, turning = model.by_scale(), [joint.actuated for joint in robot.joints]
+        model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
+        by_scale, index = model.by_scale()[: len(parameters)], [p.index for p in parameters]
+        turning = [joint.actuated for joint in robot.joints]
         for _ in range(4):  # fixed joints keep their lengths, so the others take their part
             larger = float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
             origins[turning, :3] *= 1 - larger

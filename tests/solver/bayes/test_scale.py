@@ -8,6 +8,7 @@ from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.bayes.results import angles_near
 from mukca.solver.design import expected_groups
 from mukca.solver.robot import choose_parameters, load_robot, rotation, rotation_rpy
+from mukca.tools.simulation import perturb
 
 ROBOTS = ("panda", "ur5", "so101")
 
@@ -55,3 +56,13 @@ def test_zeros_make_no_link_longer(name):
             after[i, 3:] = angles_near(np.array(turned.full()), before[i, 3:])
             changed = (after - before).ravel()[[p.index for p in parameters]]
             assert abs(by_scale[: len(parameters)] @ changed) < 1e-8
+
+
+@pytest.mark.parametrize("zeros", [True, False])
+def test_a_simulated_arm_has_its_size_as_a_fit_counts_it(zeros):
+    robot = load_robot("so101")
+    parameters = choose_parameters(robot)
+    model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
+    arm = perturb(robot, np.random.default_rng(0), 2e-3, 5e-3, zeros=zeros)
+    differences = (arm.origins - robot.origins).ravel()[[p.index for p in parameters]]
+    assert abs(model.by_scale()[: len(parameters)] @ differences) < 1e-9
