@@ -9,8 +9,8 @@
     python benchmarks/guide.py --curves --arms 3    error curves: errors by poses for these
 
 With these three ``--arms`` are those of each robot, from the seed of ``--first`` on. From 300 on
-ENOUGH was said of six seeds each for 6 so101, 6 wxai, 6 koch and 5 so100; of three each for all of
-fr3, gen3_lite, iiwa14, lite6, openarm, piper and xarm7; after it none was NOT ENOUGH.
+ENOUGH was said of three seeds each of all 24 arms that are shipped, and of three more of koch,
+panda, so101, ur5e and wxai (of so100 two of three); after it none was NOT ENOUGH.
 
 A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
 The operator's travel from pose to pose, and so the spread of the poses, match real recordings:
