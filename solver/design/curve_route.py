@@ -46,11 +46,13 @@ class CurveAnnealing(Annealing):
         joint, lengths = _joint_covariance(known, [*taken, *((q, k) for k, q in pools.items())])
         t = 3 * sum(len(q) for q, _ in taken)
         solved = np.linalg.solve(joint[:t, :t] + np.eye(t), joint[:t, t:])
-        self.joint = joint[t:, t:] - joint[t:, :t] @ solved
-        self.distances = triples.size + np.arange(PAIRS)
         scale = lengths / np.linalg.norm(lengths)
-        G = np.stack([np.eye(PAIRS), np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS
-        super().__init__(self.distances[:0], rows, G, pools, order, start)
+        judged = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
+        K, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
+        K = np.concatenate([K[:n], judged @ K[n:]])
+        self.joint = np.concatenate([K[:, :n], K[:, n:] @ judged.T], axis=1)
+        self.distances = np.arange(n, len(self.joint))
+        super().__init__(self.distances[:0], rows, judged, pools, order, start)
 
     def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
         """Return which rows of K are sampled, after more or without some."""
@@ -61,16 +63,15 @@ class CurveAnnealing(Annealing):
     def seen(
         self, covariance: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return covariances as the base does, after the samples in some rows of K."""
+        """Return as the base does, after the samples in some rows of K."""
         K, d, samples, own = self.joint, self.distances, covariance, rows.ravel()
-        of = np.concatenate([own, d])
-        cross = K[np.ix_(samples, of)]
-        solved = np.linalg.solve(K[np.ix_(samples, samples)] + np.eye(len(samples)), cross)
-        left = K[np.ix_(d, of)] - cross[:, len(own) :].T @ solved
-        shape = (*rows.shape, len(samples))
-        before, after = (part[:, : len(own)].T.reshape(shape) for part in (cross, solved))
-        S = K[rows[:, :, None], rows[:, None]] - before @ after.transpose(0, 2, 1) + np.eye(3)
-        return left[:, : len(own)].T.reshape(*rows.shape, len(d)), S, left[:, len(own) :]
+        L = np.linalg.cholesky(K[np.ix_(samples, samples)] + np.eye(len(samples)))
+        half = np.linalg.inv(L) @ K[samples]
+        judged, seen = half[:, d], half[:, own].T
+        cross = (K[np.ix_(own, d)] - seen @ judged).reshape(*rows.shape, len(d))
+        seen = seen.reshape(*rows.shape, len(samples))
+        S = K[rows[:, :, None], rows[:, None]] - seen @ seen.transpose(0, 2, 1) + np.eye(3)
+        return cross, S, np.diag(K)[d] - np.sum(judged**2, axis=0)
 
 
 def _joint_covariance(

@@ -18,6 +18,7 @@ The sample that lowers it most is the best next one (I-optimal design, chosen gr
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -52,9 +53,18 @@ class Workspace:
         All samples tell the scale alike, by the base's length. Poses differ in what they tell of
         all else, so they are chosen by this.
         """
-        scale = self.lengths @ self.slopes / (self.lengths @ self.lengths or 1.0)
-        slopes = self.slopes - np.outer(self.lengths, scale)
-        return slopes.T @ slopes / len(slopes)
+        return self.judged[:, 1:] @ self.judged[:, 1:].T
+
+    @cached_property
+    def judged(self) -> np.ndarray:
+        """F with F F^T = G, whose first column is of the scale, and the others without it.
+
+        Of shape (size, 1 + min(K, size)).
+        """
+        along = self.lengths / (np.linalg.norm(self.lengths) or 1.0)
+        scale = along @ self.slopes
+        others = np.linalg.qr(self.slopes - np.outer(along, scale), mode="r")
+        return np.vstack([scale, others]).T / len(self.slopes) ** 0.5
 
 
 def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Workspace:

@@ -30,13 +30,21 @@ LONG = np.deg2rad(120)
 """A step that turns a joint farther is awkward, with the ball in a socket [rad]."""
 
 
-def _costs(ways: np.ndarray, usual: np.ndarray) -> np.ndarray:
-    """Return the costs of ways of shape (K, T, m), where another turns the joints as usual."""
-    turned = np.abs(np.diff(ways, axis=1))
-    total, most = turned.sum(axis=1), turned.max(axis=2)
+def _costs(ways: np.ndarray, others: np.ndarray, usual: np.ndarray) -> np.ndarray:
+    """Return the costs of ways that differ in some poses next to each other, shape (K, P, m).
+
+    ``others`` are the turns of the joints in all steps, shape (T, m), zero between those poses;
+    another way turns the joints as usual.
+    """
+    turned = np.abs(ways[:, 1:] - ways[:, :-1])
+    total, most = others.sum(axis=0) + turned.sum(axis=1), turned.max(axis=2)
     shares = 1.2 * total[:, 0] / usual[0] + total.max(axis=1) / usual.max()
-    steps = np.maximum(most / LONG - 0.9, 0).sum(axis=1) + 2 * np.sqrt(most).mean(axis=1)
-    return shares + total.sum(axis=1) / usual.sum() + steps
+
+    def steps(longest: np.ndarray) -> np.ndarray:
+        awkward = np.maximum(longest / LONG - 0.9, 0) + 2 / len(others) * np.sqrt(longest)
+        return awkward.sum(axis=-1)
+
+    return shares + total.sum(axis=1) / usual.sum() + steps(most) + steps(others.max(axis=1))
 
 
 class Annealing:
@@ -49,12 +57,12 @@ class Annealing:
         self,
         prior: np.ndarray,
         rows: Mapping[int, np.ndarray],
-        G: np.ndarray,
+        judged: np.ndarray,
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
         start: np.ndarray | None,
     ) -> None:
-        self.prior, self.rows, self.G = prior, rows, G
+        self.prior, self.rows, self.judged = prior, rows, judged
         self.pools, self.order, self.start = pools, list(order), start
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
@@ -72,12 +80,10 @@ class Annealing:
         for t, (k, q) in enumerate(zip(self.order, poses, strict=False)):
             self.chosen[t] = int(np.argmin(np.abs(self.pools[k] - q).max(axis=1)))
 
-    def poses(self, chosen: np.ndarray) -> np.ndarray:
-        """Return ways, from the start on where it is known, shape (K, T, m)."""
-        ways = np.stack([self.pools[k][chosen[:, t]] for t, k in enumerate(self.order)], axis=1)
-        if self.start is None:
-            return ways
-        return np.concatenate([np.tile(self.start, (len(ways), 1, 1)), ways], axis=1)
+    def poses(self) -> np.ndarray:
+        """Return the chosen way, from the start on where it is known, shape (T, m)."""
+        way = [self.pools[k][i] for k, i in zip(self.order, self.chosen, strict=True)]
+        return np.stack(way if self.start is None else [self.start, *way])
 
     def covariance(self) -> np.ndarray:
         """Return the covariance after all chosen poses."""
@@ -91,63 +97,80 @@ class Annealing:
     def seen(
         self, covariance: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return covariances after a state: of samples with what is judged, of each, and of it."""
-        cross = rows @ covariance
-        return cross, cross @ rows.transpose(0, 2, 1) + np.eye(3), covariance
+        """Return after a state: samples' covariances with what is judged, their own, its variances.
+
+        Judged are numbers of which the first is the arm's scale, and the others are without it.
+        """
+        cross, size = rows @ covariance, len(self.judged)
+        variances = np.sum(self.judged * (covariance[:size, :size] @ self.judged), axis=0)
+        own = cross @ rows.transpose(0, 2, 1) + np.eye(3)
+        return cross[:, :, :size] @ self.judged, own, variances
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
-        covariance = self.seen(self.covariance(), next(iter(self.rows.values()))[:0])[2]
-        return self.slack * np.einsum("gij,ji->g", self.G, covariance)
+        none = next(iter(self.rows.values()))[:0]
+        return self.slack * _with_scale_and_without(self.seen(self.covariance(), none)[2])
 
     def _variances(self, covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Return both mean variances after each of some samples, shape (2, N)."""
-        cross, own, judged = self.seen(covariance, rows)
-        S = np.linalg.inv(own)
-        whole = np.einsum("gij,ji->g", self.G, judged)
-        lowered = [
-            np.sum(S * ((cross @ g) @ cross.transpose(0, 2, 1)), axis=(1, 2)) for g in self.G
-        ]
-        return whole[:, None] - np.array(lowered)
+        cross, own, variances = self.seen(covariance, rows)
+        lowered = np.sum(cross * (np.linalg.inv(own) @ cross), axis=1)
+        return _with_scale_and_without(variances - lowered)
 
     def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, usual: np.ndarray) -> None:
         """Draw each pose anew so many times, while it cools."""
+        way, order = self.poses(), np.array(self.order)
+        first = len(way) - len(order)
+        still = np.zeros_like(way[1:])
         for temperature in np.geomspace(hot, COLD, sweeps):
             covariance = self.covariance()
-            for t in map(int, self.generator.permutation(len(self.order))):
+            for t in map(int, self.generator.permutation(len(order))):
                 k = self.order[t]
-                rows = self.rows[k]
+                rows, here = self.rows[k], t + first
                 without = self.updated(covariance, rows[self.chosen[t]], -1)
                 some = self.generator.integers(len(rows), size=DRAWN)
                 some[0] = self.chosen[t]
-                ways = np.tile(self.chosen, (DRAWN, 1))
-                ways[:, t] = some
+                begin = max(here - 1, 0)
+                others = np.abs(way[1:] - way[:-1])
+                others[begin : here + 1] = 0
+                ways = np.tile(way[begin : here + 2], (DRAWN, 1, 1))
+                ways[:, here - begin] = self.pools[k][some]
                 over = np.log(self._variances(without, rows[some]) / allowed[:, None]).clip(0)
-                cost = _costs(self.poses(ways), usual) + HARD * over.sum(axis=0)
-                self.chosen = ways[self._draw(cost, temperature)]
-                covariance = self.updated(without, rows[self.chosen[t]])
-                alike = np.flatnonzero(np.array(self.order) == k)
-                ways = np.tile(self.chosen, (len(alike), 1))
-                ways[:, t] = self.chosen[alike]
-                ways[np.arange(len(alike)), alike] = self.chosen[t]
-                self.chosen = ways[self._draw(_costs(self.poses(ways), usual), temperature)]
+                cost = _costs(ways, others, usual) + HARD * over.sum(axis=0)
+                drawn = some[self._draw(cost, temperature)]
+                if drawn != self.chosen[t]:
+                    self.chosen[t], way[here] = drawn, self.pools[k][drawn]
+                    covariance = self.updated(without, rows[drawn])
+                alike = np.flatnonzero(order == k)
+                places = np.tile(np.arange(len(way)), (len(alike), 1))
+                places[:, here] = alike + first
+                places[np.arange(len(alike)), alike + first] = here
+                swap = self._draw(_costs(way[places], still, usual), temperature)
+                way, other = way[places[swap]], alike[swap]
+                self.chosen[[t, other]] = self.chosen[[other, t]]
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
         self.greedy()
         allowed = self.allowed()
-        usual = np.abs(np.diff(self.poses(self.chosen[None])[0], axis=0)).sum(axis=0).clip(1e-3)
+        usual = np.abs(np.diff(self.poses(), axis=0)).sum(axis=0).clip(1e-3)
         if before is None:
             self.anneal(HOT, self.sweeps, allowed, usual)
         else:
             self.near(before)
             self.anneal(WARM, AGAIN, allowed, usual)
-        return self.poses(self.chosen[None])[0][-len(self.order) :]
+        return self.poses()[-len(self.order) :]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""
         sums = np.cumsum(np.exp((cost.min() - cost) / temperature))
         return int(np.searchsorted(sums, self.generator.uniform() * float(sums[-1])))
+
+
+def _with_scale_and_without(variances: np.ndarray) -> np.ndarray:
+    """Return both sums of variances of what is judged, shape (..., J): shape (2, ...)."""
+    without = variances[..., 1:].sum(axis=-1)
+    return np.stack([without + variances[..., 0], without])
 
 
 def plan_poses(
@@ -168,8 +191,5 @@ def plan_poses(
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    size, inner = len(known.covariance), known.model.size
-    G = np.zeros((2, size, size))
-    G[:, :inner, :inner] = where.mean, where.shape
     rows = {k: known.whitened(pools[k], k) for k in set(order)}
-    return Annealing(known.covariance, rows, G, pools, order, start).way(before)
+    return Annealing(known.covariance, rows, where.judged, pools, order, start).way(before)
