@@ -48,9 +48,9 @@ class CurveAnnealing(Annealing):
         solved = np.linalg.solve(joint[:t, :t] + np.eye(t), joint[:t, t:])
         scale = lengths / np.linalg.norm(lengths)
         judged = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
-        K, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
-        K = np.concatenate([K[:n], judged @ K[n:]])
-        self.joint = np.concatenate([K[:, :n], K[:, n:] @ judged.T], axis=1)
+        left, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
+        left = np.concatenate([left[:n], judged @ left[n:]])
+        self.joint = np.concatenate([left[:, :n], left[:, n:] @ judged.T], axis=1)
         self.distances = np.arange(n, len(self.joint))
         super().__init__(self.distances[:0], rows, judged, pools, order, start)
 

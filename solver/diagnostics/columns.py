@@ -147,23 +147,17 @@ def several_offsets(
     model: RigidModel, samples: Samples, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
 ) -> ColumnHypothesis | None:
     """Return the best hypothesis with offsets of some joints, each of them needed; None if none."""
-
-    def error(hypothesis: ColumnHypothesis) -> float:
-        return model.nominal_error(hypothesis.apply(samples))
-
-    best = min((with_best_offsets(model, samples, start, joints) for start in starts), key=error)
     kept = list(joints)
+    every = with_best_offsets(model, samples, starts, [kept] * len(starts))
+    error, best = sorted_by_error(model, samples, every)[0]
     while kept:
-        fewer = [
-            with_best_offsets(
-                model, samples, best.with_offset(joint, 0.0), [j for j in kept if j != joint]
-            )
-            for joint in kept
-        ]
-        simpler = min(fewer, key=error)
-        if error(simpler) > NEEDED * error(best):
+        without = [best.with_offset(joint, 0.0) for joint in kept]
+        rest = [[j for j in kept if j != joint] for joint in kept]
+        fewer = with_best_offsets(model, samples, without, rest)
+        more, simpler = sorted_by_error(model, samples, fewer)[0]
+        if more > NEEDED * error:
             break
-        best, kept = simpler, [j for j in kept if simpler.offsets[j]]
+        error, best, kept = more, simpler, [j for j in kept if simpler.offsets[j]]
     offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
     best = replace(best, offsets=offsets)
     count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
@@ -171,14 +165,30 @@ def several_offsets(
 
 
 def with_best_offsets(
-    model: RigidModel, samples: Samples, start: ColumnHypothesis, joints: Sequence[int]
-) -> ColumnHypothesis:
-    """Return a hypothesis with the best offsets of some joints near those it has."""
-    offsets = start.offsets.copy()
-    for _ in range(STEPS if joints else 0):
-        step = model.nominal_offsets(replace(start, offsets=offsets).apply(samples), joints)
-        offsets[list(joints)] += step * min(1.0, MAX_STEP / max(float(np.abs(step).max()), 1e-9))
-    return replace(start, offsets=offsets)
+    model: RigidModel,
+    samples: Samples,
+    starts: Sequence[ColumnHypothesis],
+    joints: Sequence[Sequence[int]],
+) -> list[ColumnHypothesis]:
+    """Return hypotheses with the best offsets of as many joints each near those they have."""
+    found = list(starts)
+    for _ in range(STEPS if starts and joints[0] else 0):
+        steps = model.nominal_offsets([h.apply(samples) for h in found], np.array(joints))
+        steps *= np.minimum(1.0, MAX_STEP / np.abs(steps).max(axis=1, keepdims=True).clip(1e-9))
+        for i, (own, step) in enumerate(zip(joints, steps, strict=True)):
+            offsets = found[i].offsets.copy()
+            offsets[list(own)] += step
+            found[i] = replace(found[i], offsets=offsets)
+    return found
+
+
+def sorted_by_error(
+    model: RigidModel, samples: Samples, hypotheses: Sequence[ColumnHypothesis]
+) -> list[tuple[float, ColumnHypothesis]]:
+    """Return the error that each hypothesis leaves by the nominal model [m], the least first."""
+    variants = [h.apply(samples) for h in hypotheses]
+    errors = model.nominal_errors(variants) if variants else []
+    return sorted(zip(errors, hypotheses, strict=True), key=lambda one: one[0])
 
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
@@ -186,14 +196,13 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     few = samples.thinned(TRIED, 4)
     robot, right = model.robot, unchanged(model.robot)
     joints = len(robot.actuated)
-    now = model.nominal_error(few)
+    (now,) = model.nominal_errors([few])
     orders = [right.order[::-1], *(np.roll(right.order, k) for k in range(1, joints))]
 
     def best(
         hypotheses: Iterable[ColumnHypothesis], count: int = 1
     ) -> list[tuple[float, ColumnHypothesis]]:
-        scored = [(model.nominal_error(h.apply(few)), h) for h in hypotheses]
-        return sorted(scored, key=lambda one: one[0])[:count]
+        return sorted_by_error(model, few, list(hypotheses))[:count]
 
     found = [*best(signs(robot, 1), 2), *best(swaps(robot), 2)]
     found += best(replace(right, order=order) for order in orders)
@@ -201,10 +210,8 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
     if not model.zeros:
         starts = [best(right.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning]
-        single = best(
-            (with_best_offsets(model, few, s, np.flatnonzero(s.offsets).tolist()) for s in starts),
-            2,
-        )
+        alone = [np.flatnonzero(s.offsets).tolist() for s in starts]
+        single = best(with_best_offsets(model, few, starts, alone), 2)
         found += single
         starts = [right, *signs(robot, 1), *swaps(robot), *(one for _, one in single)]
         if min(found, key=lambda one: one[0])[0] > TOLERANCE / 2 and few.is_overdetermined(
@@ -234,8 +241,8 @@ def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: boo
             continue
         if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
             few, (*_, last) = some.thinned(TRIED, 4), signs(model.robot, 1)
-            worse = model.nominal_error(last.apply(few)) > model.nominal_error(few) / PROMISING
-            likely = [] if worse else [last]
+            turned, now = model.nominal_errors([last.apply(few), few])
+            likely = [] if turned > now / PROMISING else [last]
         else:
             likely = promising(model, some)
         for wrong in likely:

@@ -147,37 +147,51 @@ class RigidModel:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
         return self._model.predict(x, q, np.tile(0 * q, 3))
 
-    def nominal_error(self, samples: Samples) -> float:
-        """Return the weighted mean error by the nominal model, its ball put right [m]."""
-        joints = range(samples.positions.shape[1]) if self.zeros else ()
-        return self._seed(samples, joints, JOINT_OFFSET.typical_shift)[1]
+    def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
+        """Return the weighted mean errors by the nominal model, its ball put right [m].
 
-    def nominal_offsets(self, samples: Samples, joints: Sequence[int]) -> np.ndarray:
-        """Return the best offsets of some joints by the nominal model, to first order [rad]."""
-        return self._seed(samples, joints, MAX_OFFSET)[0][3:]
+        They are of some samples, read in several ways.
+        """
+        joints = np.arange(len(self.robot.actuated) if self.zeros else 0)
+        every = np.tile(joints, (len(variants), 1))
+        return self._seeds(variants, every, JOINT_OFFSET.typical_shift)[1].tolist()
 
-    def _seed(
-        self, samples: Samples, joints: Sequence[int], width: float
-    ) -> tuple[np.ndarray, float]:
-        """Return errors of the ball's place, and offsets of some joints; and the error left."""
-        linear = self._place.linearise(self._place.nominal, samples.positions)
-        points, by_joints = linear.points, linear.by_joints[:, :, list(joints)]
-        values = np.concatenate([points[:, :, None], linear.by_parameters, by_joints], axis=2)
-        widths = np.array([BALL] * 3 + [width] * len(joints))
-        off = np.zeros(len(widths))
+    def nominal_offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
+        """Return the best offsets of some joints by the nominal model, to first order [rad].
+
+        As many joints for each way to read the samples, shape (V, J).
+        """
+        return self._seeds(variants, joints, MAX_OFFSET)[0][:, 3:]
+
+    def _seeds(
+        self, variants: Sequence[Samples], joints: np.ndarray, width: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return errors of the ball's place, and joint offsets, (V, 3 + J); and errors left."""
+        samples, V = variants[0], len(variants)
+        N, m = samples.positions.shape
+        q = np.stack([one.positions for one in variants], axis=1)
+        linear = self._place.linearise(self._place.nominal, q.reshape(-1, m))
+        points = linear.points.reshape(N, V, 3)
+        by_joints = linear.by_joints.reshape(N, V, 3, m)[:, np.arange(V)[:, None], :, joints]
+        parts = points[..., None], linear.by_parameters.reshape(N, V, 3, 3)
+        values = np.concatenate([*parts, np.moveaxis(by_joints, (0, 1, 2), (1, 3, 0))], axis=3)
+        widths = np.array([BALL] * 3 + [width] * joints.shape[1])
+        off = np.zeros((V, len(widths)))
         e = points - _medians(points, samples)[samples.sockets]
         noise = _typical(e)
         for _ in range(SEED_ITERATIONS):
             noise = _typical(e)
             weights = _weights(e, noise)
             centred = values - _means(values, samples, weights)[samples.sockets]
-            e, slopes = centred[:, :, 0], centred[:, :, 1:].reshape(-1, len(widths))
-            A = slopes * np.repeat(weights, 3)[:, None]
-            H = A.T @ slopes + np.diag((noise / widths) ** 2)
-            off = np.linalg.solve(H, A.T @ e.ravel())
-            e = e - (slopes @ off).reshape(e.shape)
-        errors = np.linalg.norm(e, axis=1)
-        return off, float(np.average(errors, weights=_weights(e, noise)))
+            slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
+            A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
+            H = A @ slopes + np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
+            e = centred[..., 0].swapaxes(0, 1).reshape(V, 3 * N, 1)
+            steps = np.linalg.solve(H, A @ e)
+            off = steps[:, :, 0]
+            e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
+        errors = np.linalg.norm(e, axis=2)
+        return off, np.average(errors, axis=0, weights=_weights(e, noise))
 
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""
@@ -205,7 +219,7 @@ class RigidModel:
 
         x, points = first, balls(first, few.positions)
         centres = _medians(points, few)
-        noise = _typical(points - centres[few.sockets])
+        noise = float(_typical(points - centres[few.sockets]))
         for _ in range(iterations):
             points, by_unknowns = linear or self.linearised(x, few.positions)
             points = balls(x, few.positions) if linear else points
@@ -244,10 +258,9 @@ def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 
 def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
-    flat, weights = values.reshape(len(values), -1)[samples.order], weights[samples.order]
-    sums = np.add.reduceat(weights[:, None] * flat, samples.starts, axis=0)
-    means = sums / np.add.reduceat(weights, samples.starts)[:, None]
-    return means.reshape(-1, *values.shape[1:])
+    weights = weights.reshape(*weights.shape, *[1] * (values.ndim - weights.ndim))
+    sums = np.add.reduceat((weights * values)[samples.order], samples.starts, axis=0)
+    return sums / np.add.reduceat(weights[samples.order], samples.starts, axis=0)
 
 
 def median(values: np.ndarray) -> np.ndarray:
@@ -256,12 +269,12 @@ def median(values: np.ndarray) -> np.ndarray:
     return (values[(n - 1) // 2] + values[n // 2]) / 2
 
 
-def _typical(errors: np.ndarray) -> float:
-    """Return the scale of errors per axis by their median [m]."""
-    square = float(median(np.einsum("ni,ni->n", errors, errors)))
-    return max(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
+def _typical(errors: np.ndarray) -> np.ndarray:
+    """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
+    square = median(np.einsum("...i,...i->...", errors, errors))
+    return np.maximum(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
 
 
-def _weights(errors: np.ndarray, noise: float) -> np.ndarray:
+def _weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
     """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
-    return (NU + 3) / (NU + np.einsum("ni,ni->n", errors, errors) / noise**2)
+    return (NU + 3) / (NU + np.einsum("...i,...i->...", errors, errors) / noise**2)

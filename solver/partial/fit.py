@@ -141,9 +141,9 @@ class System:
         blocks = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
         blocks = (blocks + np.diag(own)) / self.state.weights[:, None, None]
         C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
-        C[: N * d, : N * d] = 0.0
-        for i, block in enumerate(blocks * ((NU + d + 2) / (NU + d) if told else 1.0)):
-            C[i * d : i * d + d, i * d : i * d + d] = block
+        own_rows = np.arange(N * d).reshape(N, d)
+        told_by = (NU + d + 2) / (NU + d) if told else 1.0
+        C[own_rows[:, :, None], own_rows[:, None]] = blocks * told_by
         return C
 
     def log_evidence(self, noise: NoiseBelief, belief: NoiseBelief) -> float:

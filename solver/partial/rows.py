@@ -20,9 +20,7 @@ import numpy as np
 
 from ..bayes.model import ExtendedModel
 from ..data import rotation_vectors
-
-CORNERS = np.vstack([np.zeros(3), np.eye(3)])
-"""Points of the flange whose places give its pose [m]."""
+from ..robot import matrix_rpy
 
 
 @dataclass(frozen=True)
@@ -76,21 +74,17 @@ class Flanges(NamedTuple):
 def flanges(
     model: ExtendedModel, ball: np.ndarray, x: np.ndarray, q: np.ndarray, moments: np.ndarray
 ) -> Flanges:
-    """Return the flange's poses at joint positions, by four points of it."""
-    at = [x.copy() for _ in CORNERS]
-    for own, corner in zip(at, CORNERS, strict=True):
-        own[ball] = corner - model.ball.nominal[ball]
-    points, by_x, by_q = zip(*(model.linearise(own, q, moments) for own in at), strict=True)
-    R = np.stack([points[k] - points[0] for k in (1, 2, 3)], axis=2)
-
-    def both(parts: tuple[np.ndarray, ...]) -> np.ndarray:
-        # c_k x (w x c_k), summed over the three axes c_k, is 2 w
-        turn = sum(np.cross(R[:, :, k, None], parts[k + 1] - parts[0], axis=1) for k in range(3))
-        return np.concatenate([parts[0], 0.5 * np.asarray(turn)], axis=1)
-
-    by_unknowns = both(by_x)
-    by_unknowns[:, :, ball] = 0.0
-    return Flanges(R, points[0], by_unknowns, both(by_q))
+    """Return the flange's poses at joint positions: those of a ball in its origin."""
+    at = x.copy()
+    at[ball] = -model.ball.nominal[ball]
+    p, *of_p = model.linearise(at, q, moments)
+    R, *of_turns = model.linearise(at, q, moments, of_turns=True)
+    by_unknowns, by_joints = (
+        np.concatenate(both, axis=1) for both in zip(of_p, of_turns, strict=True)
+    )
+    by_unknowns[:, :, [i for i, p in enumerate(model.parameters) if p.of_ball]] = 0.0
+    of_ball = matrix_rpy(model.ball.origins(model.values(at))[-1, 3:])
+    return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)
 
 
 def linearise(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,7 @@ ANY_ARM = 20.0
 """Times that an arm of which samples alone tell may be less exact than printed parts."""
 
 
+@lru_cache(maxsize=2)
 def known_of(calibration: Calibration) -> ArmPrior:
     """Return what is known of an arm by all that its calibration was made of, held out or not.
 

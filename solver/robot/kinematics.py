@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Joint, matrix_rpy, rpy_axes
-from .row_function import RowFunction
+from .row_function import ColumnFunction, RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
 
@@ -84,6 +84,33 @@ def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
             p = rotation(of_frame, origin[3 + k]) @ p
         p = p + origin[:3]
     return p
+
+
+def _frame_and_moves(
+    joints: Sequence[Joint], origins: Any, q: Any
+) -> tuple[Any, Any, list[tuple[bool, Any, Any]]]:
+    """Return rotation and position of the last link, and how each number of origins and q moves it.
+
+    That is True for a slide, the axis, and a point on it, in the base frame.
+    """
+    turn, p = ca.DM.eye(3), ca.DM.zeros(3)
+    of_origins: list[tuple[bool, Any, Any]] = []
+    of_q = dict[int, tuple[bool, Any, Any]]()
+    for origin, motions in _motions(joints, origins, q):
+        p = p + turn @ origin[:3]
+        slides = [(True, turn[:, k], p) for k in range(3)]
+        turns: list[tuple[bool, Any, Any]] = []
+        for k in (2, 1, 0):  # yaw, pitch, roll
+            turns.append((False, turn[:, k], p))
+            turn = turn @ rotation(np.eye(3)[k].tolist(), origin[3 + k])
+        of_origins += [*slides, *turns[::-1]]
+        for column, axis, slides_along in motions:
+            of_q[column] = slides_along, turn @ ca.DM(axis), p
+            if slides_along:
+                p = p + of_q[column][1] * q[column]
+            else:
+                turn = turn @ rotation(axis, q[column])
+    return turn, p, [*of_origins, *(of_q[column] for column in range(len(of_q)))]
 
 
 def _motions(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, list[Any]]]:
@@ -223,26 +250,21 @@ def _row_function(
     )
     origins, n = ca.SX(given), len(free)
     origins[list(free)] = x
-    unknowns = ca.vertcat(x, q)
+    if kind == "points":
+        return ColumnFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
+    value, p, moves = _frame_and_moves(joints, origins, q)
     if kind == "rotations":
-        value = link_frames(joints, origins, q)[-1][0]
-        # a turn w changes each column r by w x r, and the sum of r x (w x r) over three is 2 w
-        slopes: Any = ca.DM.zeros(3, n + columns)
-        for r in (ca.densify(value[:, k]) for k in range(3)):
-            J = ca.jacobian(r, unknowns)
-            slopes += ca.vertcat(
-                *(r[i - 2] * J[i - 1, :] - r[i - 1] * J[i - 2, :] for i in range(3))
-            )
-        slopes = slopes / 2
+        parts = [ca.DM.zeros(3) if slides else axis for slides, axis, _ in moves]
     else:
-        value = ca.densify(ball_position(joints, origins, q))
-        if kind == "points":
-            return RowFunction(kind, [given, x, q], [value])
-        if kind == "volume":
-            by_q = ca.jacobian(value, q)
-            value = 0.5 * ca.log(ca.det(by_q @ by_q.T))
-        slopes = ca.jacobian(value, unknowns)
-    return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
+        value = ca.densify(p)
+        parts = [axis if slides else ca.cross(axis, p - at) for slides, axis, at in moves]
+    by_q = parts[6 * len(joints) :]
+    slopes = ca.horzcat(*(parts[i] for i in free), *by_q)
+    if kind == "volume":
+        J = ca.horzcat(*by_q)
+        value = 0.5 * ca.log(ca.det(J @ J.T))
+        slopes = ca.jacobian(value, ca.vertcat(x, q))
+    return ColumnFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
 
 
 def _kind(joint: Joint) -> Joint:

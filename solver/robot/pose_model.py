@@ -14,7 +14,7 @@ import numpy as np
 
 from .chain import Body, Joint
 from .kinematics import frames_and_axes, link_frames
-from .row_function import RowFunction
+from .row_function import ColumnFunction, RowFunction
 from .urdf import Robot
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
@@ -141,7 +141,7 @@ def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
     # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
     slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
     upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return RowFunction("moments", [gravity, q], [upright])
+    return ColumnFunction("moments", [gravity, q], [upright])
 
 
 @dataclass(frozen=True)

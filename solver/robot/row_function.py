@@ -3,7 +3,7 @@
 CasADi's own call turns arrays into lists and back, which takes longer than the computation.
 """
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -13,7 +13,7 @@ BATCH = 208
 """Rows that are computed at once: the results of more no longer fit into a processor's cache."""
 STEP = 16
 """CasADi prepares a function for each number of rows: some rows twice cost less."""
-MANY = 64
+MANY = 256
 """Rows from which on :class:`ColumnFunction` goes through the columns."""
 BLOCK = 1024
 """Rows whose columns are computed at once."""
@@ -71,9 +71,12 @@ class ColumnFunction(RowFunction):
 
     def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:
         super().__init__(name, inputs, outputs)
-        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
-        self._known = _NAMES.keys() >= set(steps)
         self._program = lru_cache(maxsize=8)(self._instructions)
+
+    @cached_property
+    def _known(self) -> bool:
+        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
+        return _NAMES.keys() >= set(steps)
 
     def _values(self, arguments: list[np.ndarray]) -> list[np.ndarray]:
         *fixed, rows = arguments
