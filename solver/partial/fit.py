@@ -141,7 +141,7 @@ class System:
         blocks = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
         blocks = (blocks + np.diag(own)) / self.state.weights[:, None, None]
         C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
-        own_rows: np.ndarray = np.arange(N * d).reshape(N, d)
+        own_rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
         told_by = (NU + d + 2) / (NU + d) if told else 1.0
         C[own_rows[:, :, None], own_rows[:, None]] = blocks * told_by
         return C
