@@ -1,6 +1,7 @@
 """A simulated arm, its calibration, and what it would record since."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -64,6 +65,7 @@ class Simulated:
         )
 
 
+@cache
 def simulate():
     """Return the arm; the same each time."""
     robot = mukca.load_robot("panda")

@@ -30,10 +30,15 @@ def rotation(axis: Sequence[float], angle: Any) -> Any:
 
     R = a a^T + cos(angle) (I - a a^T) + sin(angle) K, where K v is the cross product of a and v.
     """
-    x, y, z = axis
-    along = np.outer(axis, axis)
+    along, beside, K = _parts_about(*axis)
+    return along + ca.cos(angle) * beside + ca.sin(angle) * K
+
+
+@lru_cache(maxsize=64)
+def _parts_about(x: float, y: float, z: float) -> tuple[Any, Any, Any]:
+    along = np.outer((x, y, z), (x, y, z))
     K = ca.DM([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return ca.DM(along) + ca.cos(angle) * ca.DM(np.eye(3) - along) + ca.sin(angle) * K
+    return ca.DM(along), ca.DM(np.eye(3) - along), K
 
 
 def rotation_rpy(rpy: Any) -> Any:

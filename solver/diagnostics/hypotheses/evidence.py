@@ -116,13 +116,14 @@ class LinearEvidence:
         M, g, gain = self._reduced(terms, sigma, k)
         found: list[np.ndarray] = []
         for width in block.widths if k else ():
-            N = np.eye(k) + width**2 * M
-            if k == 1:
-                spread, fit = np.log(N[..., 0, 0]), (width * g[..., 0]) ** 2 / N[..., 0, 0]
-            else:
-                spread = np.linalg.slogdet(N)[1]
-                fit = width**2 * np.sum(g * np.linalg.solve(N, g[..., None])[..., 0], axis=-1)
-            found.append(0.5 * (fit - spread) + gain)
+            N, left, log = np.eye(k) + width**2 * M, width * g, gain
+            for i in range(k):  # elimination, of all matrices at once: they are small and many
+                pivot, row = N[..., i, i], N[..., i, i + 1 :].copy()
+                log = log + 0.5 * (left[..., i] ** 2 / pivot - np.log(pivot))
+                share = row / pivot[..., None]
+                N[..., i + 1 :, i + 1 :] -= share[..., None] * row[..., None, :]
+                left[..., i + 1 :] -= share * left[..., i, None]
+            found.append(log)
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
