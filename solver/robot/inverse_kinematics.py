@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
-from .kinematics import frames_and_axes
+from .kinematics import frames_and_motions
 from .pose_model import PoseModel
 from .row_function import RowFunction
 from .urdf import Joint, Robot
@@ -140,7 +140,8 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
-    model = PoseModel(q, q, *frames_and_axes(joints, origins, q))
+    frames, _, motions = frames_and_motions(joints, origins, q)
+    model = PoseModel(q, q, frames, motions)
     neck, ball = ca.SX(model.frames[-1][0])[:, 2], model.ball
     J = model.by_corrected(len(joints) - 1, ball)
     by_neck = [ca.cross(J[3:, k], neck) for k in range(q.numel())]

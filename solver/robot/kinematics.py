@@ -14,7 +14,7 @@ configuration is a row of m positions, or of 3 m: with all tilts u, then all til
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -52,30 +52,51 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
     Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
     are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
     """
-    return frames_and_axes(joints, origins, q)[0]
+    return frames_and_motions(joints, origins, q)[0]
 
 
-def frames_and_axes(
+class Motion(NamedTuple):
+    """Motion of what lies beyond a joint by one number of its origin, or by its position."""
+
+    joint: int
+    """Index of the joint."""
+    slides: bool
+    """True for a slide along the axis, false for a turn about it."""
+    axis: Any
+    """In the base frame."""
+    point: Any
+    """On the axis."""
+
+    def shift(self, point: Any) -> Any:
+        """Return the derivative of a point that it carries along."""
+        return self.axis if self.slides else ca.cross(self.axis, point - self.point)
+
+
+def frames_and_motions(
     joints: Sequence[Joint], origins: Any, q: Any
-) -> tuple[list[tuple[Any, Any]], list[tuple[int, bool, Any]]]:
-    """Return :func:`link_frames`, and for each number of q what it moves and how.
-
-    That is the index of its joint, True where it slides, and its axis in the base frame.
-    """
+) -> tuple[list[tuple[Any, Any]], list[Motion], list[Motion]]:
+    """Return :func:`link_frames`, and the motions by each number of the origins and of q."""
     turn, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
-    axes = dict[int, tuple[int, bool, Any]]()
+    of_origins: list[Motion] = []
+    of_q = dict[int, Motion]()
     for i, (origin, motions) in enumerate(_motions(joints, origins, q)):
-        p, turn = p + turn @ origin[:3], turn @ rotation_rpy(origin[3:])
+        p = p + turn @ origin[:3]
+        turned, turns = turn, list[Motion]()
+        for k in (2, 1, 0):  # yaw, pitch, roll
+            turns.append(Motion(i, False, turned[:, k], p))
+            turned = turned @ rotation(np.eye(3)[k].tolist(), origin[3 + k])
+        of_origins += [*(Motion(i, True, turn[:, k], p) for k in range(3)), *turns[::-1]]
+        # known angles are one rotation
+        turn = turn @ rotation_rpy(origin[3:]) if isinstance(origin, ca.DM) else turned
         for column, axis, slides in motions:
-            along = turn @ ca.DM(axis)
-            axes[column] = (i, slides, along)
+            of_q[column] = Motion(i, slides, turn @ ca.DM(axis), p)
             if slides:
-                p = p + along * q[column]
+                p = p + of_q[column].axis * q[column]
             else:
                 turn = turn @ rotation(axis, q[column])
         frames.append((turn, p))
-    return frames, [axes[column] for column in range(len(axes))]
+    return frames, of_origins, [of_q[column] for column in range(len(of_q))]
 
 
 def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
@@ -89,33 +110,6 @@ def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
             p = rotation(of_frame, origin[3 + k]) @ p
         p = p + origin[:3]
     return p
-
-
-def _frame_and_moves(
-    joints: Sequence[Joint], origins: Any, q: Any
-) -> tuple[Any, Any, list[tuple[bool, Any, Any]]]:
-    """Return rotation and position of the last link, and how each number of origins and q moves it.
-
-    That is True for a slide, the axis, and a point on it, in the base frame.
-    """
-    turn, p = ca.DM.eye(3), ca.DM.zeros(3)
-    of_origins: list[tuple[bool, Any, Any]] = []
-    of_q = dict[int, tuple[bool, Any, Any]]()
-    for origin, motions in _motions(joints, origins, q):
-        p = p + turn @ origin[:3]
-        slides = [(True, turn[:, k], p) for k in range(3)]
-        turns: list[tuple[bool, Any, Any]] = []
-        for k in (2, 1, 0):  # yaw, pitch, roll
-            turns.append((False, turn[:, k], p))
-            turn = turn @ rotation(np.eye(3)[k].tolist(), origin[3 + k])
-        of_origins += [*slides, *turns[::-1]]
-        for column, axis, slides_along in motions:
-            of_q[column] = slides_along, turn @ ca.DM(axis), p
-            if slides_along:
-                p = p + of_q[column][1] * q[column]
-            else:
-                turn = turn @ rotation(axis, q[column])
-    return turn, p, [*of_origins, *(of_q[column] for column in range(len(of_q)))]
 
 
 def _motions(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, list[Any]]]:
@@ -257,16 +251,14 @@ def _row_function(
     origins[list(free)] = x
     if kind == "points":
         return ColumnFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
-    value, p, moves = _frame_and_moves(joints, origins, q)
+    frames, of_origins, of_q = frames_and_motions(joints, origins, q)
+    motions, (value, p) = [*(of_origins[i] for i in free), *of_q], frames[-1]
     if kind == "rotations":
-        parts = [ca.DM.zeros(3) if slides else axis for slides, axis, _ in moves]
+        slopes = ca.horzcat(*(ca.DM.zeros(3) if one.slides else one.axis for one in motions))
     else:
-        value = ca.densify(p)
-        parts = [axis if slides else ca.cross(axis, p - at) for slides, axis, at in moves]
-    by_q = parts[6 * len(joints) :]
-    slopes = ca.horzcat(*(parts[i] for i in free), *by_q)
+        value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
     if kind == "volume":
-        J = ca.horzcat(*by_q)
+        J = slopes[:, n:]
         value = 0.5 * ca.log(ca.det(J @ J.T))
         slopes = ca.jacobian(value, ca.vertcat(x, q))
     return ColumnFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])

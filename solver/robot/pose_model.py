@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint
-from .kinematics import frames_and_axes, link_frames
+from .kinematics import Motion, frames_and_motions, link_frames
 from .row_function import ColumnFunction, RowFunction
 from .urdf import Robot
 
@@ -39,8 +39,8 @@ class PoseModel:
     """True positions of the joints, shape (m,) [rad]; their tilts follow where there are any."""
     frames: Sequence[tuple[Any, Any]]
     """Rotation and position of each joint's child link in the base frame."""
-    axes: Sequence[tuple[int, bool, Any]]
-    """For each number of ``corrected``, see :func:`.frames_and_axes`."""
+    motions: Sequence[Motion]
+    """By each number of ``corrected``."""
 
     @classmethod
     def of(
@@ -57,7 +57,8 @@ class PoseModel:
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
         places = ca.DM((robot.origins if origins is None else origins).ravel())
-        return cls(q, true, *frames_and_axes(robot.joints, places, true))
+        frames, _, motions = frames_and_motions(robot.joints, places, true)
+        return cls(q, true, frames, motions)
 
     @property
     def true_positions(self) -> Any:
@@ -90,12 +91,11 @@ class PoseModel:
         Its first m columns are nearly those of :meth:`jacobian`, since joints are corrected by
         milliradians, and take a tenth of the work.
         """
-        columns = [ca.DM.zeros(6)] * len(self.axes)
-        for k, (i, slides, along) in enumerate(self.axes):
-            if i <= joint:
-                arm = point - self.frames[i][1]
-                parts = (along, ca.DM.zeros(3)) if slides else (ca.cross(along, arm), along)
-                columns[k] = ca.vertcat(*parts)
+        columns = [ca.DM.zeros(6)] * len(self.motions)
+        for k, one in enumerate(self.motions):
+            if one.joint <= joint:
+                turn = ca.DM.zeros(3) if one.slides else one.axis
+                columns[k] = ca.vertcat(one.shift(point), turn)
         return ca.horzcat(*columns)
 
 
