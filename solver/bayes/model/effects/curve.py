@@ -1,7 +1,7 @@
 """Error curve: each joint errs by a smooth function of its own angle, q' = q + delta(q)."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .effect import OWN, Effect
 
@@ -46,10 +46,14 @@ def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
     m = q.shape[1]
     table = coefficients.reshape(KNOTS, m)
     if q.dtype == object:  # symbols choose no entries of a table, so all splines are summed
-        apart = q[:, None] / SPACING - np.arange(KNOTS)[:, None]
-        apart = abs(apart - KNOTS * np.floor(apart / KNOTS + 0.5))
-        outer, inner = ((end - apart + abs(end - apart)) / 2 for end in (2.0, 1.0))
-        return (table * (outer**3 - 4 * inner**3)).sum(axis=1) / 6
+        import casadi as ca
+
+        places = ca.repmat(ca.vertcat(*q.ravel()) / SPACING, 1, KNOTS)
+        apart: Any = places - ca.repmat(ca.DM(range(KNOTS)).T, q.size, 1)
+        apart = ca.fabs(apart - KNOTS * ca.floor(apart / KNOTS + 0.5))
+        outer, inner = ((end - apart + ca.fabs(end - apart)) / 2 for end in (2.0, 1.0))
+        splined = ca.DM(np.tile(table.T, (len(q), 1))) * (outer**3 - 4 * inner**3)
+        return np.array((ca.sum2(splined) / 6).elements()).reshape(q.shape)
     index, weights = splines(q)
     return (table[index, [[k] for k in range(m)]] * weights).sum(axis=2)
 
