@@ -1,7 +1,7 @@
 """``mukca`` on a simulated arm that a test leads: ``python led_arm.py STEPS record ...``.
 
-The arm rests until the file STEPS is a byte longer, and then moves on to its next configuration:
-nothing is missed, however busy the computer is.
+The arm rests until the file STEPS is a line longer, and then moves on to its next configuration, or
+to that which the line gives [rad]: nothing is missed, however busy the computer is.
 """
 
 import sys
@@ -22,7 +22,10 @@ class Led(Motion):
 
     def phase(self, time):
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
-        if STEPS.stat().st_size > len(self.begun):
+        lines = STEPS.read_text().splitlines()
+        if len(lines) > len(self.begun):
+            if to := lines[len(self.begun)]:
+                self.configurations[len(self.begun) + 1 :] = [tuple(map(float, to.split(",")))]
             self.begun.append(max([time, *(begun + self.move for begun in self.begun[-1:])]))
         if not self.begun:
             return 0, 0.0

@@ -43,6 +43,8 @@ MIN_GAIN = 0.03
 """Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
 PLATEAU, PLATEAU_SAMPLES = 0.06, 3
 """It is also exhausted if the last few samples gained less than this share."""
+ALIKE = np.deg2rad(5)
+"""A pose that turns every joint less from a sample than this is no new one [rad]."""
 CANDIDATES = 600
 """Number of compared poses."""
 SEAT = Noise(1e-4, 0.0)
@@ -154,12 +156,8 @@ class PoseSelector:
 
     def _plateaued(self, count: int) -> bool:
         """Return whether the last few samples hardly lowered the predicted error."""
-        before = self._history.get(count - PLATEAU_SAMPLES)
-        return (
-            before is not None
-            and np.isfinite(before)
-            and self._history[count] > (1 - PLATEAU) * before
-        )
+        before = self._history.get(count - PLATEAU_SAMPLES, np.inf)
+        return before < np.inf and self._history[count] > (1 - PLATEAU) * before
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
         """Return a fit to the samples; None if there are too few, or it does not converge."""
@@ -279,7 +277,7 @@ class PoseSelector:
         return not self._reach.seated(np.array(start), np.array([target]))[0]
 
     def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
-        """Return poses with the ball in a socket, shape (N, m); none before its first sample."""
+        """Return new poses with the ball in a socket, shape (N, m); none before its first."""
         if socket not in self._poses:
             centre = self._centre(samples, socket)
             if centre is None:
@@ -287,7 +285,9 @@ class PoseSelector:
             poses = self._reach.poses(centre, CANDIDATES)
             near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
             self._poses[socket] = poses[near] if near.any() else poses
-        return self._poses[socket]
+        poses, taken = self._poses[socket], np.array([s.position for s in samples])
+        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
+        return poses[new] if new.any() else poses
 
 
 def _run(samples: Sequence[Sample], socket: int) -> int:

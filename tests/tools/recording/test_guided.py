@@ -4,10 +4,12 @@ import math
 import re
 import shutil
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from calibrated_arm import simulate
 from record_commands import read
 from terminal_session import PATIENCE, TerminalSession
 
@@ -22,8 +24,12 @@ CHANGES = (BLOCK, 2 * BLOCK, LEAST + BLOCK)
 """Numbers of samples after which the ball is moved over."""
 BEGUN = 2 * BLOCK - 2
 """So many samples a session has that is continued."""
+ZERO = 3e-3
+"""So far the zero of the fourth joint is off [rad]."""
 ASTRAY = 0.5
 """So far the first joint is turned to where no socket is [rad]."""
+GOAL = ("--goal-mm", "20")
+PACE = "rate=40&move=0.25&speed=3"
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -63,8 +69,6 @@ def led(steps, hand, out, pace, *more):
         *words,
         "--distance",
         "0.05",
-        "--goal-mm",
-        "20",
         *more,
     ]
 
@@ -75,7 +79,7 @@ def test_a_guided_session_goes_on_by_keys(hands, tmp_path, scripted):
     keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
     assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     steps = tmp_path / "steps"
-    words = led(steps, hands / "rest.csv", out, "rate=250&move=0.25")
+    words = led(steps, hands / "rest.csv", out, "rate=250&move=0.25", *GOAL)
     with TerminalSession(words) as terminal:
         terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
         terminal.press("y")
@@ -100,10 +104,74 @@ def test_a_guided_session_goes_on_by_keys(hands, tmp_path, scripted):
     assert np.bincount(read(out).sockets).tolist() == [LEAST, LEAST]
 
 
-def lead_on(steps):
-    """Lead the arm to its next configuration."""
-    with steps.open("ab") as file:
-        file.write(b".")
+def lead_on(steps, to=()):
+    """Lead the arm to its next configuration, or to one that is given [rad]."""
+    with steps.open("a") as file:
+        file.write(",".join(map(repr, to)) + "\n")
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return simulate()
+
+
+def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated, tmp_path):
+    """A hand follows what the screen says; the verdict comes at the end."""
+    simulated.calibration.save(tmp_path / "cal")
+    hand, out, steps = tmp_path / "hand.csv", tmp_path / "since", tmp_path / "steps"
+    zero, starts = ZERO * np.eye(7)[3], simulated.later.positions[[0, 8]]
+    centres, at, before = simulated.truth.ball(starts), starts[0], np.zeros(7)
+    hand.write_text(",".join(map(repr, (at - zero).tolist())))
+    words = led(steps, hand, out, PACE, "--calibration", str(tmp_path / "cal"))
+    with TerminalSession(words, columns=160, rows=40) as terminal:
+        for number in range(1, 2 * BLOCK + 1):
+            socket = int(number > BLOCK)
+            if number == BLOCK + 1:
+                terminal.wait_for("SOCKET 1 NOW")
+                terminal.press("s")
+                terminal.wait_for("socket 1 is active")
+                at = starts[1]
+            elif number > 1:
+                at = in_socket(simulated.truth, at + turns_asked(terminal, before), centres[socket])
+            if number > 1:
+                lead_on(steps, (at - zero).tolist())
+            terminal.wait_for(f"PRESS: space captures sample {number}")
+            before = turns_on(terminal.text)
+            terminal.press(" ")
+            terminal.wait_for(f"captured sample {number}: ")
+        shown = terminal.wait_for("ENOUGH: q finishes", "predicted 0.", "mrad", "goal 0.")
+        predicted, goal = map(float, re.findall(r"(?:predicted|goal) ([0-9.]+)", shown))
+        assert predicted <= goal < 0.2
+        terminal.press("q")
+        assert terminal.wait() == 1
+        terminal.wait_for("nearest cause panda_joint4", "mukca rezero --joint panda_joint4 finds")
+    assert np.bincount(read(out).sockets).tolist() == [BLOCK, BLOCK]
+
+
+def turns_on(shown):
+    """Return by how much a screen says to turn each joint [rad]."""
+    found = np.zeros(7)
+    for joint, way, angle in re.findall(r"panda_joint(\d)\s+(up|down)\s+by\s+([0-9.]+)°", shown):
+        found[int(joint) - 1] = math.radians(float(angle)) * (1 if way == "up" else -1)
+    return found
+
+
+def turns_asked(terminal, before):
+    """Return the same once the advice is no longer that of before."""
+    deadline = time.monotonic() + PATIENCE
+    while np.abs(turns_on(terminal.text) - before).max() < math.radians(1):
+        assert time.monotonic() < deadline, terminal.text
+        time.sleep(0.05)
+    return turns_on(terminal.text)
+
+
+def in_socket(arm, q, centre):
+    """Return the configuration near another in which an arm's ball is in a socket [rad]."""
+    for _ in range(8):
+        there, *moved = arm.ball(np.vstack([q, q + 1e-6 * np.eye(len(q))]))
+        slopes = (np.array(moved) - there).T / 1e-6
+        q = q + np.linalg.pinv(slopes) @ (centre - there)
+    return q
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
@@ -112,7 +180,7 @@ def test_hands_free_with_the_page_in_a_browser(hands, tmp_path):
     out = tmp_path / "front"
     steps = tmp_path / "steps"
     pace = "rate=100&move=0.6&speed=3"
-    words = led(steps, hands / "astray.csv", out, pace, "--auto", "--page")
+    words = led(steps, hands / "astray.csv", out, pace, *GOAL, "--auto", "--page")
     options = ["--headless", "--no-sandbox", "--disable-gpu"]
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
