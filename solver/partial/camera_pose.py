@@ -32,6 +32,10 @@ LEAST, LEAST_EACH = 5, 4
 """Fewest views: three leave nothing to tell a bad one by."""
 OUTLIER = 0.25
 """Robust weight below which a view is named: an error of six times its deviation."""
+LOOSE, MOST_OUTLIERS = 2e-2, 1 / 3
+"""Scatter [m], and share of views that fit no other, beyond which nothing is told."""
+TURNED_OVER = 2.5
+"""Error beyond which a board was found turned by half a turn [rad]."""
 OTHER_WAY = 0.25
 """Share of the angles left below which poses the other way round are what was measured."""
 NOTHING_FITS = 0.1
@@ -53,8 +57,6 @@ class CameraPose(Found):
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Views that fit no other, in words."""
-    untold: tuple[str, ...]
-    """Why the pose is not to be relied on, in words."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -66,15 +68,12 @@ class CameraPose(Found):
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
         frame, (place, turn) = self.frame, self.held_out
-        sigma = 1e3 * np.sqrt(np.diag(frame.covariance))
-        at = " ".join(f"{1e3 * v:+.2f} +- {s:.2f}" for v, s in zip(frame.xyz, sigma, strict=True))
         named = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
         numbers = " ".join(f"--{name} {value:.6f}" for name, value in named)
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
         return (
-            *self.notes,
-            *self.untold,
-            f"{frame.name} in {frame.parent}: x y z {at} mm; qx qy qz qw {turned}",
+            *super().text,
+            f"{frame.name} in {frame.parent}: {self.place}; qx qy qz qw {turned}",
             f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms); the "
             f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
             "an axis.",
@@ -87,16 +86,12 @@ class CameraPose(Found):
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
         origin = self.target.origin
+        scales = ("noise", self.noise), ("held_out", self.held_out)
         return {
-            "camera": self.camera,
-            **self.of_frame,
+            **super().as_dict(),
             "quaternion": list(self.quaternion),
             "target": {"xyz": list(origin.xyz), "rpy": list(origin.rpy)},
-            "noise": {"place": self.noise[0], "turn": self.noise[1]},
-            "held_out": {"place": self.held_out[0], "turn": self.held_out[1]},
-            "residuals": self.residuals.tolist(),
-            "outliers": list(self.outliers),
-            "untold": list(self.untold),
+            **{name: {"place": place, "turn": turn} for name, (place, turn) in scales},
         }
 
 
@@ -133,13 +128,13 @@ def handeye(
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
     return CameraPose(
         *framed(calibration, system, (name, parent), where, own),
+        another_arm(system) or _untold(system),
         camera,
         target,
         (state.noise.place, state.noise.turn),
         _held_out(system),
         system.residuals,
         _outliers(system),
-        another_arm(system),
     )
 
 
@@ -199,7 +194,8 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
     if angles[camera] > NOTHING_FITS:
         raise UsageError(
             f"{where}: the poses fit no camera on or beside this arm ({angles[camera]:.2g} rad "
-            "left): do joints and poses belong together, in radians, and qx,qy,qz,qw in this order?"
+            "left): is it this arm's calibration, and do joints and poses belong together, in "
+            "radians, and qx,qy,qz,qw in this order?"
         )
 
 
@@ -215,11 +211,25 @@ def _held_out(system: System) -> tuple[float, float]:
     return place, turn
 
 
+def _untold(system: System) -> tuple[str, ...]:
+    """Return in words that views do not belong together."""
+    noise, weights = system.state.noise.place, system.state.weights
+    bad = int(np.sum(weights < OUTLIER))
+    if bad > MOST_OUTLIERS * len(weights):
+        words = f"{bad} of {len(weights)} views fit no other: is the board turned over in some?"
+        return (f"{words} Leave one kind of them out.",)
+    if noise > LOOSE:
+        words = f"The views scatter by {1e3 * noise:.0f} mm: are places mirrored, is the board's "
+        return (f"{words}size right, and do joints and poses belong together?",)
+    return ()
+
+
 def _outliers(system: System) -> tuple[str, ...]:
     """Return the views that fit no other, in words."""
     rows, left = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
     return tuple(
         f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * left[i, 0]:.1f} mm and "
         f"{1e3 * left[i, 1]:.1f} mrad off; it hardly counts."
+        + (" Was the board found turned over?" if left[i, 1] > TURNED_OVER else "")
         for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )

@@ -6,13 +6,13 @@ that wander by what a ball's seat wanders a metre away are unchanged in each of 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..assessment import mm
-from .fit import System, Task, fit
+from .fit import System, Task, fit, linear, next_step
 
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
 PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
@@ -26,6 +26,10 @@ ANOTHER, LESS = math.log(1000), 0.5
 of the noise that is left then, from which samples are another arm's."""
 UNCHANGED = 5e-5
 """Standard deviation of the zero of a joint that did not change, from place to place [rad], [m]."""
+ZERO = 0.2
+"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
+ASTRAY = 1e-2
+"""A next step beyond which a fit did not converge, and is no evidence [m]."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -42,6 +46,8 @@ class Explanation:
 
     Behind all unknowns stand the errors of the distances that were stated.
     """
+    joints: tuple[int, ...] = ()
+    """Joints whose zeros changed."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +70,31 @@ class NearestCause:
         return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
 
 
-def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
-    """Return the probabilities of explanations after the samples, shape (E,)."""
+Explain = Callable[[System], Sequence[Explanation]]
+
+
+def weigh(
+    task: Task, wide: Mapping[int, float], explain: Explain, *, lengths: bool = False
+) -> tuple[System, list[tuple[Explanation, float]]]:
+    """Return a fit with much freed, and explanations of it with their probabilities.
+
+    Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong one draws all
+    else after it. Where it does not converge there are no explanations.
+    """
+    wider = replace(task, free={**wide, **task.free})
+    about = fit(replace(wider, distances=()) if lengths else wider)
+    system = linear(wider, about.state)
+    each = explain(system) if next_step(about) < ASTRAY else ()
+    return system, list(zip(each, _probabilities(system, each), strict=True)) if each else []
+
+
+def freed(task: Task, joints: Sequence[int]) -> System:
+    """Return the fit with the zeros of some joints free, too."""
+    own = [task.prior.zeros.start + j for j in joints]
+    return fit(replace(task, free={**task.free, **dict.fromkeys(own, ZERO)}))
+
+
+def _probabilities(system: System, explanations: Sequence[Explanation]) -> list[float]:
     belief = system.task.noise
     zeros = system.task.prior.zeros
     held = replace(system.task, free=dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED))
@@ -88,7 +117,7 @@ def probabilities(system: System, explanations: Sequence[Explanation]) -> np.nda
             logs[level, i] -= np.log(len(gains))
     each = np.logaddexp.reduce(logs, axis=0)
     odds: np.ndarray = np.exp(each - each.max())
-    return odds / odds.sum()
+    return (odds / odds.sum()).tolist()
 
 
 def _gain(
@@ -122,7 +151,8 @@ def explanations(task: Task) -> list[Explanation]:
         some.append(("base", PRIOR["base"], base))
     for name, before, own in some:
         widths = [{**task.free, **dict.fromkeys(own, width)} for width in TYPICAL]
-        found.append(Explanation(name, before, widths))
+        moved = (joints.index(name),) if name in joints else ()
+        found.append(Explanation(name, before, widths, moved))
     return [*found, Explanation(EVERYTHING, PRIOR[EVERYTHING], [{**task.free, **geometry}])]
 
 

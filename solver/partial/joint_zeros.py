@@ -1,8 +1,9 @@
 """Zeros of joints after an exchange, a crash or a reset, the calibrated chain held."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,13 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import Explanation, another_arm, probabilities
-from .fit import System, Task, fit
+from .evidence import ZERO, Explanation, another_arm, freed, weigh
+from .fit import System, Task
 from .prior import prior_of
 from .sockets import new_samples, socket_task
 from .updated import updated, urdf_with_zeros
 
-WIDTHS = (2e-3, 2e-2, 0.2)
+WIDTHS = (2e-3, 2e-2, ZERO)
 """Typical changes of a joint's zero [rad], [m]."""
 TICK = 2 * math.pi / 4096
 """Step of a servo with 4096 in a turn [rad]."""
@@ -33,6 +34,8 @@ OTHER_ARM = 5.0
 """Errors beyond so many times those of its calibration are not explained by zeros."""
 OTHER_MODEL = 2e-2
 """Errors beyond which no zeros make samples fit a nominal model [m]."""
+ANOTHER = 5e-2
+"""Errors beyond which samples are another arm's, even where they tell no zero [m]."""
 MOST_TOGETHER = 128
 """Sets of joints that are compared; of more joints, only the smaller sets."""
 
@@ -81,13 +84,13 @@ class Zeros:
     noise: float
     """Of the ball in its sockets, a standard deviation per axis [m]."""
     untold: tuple[str, ...]
-    """Joints that such samples cannot tell, and what would tell them, in words."""
+    """Joints that such samples cannot tell and what would tell them, or why none, in words."""
     system: System
     """The fit."""
     new: bool = True
     """False where the calibration was trained on all samples, which then tell no change."""
-    differs: tuple[str, ...] = ()
-    """That more than zeros differ from a nominal model, in words."""
+    other: bool = False
+    """True where more than zeros differ from a nominal model."""
 
     @property
     def decided(self) -> bool:
@@ -139,15 +142,14 @@ class Zeros:
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
         changed = [*self.system.task.warnings, *map(str, self.changed)]
-        untold = (*self.untold, *self.differs)
         if self.unchanged is None or not any(zero.told for zero in self.joints):
-            return (*changed, *untold)
+            return (*changed, *self.untold)
         summed = ", ".join(f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told)
         none = [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
         if not self.decided:
             may = "changed" if self.unchanged < 1 - SURE else "may have changed"
             none = [f"Some zero {may}, and it cannot be told which: record more samples."]
-        return (*changed, *none, f"Changed, by the evidence: {summed}.", *untold)
+        return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
@@ -166,7 +168,7 @@ class Zeros:
             "changed": [one.joint for one in self.changed],
             "unchanged": self.unchanged,
             "noise": self.noise,
-            "untold": [*self.untold, *self.differs],
+            "untold": list(self.untold),
         }
 
 
@@ -209,8 +211,10 @@ def rezero(
         )
     found, unchanged, system = find_zeros(task, joints)
     off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
-    most = OTHER_ARM * usual if isinstance(arm, Calibration) else OTHER_MODEL
-    if off > most and (isinstance(arm, Robot) or any(zero.offset for zero in found)):
+    most = OTHER_MODEL
+    if isinstance(arm, Calibration):
+        most = OTHER_ARM * usual if any(zero.offset for zero in found) else ANOTHER
+    if off > most:
         raise UsageError(
             f"the samples are still {1e3 * off:.2f} mm off, and {1e3 * usual:.2f} are usual: is "
             "--distance right, is it another arm's calibration or model, or did more than zeros "
@@ -221,7 +225,8 @@ def rezero(
     named = [one for one in found if not joints or one.joint in joints]
     untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
     other = another_arm(system) if isinstance(arm, Robot) else ()
-    return Zeros(arm, found, unchanged, system.state.noise.place, untold, system, new, other)
+    untold, noise = (*untold, *other), system.state.noise.place
+    return Zeros(arm, found, unchanged, noise, untold, system, new, bool(other))
 
 
 def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
@@ -243,18 +248,21 @@ def find_zeros(
     unknown = [joint for joint in joints if joint not in names]
     if unknown:
         raise UsageError(f"--joint {unknown[0]}: the joints are {', '.join(names)}")
-    some = [names.index(joint) for joint in joints] or list(range(len(names)))
-    system = _freed(task, [begin + j for j in some])
-    deviations = _alone(system, task.free)
-    probability, unchanged = np.array([float(name in joints) for name in names]), None
-    if not joints:
-        sets, odds = _which(system, deviations, task.free)
+    some, unchanged = [names.index(joint) for joint in joints], None
+    probability = np.array([float(name in joints) for name in names])
+    if joints:
+        system = freed(task, some)
+        deviations = _alone(system, task)
+    else:
+        every = dict.fromkeys(range(begin, begin + len(names)), ZERO)
+        system, odds = weigh(task, every, partial(_sets, task))
+        deviations = _alone(system, task)
         probability = np.array(
-            [sum(odds[i] for i, s in enumerate(sets) if j in s) for j in range(len(names))]
+            [sum(p for e, p in odds if j in e.joints) for j in range(len(names))]
         )
-        unchanged = float(odds[0])
+        unchanged = odds[0][1] if odds else 0.0
         some = np.flatnonzero(probability > SURE).tolist()
-        system = _freed(task, [begin + j for j in some])
+        system = freed(task, some)
     offsets, found = np.zeros(len(names)), deviations.copy()
     if some:
         own = np.array(some) + begin
@@ -264,37 +272,30 @@ def find_zeros(
     return tuple(JointZero(*row) for row in rows), unchanged, system
 
 
-def _freed(task: Task, unknowns: Sequence[int]) -> System:
-    return fit(replace(task, free={**task.free, **dict.fromkeys(unknowns, max(WIDTHS))}))
-
-
-def _alone(system: System, free: Mapping[int, float]) -> np.ndarray:
+def _alone(system: System, task: Task) -> np.ndarray:
     """Return the standard deviation of each joint's zero, were it alone to be found."""
-    prior = system.task.prior
-    S = replace(system.task, free=free).covariance
-    C = system.slopes @ S @ system.slopes.T + system.scatter(system.state.noise, told=True)
-    A = system.slopes[:, prior.zeros]
+    spread = system.slopes @ task.covariance @ system.slopes.T
+    C = spread + system.scatter(system.state.noise, told=True)
+    A = system.slopes[:, task.prior.zeros]
     told: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
-    return 1 / np.sqrt(told + max(WIDTHS) ** -2)
+    return 1 / np.sqrt(told + ZERO**-2)
 
 
-def _which(
-    system: System, deviations: np.ndarray, free: Mapping[int, float]
-) -> tuple[list[tuple[int, ...]], np.ndarray]:
-    """Return sets of joints whose zeros may have changed, and their probabilities; none first."""
-    told = np.flatnonzero(deviations < UNTOLD).tolist()
+def _sets(task: Task, system: System) -> list[Explanation]:
+    """Return sets of joints whose zeros may have changed, of those that can be told; none first."""
+    told = np.flatnonzero(_alone(system, task) < UNTOLD).tolist()
     sets: list[tuple[int, ...]] = []
     for size in range(len(told) + 1):
         sets += combinations(told, size)
         if len(sets) > MOST_TOGETHER:
             break
-    begin = system.task.prior.zeros.start
-    explanations = [
+    begin = task.prior.zeros.start
+    return [
         Explanation(
             "",
             CHANGED ** len(one) * (1 - CHANGED) ** (len(told) - len(one)),
-            [{**free, **{begin + j: width for j in one}} for width in WIDTHS],
+            [{**task.free, **{begin + j: width for j in one}} for width in WIDTHS],
+            one,
         )
         for one in sets
     ]
-    return sets, probabilities(system, explanations)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -45,21 +44,11 @@ class Tool(Found):
     None where no such postures were found."""
     residuals: np.ndarray
     """Distance that each touch leaves to its point, shape (N,) [m]."""
-    untold: tuple[str, ...]
-    """What the touches cannot tell, in words."""
 
     @property
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
-        sigma = np.sqrt(np.diag(self.frame.covariance))
-        place = " ".join(
-            f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in zip(self.frame.xyz, sigma, strict=True)
-        )
-        lines = [
-            *self.notes,
-            *self.untold,
-            f"{self.frame.name} on {self.frame.parent}: x y z {place} mm",
-        ]
+        lines = [*super().text, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
         lines.append(f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
@@ -69,16 +58,6 @@ class Tool(Found):
                 f"{1e3 * self.elsewhere:.2f} mm of it (1 sigma)."
             )
         return tuple(lines)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it by name."""
-        return {
-            **self.of_frame,
-            "noise": self.noise,
-            "elsewhere": self.elsewhere,
-            "residuals": self.residuals.tolist(),
-            "untold": list(self.untold),
-        }
 
 
 def tool(
@@ -121,9 +100,9 @@ def tool(
         )
     noise, other = system.state.noise.place, another_arm(system)
     if noise > LOOSE and not other:
-        untold += (
-            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, or are they several "
-            "points?",
+        untold = (
+            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, are they several "
+            "points, or is it another arm's calibration?",
         )
     tip = system.state.tool[:3, 3]
     others = [as_list(axis)] if axis else [[one] for one in face or ()]
@@ -131,10 +110,10 @@ def tool(
     link = (name, prior.robot.ball_joint.parent)
     return Tool(
         *framed(calibration, system, link, Pose(R, tip), prior.ball),
+        (*untold, *other),
         noise,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
-        (*untold, *other),
     )
 
 

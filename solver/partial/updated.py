@@ -1,7 +1,7 @@
 """A calibration with what was found since: zeros of joints, a tool, an arm a little moved."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,19 +27,32 @@ class Found:
     """The calibration with the frame as a link."""
     notes: tuple[str, ...]
     """Remarks on the samples."""
+    untold: tuple[str, ...]
+    """What the samples cannot tell, or why it is not to be relied on, in words."""
 
     @property
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
-        return self.notes
+        return (*self.notes, *self.untold)
+
+    @property
+    def place(self) -> str:
+        """Where it is, with its standard deviations, in words."""
+        sigma = np.sqrt(np.diag(self.frame.covariance))
+        rows = zip(self.frame.xyz, sigma, strict=True)
+        return "x y z " + " ".join(f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows) + " mm"
 
     def __repr__(self) -> str:
         return "\n".join(self.text)
 
-    @property
-    def of_frame(self) -> dict[str, Any]:
-        """Name, parent, pose and covariance of the frame, as JSON has them."""
-        return {**msgspec.to_builtins(self.frame), "notes": list(self.notes)}
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        own = {one.name: getattr(self, one.name) for one in fields(self)}
+        frame, _ = own.pop("frame"), own.pop("calibration")
+        return {
+            **msgspec.to_builtins(frame),
+            **msgspec.to_builtins(own, enc_hook=lambda value: np.asarray(value).tolist()),
+        }
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json`` with the link.

@@ -27,8 +27,17 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
-from .evidence import EVERYTHING, LENGTHS, NOTHING, NearestCause, explanations, probabilities
-from .fit import fit, linear, next_step
+from .evidence import (
+    ASTRAY,
+    EVERYTHING,
+    LENGTHS,
+    NOTHING,
+    NearestCause,
+    explanations,
+    freed,
+    weigh,
+)
+from .fit import fit, next_step
 from .sockets import known_of, socket_task
 
 CHANGED = 0.7
@@ -44,10 +53,6 @@ FAR_MOVED = 4.0
 """A ball farther from where it was than so many standard deviations was moved."""
 PUT_ON_AGAIN = 2e-3
 """Standard deviation of where a ball sits that was taken off and put on again [m]."""
-ZERO = 0.2
-"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
-ASTRAY = 1e-2
-"""A next step beyond which a fit did not converge [m]."""
 LEAST_SAID = 0.01
 """Probability below which an explanation is not shown."""
 _NEXT = {
@@ -194,17 +199,14 @@ def _weigh(
     each = explanations(task)
     single = [one for one in each if one.name not in (LENGTHS, EVERYTHING)]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
-    wider = replace(task, free={**wide, **task.free})
-    system = fit(replace(wider, distances=()))  # a wrong one draws all else after it
-    if next_step(system) > ASTRAY:  # what did not converge is no evidence
+    _, odds = weigh(task, wide, lambda _: each, lengths=True)
+    if not odds:
         return Weighed({}), None
-    odds = probabilities(linear(wider, system.state), each).tolist()
-    weighed = Weighed(dict(zip([one.name for one in each], odds, strict=True)))
+    weighed = Weighed({one.name: p for one, p in odds})
     joints = prior.robot.joint_names
     if weighed.changed and weighed.likeliest in joints:
         j = joints.index(weighed.likeliest)
-        own = prior.zeros.start + j
-        system = fit(replace(task, free={**task.free, own: ZERO}))
+        system, own = freed(task, [j]), prior.zeros.start + j
         if next_step(system) > ASTRAY:
             return Weighed({}), None
         offset = float(system.state.x[own] - prior.mean[own])

@@ -7,7 +7,7 @@ import numpy as np
 from ..calibration import Calibration
 from ..design import ParameterCovariance, Workspace
 from ..robot import Robot
-from .joint_zeros import WIDTHS
+from .evidence import ZERO
 from .prior import prior_of
 
 POOLED = 40
@@ -21,7 +21,7 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     prior = prior_of(arm)
     size = prior.model.size
     covariance = prior.covariance[:size, :size].copy()
-    covariance.ravel()[:: size + 1][prior.zeros] += max(WIDTHS) ** 2
+    covariance.ravel()[:: size + 1][prior.zeros] += ZERO**2
     known = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
     for _ in range(sockets):
         known = known.with_socket()

@@ -94,6 +94,31 @@ def test_a_flipped_view_is_named_and_hardly_counts(simulated):
     assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=5e-4)
 
 
+def turned_over(rows, count):
+    """Return views, the board in some of them turned by 180 degrees about its normal."""
+    rows = rows.copy()
+    rows[:count, 10:] = rows[:count, [11, 10, 13, 12]] * [1, -1, 1, -1]
+    return rows
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_a_board_turned_over_is_told_in_a_few_views_and_in_half_of_them(simulated, camera):
+    rows = views(simulated, camera)
+    few = mukca.handeye(simulated.calibration, recorded(turned_over(rows, 2)), camera)
+    assert len(few.outliers) == 2 and not few.untold
+    assert all(line.endswith("Was the board found turned over?") for line in few.outliers)
+    half = mukca.handeye(simulated.calibration, recorded(turned_over(rows, 7)), camera)
+    assert "7 of 15 views fit no other: is the board turned over" in half.untold[0]
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_mirrored_poses_are_told(simulated, camera):
+    rows = views(simulated, camera)
+    rows[:, [7, 11, 12]] *= -1
+    found = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    assert len(found.untold) == 1 and "are places mirrored" in found.untold[0]
+
+
 @pytest.mark.parametrize(
     ("rows", "message"),
     [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "about one axis only")],

@@ -35,6 +35,10 @@ def test_another_arms_samples_and_too_few_are_refused(simulated):
         with pytest.raises(MukcaError, match="another arm's calibration"):
             mukca.rezero(simulated.calibration, other, joints)
     since = simulated.read({3: 5e-3})
+    mixed = np.random.default_rng(0).permuted(since.positions, axis=0)
+    astray = mukca.Placement.of_arrays("astray", mixed, since.sockets)
+    with pytest.raises(MukcaError, match="another arm's calibration"):
+        mukca.rezero(simulated.calibration, astray)
     q = since.positions[[0, 1, 8, 9]]
     few = mukca.Placement.of_arrays("few", q, [0, 0, 1, 1], distance=0.05)
     with pytest.raises(MukcaError, match="4 samples for 7 zeros and 2 sockets"):

@@ -29,7 +29,7 @@ ZERO = 3e-3
 ASTRAY = 0.5
 """So far the first joint is turned to where no socket is [rad]."""
 GOAL = ("--goal-mm", "20")
-PACE = "rate=40&move=0.25&speed=3"
+PACE = "rate=40&move=1.5&speed=3"
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -123,7 +123,7 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
     centres, at, before = simulated.truth.ball(starts), starts[0], np.zeros(7)
     hand.write_text(",".join(map(repr, (at - zero).tolist())))
     words = led(steps, hand, out, PACE, "--calibration", str(tmp_path / "cal"))
-    with TerminalSession(words, columns=160, rows=40) as terminal:
+    with TerminalSession(words, columns=100, rows=30) as terminal:
         for number in range(1, 2 * BLOCK + 1):
             socket = int(number > BLOCK)
             if number == BLOCK + 1:

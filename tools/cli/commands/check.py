@@ -35,7 +35,12 @@ POINTS_HINT = (
 class CheckOptions(RobotOptions, OutputOptions):
     """Options of ``mukca check``."""
 
-    robot: str = option("a shipped robot's name, or a URDF file", "R", "", group="robot")
+    robot: str = option(
+        "a shipped robot's name, or a URDF file; needed without --calibration",
+        "R",
+        "",
+        group="robot",
+    )
     calibration: Path | None = option(
         "in place of --robot: tell what changed since this calibration, a joint, the tool, the "
         "base or everything (mukca validate: the same verdict, with the errors)",

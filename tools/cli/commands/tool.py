@@ -100,7 +100,8 @@ class RezeroOptions(OutputOptions):
     """Options of ``mukca rezero``."""
 
     calibration: Path = argument(
-        "calibration.json, or its folder; of an arm never calibrated its model", "CALIBRATION"
+        "calibration.json, or its folder; of one never calibrated its name or URDF",
+        "CALIBRATION",
     )
     data: Sequence[Path] = argument("placements recorded since", "DATA")
     joint: Sequence[str] = option(
@@ -131,7 +132,7 @@ def run_rezero(options: RezeroOptions, terminal: Terminal) -> int:
     if options.out is not None and found.changed:
         terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
     told = {one.joint: one.told for one in found.joints}
-    if found.differs or not found.decided:
+    if found.other or not found.decided:
         return 3
     return 0 if all(told[joint] for joint in options.joint) and any(told.values()) else 3
 
