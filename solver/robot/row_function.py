@@ -49,18 +49,26 @@ class RowFunction:
         results = [np.empty((len(rows), size)) for size in self._sizes]
         for begin in range(0, len(rows), BATCH):
             batch = slice(begin, begin + BATCH)
-            buffer, run = self._mapped(len(rows[batch])).buffer()
+            mapped, idle = self._mapped(len(rows[batch]))
+            try:
+                buffer, run = idle.pop()
+            except IndexError:  # another thread may be using it
+                buffer, run = mapped.buffer()
             for i, values in enumerate((*fixed, rows[batch])):
                 buffer.set_arg(i, values.data)
             for i, values in enumerate(results):
                 buffer.set_res(i, values[batch].data)
             run()
+            idle.append((buffer, run))
         return [values[:count] for values in results]
 
-    def _map(self, N: int) -> Any:
-        """Return the function for N rows; its arguments but the last are the same for each."""
+    def _map(self, N: int) -> tuple[Any, list[Any]]:
+        """Return the function for N rows, and its buffers, each of which takes as long as a call.
+
+        The arguments but the last are the same for each row.
+        """
         shared = list(range(self.function.n_in() - 1))
-        return self.function.map(f"{self.function.name()}_{N}", "serial", N, shared, [])
+        return self.function.map(f"{self.function.name()}_{N}", "serial", N, shared, []), []
 
 
 class ColumnFunction(RowFunction):
