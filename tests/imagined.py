@@ -63,6 +63,11 @@ def imagine(robot, template, off=2e-3, size=2e-5):
     }
 
 
+def held_out(calibration):
+    """The mean error at placements that were held out [m]."""
+    return calibration.errors.summary.test.calibrated.mean_absolute_error
+
+
 def edited(file, out, change):
     """Write a calibration again, with something changed in it."""
     document = json.loads(file.read_text())

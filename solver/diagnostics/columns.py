@@ -8,6 +8,7 @@ Gauss-Newton steps find them from a few starts.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -183,12 +184,12 @@ def with_best_offsets(
 
 
 def sorted_by_error(
-    model: RigidModel, samples: Samples, hypotheses: Sequence[ColumnHypothesis]
+    model: RigidModel, samples: Samples, hypotheses: Iterable[ColumnHypothesis]
 ) -> list[tuple[float, ColumnHypothesis]]:
     """Return the error that each hypothesis leaves by the nominal model [m], the least first."""
-    variants = [h.apply(samples) for h in hypotheses]
-    errors = model.nominal_errors(variants) if variants else []
-    return sorted(zip(errors, hypotheses, strict=True), key=lambda one: one[0])
+    every = list(hypotheses)
+    errors = model.nominal_errors([h.apply(samples) for h in every]) if every else []
+    return sorted(zip(errors, every, strict=True), key=lambda one: one[0])
 
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
@@ -198,30 +199,25 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     joints = len(robot.actuated)
     (now,) = model.nominal_errors([few])
     orders = [right.order[::-1], *(np.roll(right.order, k) for k in range(1, joints))]
-
-    def best(
-        hypotheses: Iterable[ColumnHypothesis], count: int = 1
-    ) -> list[tuple[float, ColumnHypothesis]]:
-        return sorted_by_error(model, few, list(hypotheses))[:count]
-
-    found = [*best(signs(robot, 1), 2), *best(swaps(robot), 2)]
-    found += best(replace(right, order=order) for order in orders)
+    best = partial(sorted_by_error, model, few)
+    found = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
+    found += best(replace(right, order=order) for order in orders)[:1]
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
     if not model.zeros:
         starts = [best(right.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning]
         alone = [np.flatnonzero(s.offsets).tolist() for s in starts]
-        single = best(with_best_offsets(model, few, starts, alone), 2)
+        single = best(with_best_offsets(model, few, starts, alone))[:2]
         found += single
         starts = [right, *signs(robot, 1), *swaps(robot), *(one for _, one in single)]
         if min(found, key=lambda one: one[0])[0] > TOLERANCE / 2 and few.is_overdetermined(
             3 + len(turning)
         ):
             several = several_offsets(model, few, starts, turning)
-            found += best([several] if several is not None else [])
+            found += best([several] if several is not None else [])[:1]
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if min(found, key=lambda one: one[0])[0] > TOLERANCE:
-            found += best(signs(robot, count))
+            found += best(signs(robot, count))[:1]
     found.sort(key=lambda one: one[0])
     return [h for error, h in found if error < PROMISING * now][:4]
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from .chain import Joint, matrix_rpy, rpy_axes
+from .chain import Joint
 from .row_function import ColumnFunction, RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
@@ -183,14 +183,9 @@ class BallModel:
 
         Only the angles of origins up to the first joint that moves turn it.
         """
-        axes, before = np.zeros((len(self.robot.joints), 6, 3)), np.eye(3)
-        origins = self.origins(parameters)
-        for i, joint in enumerate(self.robot.joints):
-            axes[i, 3:] = (before @ rpy_axes(origins[i, 3:])).T
-            before = before @ matrix_rpy(origins[i, 3:])
-            if joint.actuated:
-                break
-        return axes.reshape(-1, 3)[self.free].T
+        first = next(i for i, joint in enumerate(self.robot.joints) if joint.actuated)
+        turned = self.rotations(parameters, np.zeros((1, len(self.robot.actuated))))
+        return np.where(self.free // 6 <= first, turned.by_parameters[0], 0.0)
 
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centres in the base frame, shape (N, 3) [m].

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imagined import held_out
 from msgspec import structs
 
 import mukca
@@ -31,13 +32,6 @@ pytestmark = pytest.mark.slow
 
 _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
 UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
-
-
-def held_out(calibration):
-    """The mean error at what was held out [m]."""
-    summary = calibration.errors.summary.test
-    assert summary is not None
-    return summary.calibrated.mean_absolute_error
 
 
 def test_the_splines_have_the_covariance_of_the_process():

@@ -4,18 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imagined import held_out
 
 import mukca
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
-
-
-def held_out(calibration):
-    """The mean error at placements that were held out [m]."""
-    summary = calibration.errors.summary.test
-    assert summary is not None
-    return summary.calibrated.mean_absolute_error
 
 
 def coefficients(found, kind):
