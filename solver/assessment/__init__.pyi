@@ -39,7 +39,6 @@ from .predictions import PlacementPrediction as PlacementPrediction
 from .predictions import Point as Point
 from .predictions import Predictions as Predictions
 from .predictions import measurements_of as measurements_of
-from .predictions import norms as norms
 from .scale_check import assumed_distances as assumed_distances
 from .scale_check import distance_row as distance_row
 from .scale_check import distance_text as distance_text

@@ -19,7 +19,6 @@ from .limits import (
     Limit,
     LimitResult,
     Limits,
-    Status,
     limit_row,
     predicted_limit,
     with_full,
@@ -156,46 +155,31 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
 def samples_row(
     trained: Sequence[Measurement], held_out: Sequence[Measurement] = (), *, tied: bool
 ) -> LimitResult:
-    """Return whether enough samples lie in each socket.
+    """Return whether enough samples lie in each socket, or an instrument measured enough points.
 
     ``tied`` if distances between placements were given to the fit, so that two sockets of any
     count.
     """
-    if all(m.kind == "points" for m in trained):
-        return _points_row(trained, held_out)
-    counts = [m.counts for m in trained]
-    few = _second([tuple(n for own in counts for n in own)] if tied else counts)
-    proving = _second([m.counts for m in held_out])
-    text = f"{plural(few, 'sample')} or more in each socket trained on"
-    enough: Status = "pass"
-    if few < LEAST_SAMPLES:
-        enough = "not enough"
-        text = (
-            f"only {plural(few, 'sample')} in a socket trained on; record at least "
-            f"{LEAST_SAMPLES} in each, better 30"
-        )
-    elif held_out and proving < LEAST_HELD_OUT:
-        enough = "not enough"
-        text = (
-            f"only {plural(proving, 'sample')} in a socket held out; record at least "
-            f"{LEAST_HELD_OUT} in each, better 30"
-        )
-    return limit_row("samples", enough, text)
+    by_socket, title = any(m.kind == "sockets" for m in trained), ""
+    what, part, advice = "sample", "in a socket ", "record at least {} in each, better 30"
+    if not by_socket:
+        title = "measured points"
+        what, part, advice = "measured point", "", "measure {} or more"
 
+    def most(placements: Sequence[Measurement], *, together: bool) -> int:
+        counts = [m.counts for m in placements]
+        every = tuple(n for own in counts for n in own)
+        return _second([every] if together else counts) if by_socket else sum(every)
 
-def _points_row(trained: Sequence[Measurement], held_out: Sequence[Measurement]) -> LimitResult:
-    """Return whether an instrument measured enough points, where no socket was trained on."""
-    title = "measured points"
-    for placements, part, least in (
-        (trained, "trained on", 2 * LEAST_SAMPLES),
-        (held_out, "held out", 2 * LEAST_HELD_OUT),
-    ):
-        count = sum(n for m in placements for n in m.counts)
-        if 0 < count < least:
-            text = f"only {plural(count, 'measured point')} {part}; measure {least} or more"
+    found = most(trained, together=tied), most(held_out, together=False)
+    leasts, roles = (LEAST_SAMPLES, LEAST_HELD_OUT), ("trained on", "held out")
+    for placements, count, one, role in zip((trained, held_out), found, leasts, roles, strict=True):
+        least = one if by_socket else 2 * one
+        if placements and count < least:
+            text = f"only {plural(count, what)} {part}{role}; {advice.format(least)}"
             return limit_row("samples", "not enough", text, title=title)
-    count = sum(n for m in trained for n in m.counts)
-    text = f"{plural(count, 'measured point')} trained on"
+    more = " or more in each socket" if by_socket else ""
+    text = f"{plural(found[0], what)}{more} trained on"
     return limit_row("samples", "pass", text, title=title)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..data import KnownDistance, as_point, find_socket
 from ..results import Document, PlacementErrors, Role, Summary
 from .formatting import short_where
-from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions, norms
+from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions
 
 
 class Quantiles(Document, kw_only=True, frozen=True):
@@ -200,7 +200,7 @@ def known_distance_errors(
             find_socket(labels, end, where="known distance: ") for end in (each.first, each.second)
         )
         off = {
-            f"{model}_error": float(norms(centres[b] - centres[a])) - each.distance
+            f"{model}_error": float(np.linalg.norm(centres[b] - centres[a])) - each.distance
             for model in MODELS[: 2 + (placements[0].points.geometric is not None)]
             for centres in [np.concatenate([one.centres(model) for one in placements])]
         }

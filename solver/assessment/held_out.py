@@ -17,7 +17,7 @@ from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
 from .limits import TITLES, Limit, LimitResult, Limits, limit_row, with_full
-from .predictions import ModelName, PlacementPrediction, Predictions, norms
+from .predictions import ModelName, PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
 NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
@@ -61,7 +61,7 @@ def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) ->
         return f"{held.name} is a copy of {trained.name}"
     if held.measured.kind == "points" or trained.measured.kind == "points":
         return ""
-    away = float(norms(held.position - trained.position))
+    away = float(np.linalg.norm(held.position - trained.position))
     if away >= NEAREST:
         return ""
     return f"{held.name} is at the place of {trained.name}, or a part of it ({mm(away, 0)} away)"

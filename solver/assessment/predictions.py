@@ -99,7 +99,7 @@ class PlacementPrediction:
 
     def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""
-        return norms(self.deviations.of(model))
+        return np.linalg.norm(self.deviations.of(model), axis=1)
 
     def centres(self, model: ModelName = "calibrated") -> np.ndarray:
         """Return where a model puts the sockets, shape (sockets, 3) [m]."""
@@ -127,11 +127,6 @@ class Predictions:
     def of_role(self, role: Role) -> list[PlacementPrediction]:
         """Return the placements of a role."""
         return [placement for placement in self.placements if placement.role == role]
-
-
-def norms(vectors: np.ndarray) -> np.ndarray:
-    """Return the length of each row, shape (N,)."""
-    return np.sqrt(np.sum(vectors**2, axis=-1))
 
 
 def predict(document: CalibrationDocument, source: str) -> Predictions:

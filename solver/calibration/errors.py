@@ -179,31 +179,33 @@ def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     for role, m in problem.placements:
         row = placement_errors(fit.calibrated, role, m, frames, models)
         if fit.posterior is not None:
-            predicted, found, length = _deviations(fit.calibrated, fit.posterior, m)
-            row = structs.replace(
-                row,
-                predicted_deviation=predicted,
-                found_deviation=found,
-                distance_deviation=length if role == "test" else None,
-            )
+            known = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
+            row = structs.replace(row, **known)
         rows.append(row)
     return Errors(rows)
 
 
 def _deviations(
-    calibrated: results.CalibratedRobot, posterior: Posterior, measured: Measurement
-) -> tuple[float, float, float | None]:
-    """Return the predicted and the found rms distance of samples from their socket's mean [m]."""
+    calibrated: results.CalibratedRobot,
+    posterior: Posterior,
+    measured: Measurement,
+    *,
+    held_out: bool,
+) -> dict[str, float]:
+    """Return rms distances of samples from their socket's mean, and that of a distance held out."""
     points = calibrated.models["calibrated"](measured)
     if measured.kind == "points":
         noises = {"sockets": posterior.noises.get("points", posterior.noise)}
         posterior = replace(posterior, noises=noises)
     by_socket = calibrated.load.by_socket(calibrated.robot, measured)
-    length = None
-    if measured.has_distance:
+    found = {
+        "predicted_deviation": predicted_deviation(posterior, by_socket),
+        "found_deviation": data.found_deviation(points, measured),
+    }
+    if held_out and measured.has_distance:
         known = measured.distance_deviation or data.CALIPER_DEVIATION
-        length = length_deviation(posterior, by_socket, known)
-    return predicted_deviation(posterior, by_socket), data.found_deviation(points, measured), length
+        found["distance_deviation"] = length_deviation(posterior, by_socket, known)
+    return found
 
 
 def history(

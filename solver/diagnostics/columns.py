@@ -10,14 +10,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from ..results import Hypothesis
 from ..robot import Robot
-from .hypotheses import KINDS, ONLY_SOUND, Comparison, Kind, Scene, of_zero
-from .hypothesis import Finding, Option
+from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Kind, Scene, of_zero
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
 
 STEPS = 8
@@ -41,10 +38,11 @@ OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
 """Prior probabilities of mistakes in the columns."""
 TELL = "read one pose at the arm, and compare it with its row"
 """Step that tells them from others."""
-CAUSES = (
-    *(kind for kind in KINDS if kind.name != "sound"),
-    *(Kind(n, p, lambda _: "", ADVICE[n], TELL) for n, p in OF_COLUMNS.items()),
-)
+_KINDS = {
+    n: Kind(n, p, lambda _: "", ADVICE[n], TELL, code="swap" if n == "order" else "")
+    for n, p in OF_COLUMNS.items()
+}
+CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *_KINDS.values())
 """All that may be told."""
 TOLERANCE = 0.02
 """A right model is off by less than this on average, once the ball's place is fitted [m]."""
@@ -222,15 +220,17 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     return [h for error, h in found if error < PROMISING * now][:4]
 
 
-def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: bool) -> list[Option]:
+def of_columns(
+    model: RigidModel, scene: Scene, likeliest: Candidate, *, sound: bool
+) -> list[Candidate]:
     """Return wrong columns of all, or of the one accused; of sound ones the last joint's sign."""
-    told = dict[str, Any](likeliest.finding(1.0).hypothesis.parameters)
+    told = likeliest.parameters
     tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
     for rows, measured in zip(scene.places, scene.measurements, strict=True):
         accused = told.get("placement") == measured.name or told["noise"] > MUCH * scene.noise
         if accused and not sound and len(scene.places) > 1:
             tried.append((rows, measured.name))
-    found: list[Option] = []
+    found: list[Candidate] = []
     for rows, placement in tried:
         some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
         if not some.is_overdetermined(len(scene.parameters)):
@@ -247,36 +247,37 @@ def of_columns(model: RigidModel, scene: Scene, likeliest: Option, *, sound: boo
             fit = model.fit(Samples(q, scene.sockets).thinned(ABOUT, FEW))
             if fit.noise < UNEXPLAINED:
                 changed = replace(scene, x=fit.x, centres=fit.centres, readings=q)
-                found.append(_option(wrong, changed, placement, told["noise"]))
+                found.append(_candidate(wrong, changed, placement, told["noise"]))
     return found
 
 
-def _option(
+def _candidate(
     wrong: ColumnHypothesis, changed: Scene, placement: str | None, before: float
-) -> Option:
+) -> Candidate:
     """Return one hypothesis as an explanation, its offsets those beside a fit of the geometry."""
-    comparison = Comparison(changed, ONLY_SOUND)
-    (best,) = comparison.candidates
+    (best,) = Comparison(changed, ONLY_SOUND).candidates
     joints, offsets = np.flatnonzero(wrong.offsets).tolist(), wrong.offsets.copy()
     for block in of_zero(changed) if joints and placement is None else ():
         columns = block.columns[joints, :, 0].T[None]
-        left = comparison.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
+        left = best.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
         offsets[joints] -= left
     wrong = replace(wrong, offsets=offsets)
     names, after = wrong.robot.joint_names, best.sigma
-    parameters: dict[str, Any] = {
+    parameters = {
         "joints": ", ".join(names[j] for joints in wrong.mistakes.values() for j in joints),
         "offsets": wrong.offsets.tolist(),
         "order": wrong.order.tolist(),
-        "noise": after,
         **({} if placement is None else {"placement": placement}),
     }
-
-    def finding(probability: float) -> Finding:
-        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
-        text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
-        hypothesis = Hypothesis(wrong.name, probability, parameters, text, wrong.advice, TELL)
-        return Finding(hypothesis, "swap" if wrong.name == "order" else wrong.name, "error")
-
-    log = best.log_evidence + float(np.log(OF_COLUMNS[wrong.name] / len(names)))
-    return Option(wrong.name, log, {"samples"}, finding, lambda: changed)
+    gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
+    text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
+    kind = _KINDS[wrong.name]
+    advice, code = wrong.advice, kind.code
+    return replace(
+        best,
+        kind=Kind(
+            kind.name, kind.prior, lambda _: text, advice, TELL, code, changed=lambda s, _: s
+        ),
+        block=replace(best.block, parameters=[parameters]),
+        log_evidence=best.log_evidence + float(np.log(kind.prior / len(names))),
+    )

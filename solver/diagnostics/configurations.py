@@ -7,7 +7,7 @@ distance.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import Literal
 
@@ -31,15 +31,6 @@ STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
 FEWEST, ADVISED = 10, 30
 """Samples in a socket below which it tells little, and that are advised."""
-
-
-@dataclass(frozen=True)
-class Scale:
-    """The size of an arm by measured distances, before any fit believes them."""
-
-    value: float
-    """Relative excess of the arm's size over its model's, 0.02 for 2 %."""
-    deviation: float
 
 
 def size_level(

@@ -5,17 +5,17 @@ until nothing is likelier than that the rest is sound.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..data import Known, Measurement
-from ..results import Hypothesis
+from ..results import Hypothesis, Scale
 from ..robot import Robot, choose_parameters
 from .columns import of_columns
-from .configurations import Scale, size_level
-from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene, explained
-from .hypothesis import Finding, Option, listed_of, shares_of
+from .configurations import size_level
+from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene
+from .hypothesis import listed_of, shares_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8
@@ -31,7 +31,6 @@ RESOLUTION = 1e-4
 """Repeatability that a printed socket shows at best [m]."""
 SURE = 0.1
 """Probability from which recordings are taken for sound."""
-ALL = {"samples", "distances"}
 BAD_RATIO = 2.5
 """A placement is not to be trusted if the fit to it alone leaves this many times the error that is
 usual for the others."""
@@ -41,17 +40,6 @@ OPEN = ("distance", "scaled", "version")
 """Explanations that leave the arm's size open."""
 LEAST, MORE = 8, 20
 """Samples below which any model explains them, and below which only errors are told."""
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """All that was found in recordings."""
-
-    findings: tuple[Finding, ...]
-    hypotheses: tuple[Hypothesis, ...]
-    """The most probable first, where the first cause was found that matters."""
-    scale: Scale | None
-    scene: Scene
 
 
 def scene_of(
@@ -102,44 +90,48 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     return replace(measured, placement=replace(placement, samples=samples)), np.concatenate(rows)
 
 
-def explain(model: RigidModel, scene: Scene) -> Explanation:
-    """Return what explains recordings, cause after cause; nothing for very few samples."""
+def explain(
+    model: RigidModel, scene: Scene
+) -> tuple[list[Candidate], tuple[Hypothesis, ...], Scale | None]:
+    """Return what explains recordings, cause after cause; nothing for very few samples.
+
+    Causes; the explanations where the first cause was found that matters, the most probable first;
+    and the arm's size by known distances, before any fit believes them.
+    """
     if len(scene.q) < LEAST:
-        return Explanation((), (), _scale(scene)[0], scene)
-    findings: list[Finding] = []
+        return [], (), _scale(scene)[0]
+    findings: list[Candidate] = []
     listed: tuple[Hypothesis, ...] = ()
     decided, told, sized = False, set[str](), scene
     of_size: set[int] = set()
-    options: list[Option] = []
-    shares: dict[str, float] = {}
     for _ in range(ROUNDS):
-        comparison = Comparison(scene)
-        options = [_of_candidate(comparison, c) for c in comparison.candidates]
+        options = Comparison(scene).candidates
         shares = shares_of(options)
         if scene.readings is None and "samples" not in told:
             sound = shares["sound"] >= SURE
-            options += of_columns(model, scene, max(options, key=lambda o: o.log), sound=sound)
+            likeliest = max(options, key=lambda o: o.log_evidence)
+            options += of_columns(model, scene, likeliest, sound=sound)
             shares = shares_of(options)
         likely = max(shares, key=lambda name: shares[name])
         listed = listed or listed_of(options, shares)
         if likely == "sound" or shares["sound"] >= SURE:
             break
-        own = sorted((o for o in options if o.name == likely), key=lambda o: -o.log)
-        sound_log = max(o.log for o in options if o.name == "sound")
-        own = [o for o in own if likely == "ball_sample" and o.log > sound_log] or own[:1]
-        found = [o.finding(shares[likely]) for o in own]
-        if len(scene.q) < MORE and found[0].level != "error":
+        own = sorted((o for o in options if o.kind.name == likely), key=lambda o: -o.log_evidence)
+        sound_log = max(o.log_evidence for o in options if o.kind.name == "sound")
+        own = [o for o in own if likely == "ball_sample" and o.log_evidence > sound_log] or own[:1]
+        first, *others = own
+        if len(scene.q) < MORE and first.kind.level != "error":
             listed = listed if findings else ()
             break
-        if "placement" not in found[0].hypothesis.parameters:
-            if told & own[0].residuals:
+        if "placement" not in first.parameters:
+            if told & first.residuals:
                 break  # what is left of one cause of all looks like another
-            told |= own[0].residuals
-        findings = [*findings, *found]
-        if not decided and found[0].level == "error":
+            told |= first.residuals
+        findings += own
+        if not decided and first.kind.level == "error":
             listed, decided = listed_of(options, shares), True
-        before, scene = scene, own[0].after()
-        more = [f for o in own[1:] for f in o.after().found[len(before.found) :]]
+        before, scene = scene, first.after()
+        more = [f for o in others for f in o.after().found[len(before.found) :]]
         scene = replace(scene, found=(*scene.found, *more))
         if likely in OPEN:
             of_size.add(id(scene.found[-1]))
@@ -148,53 +140,23 @@ def explain(model: RigidModel, scene: Scene) -> Explanation:
             sized = replace(scene, found=kept)
     size, doubt = _scale(sized)
     if size is None or doubt is None:
-        return Explanation(tuple(findings), listed, size, scene)
+        return findings, listed, size
     off = abs(float(np.log1p(max(size.value, -0.9))))  # by more than arms are, though not surely
-    doubtful = size_level(size.value, size.deviation) is not None and off > 3 * size.deviation
-    if not told and doubtful:
-        findings.append(doubt.finding(shares["distance"]))
-    return Explanation(tuple(_again(f, doubt, size) for f in findings), listed, size, scene)
+    doubtful = size_level(size.value, size.deviation) is not None
+    if not told and doubtful and off > 3 * (size.deviation or 0.0):
+        findings.append(doubt)
+    # what is found of the size is told as it is with all else that was found
+    return [doubt if f.kind.name == "distance" else f for f in findings], listed, size
 
 
-def _again(finding: Finding, doubt: Option, size: Scale) -> Finding:
-    """Return a finding; one on the arm's size as it is with all else that was found."""
-    if finding.hypothesis.name != "distance":
-        return finding
-    finding = doubt.finding(finding.hypothesis.probability)
-    parameters = {**finding.hypothesis.parameters, "deviation": size.deviation}
-    return replace(finding, hypothesis=replace(finding.hypothesis, parameters=parameters))
-
-
-def _of_candidate(comparison: Comparison, candidate: Candidate) -> Option:
-    kind, scene = candidate.kind, comparison.scene
-
-    def finding(probability: float) -> Finding:
-        parameters, text = comparison.found(candidate)
-        advice = kind.advice.format(**parameters)
-        hypothesis = Hypothesis(kind.name, probability, dict(parameters), text, advice, kind.tell)
-        return Finding(hypothesis, kind.code or kind.name, kind.level)
-
-    def after() -> Scene:
-        if kind.noise is not None:
-            return replace(scene, noise=max(scene.noise, candidate.sigma))
-        if kind.changed is not None:
-            return kind.changed(scene, candidate.parameters)
-        return explained(scene, candidate)
-
-    samples = candidate.block.rows.start < scene.all_samples.stop
-    residuals = {"samples" if samples else "distances"} if kind.noise is None else ALL
-    return Option(kind.name, candidate.log_evidence, residuals, finding, after)
-
-
-def _scale(scene: Scene) -> tuple[Scale | None, Option | None]:
+def _scale(scene: Scene) -> tuple[Scale | None, Candidate | None]:
     """Return the arm's size by the known distances, and the wrong distance that it may be."""
-    comparison = Comparison(scene, OF_SIZE)
-    wrong = comparison.candidates
-    if not wrong:
-        return None, None
-    mean, covariance = comparison.evidence.posterior(wrong[0].block, wrong[0].sigma)
-    deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
-    return Scale(float(mean[0]), deviation), _of_candidate(comparison, wrong[0])
+    for wrong in Comparison(scene, OF_SIZE).candidates:
+        mean, covariance = wrong.evidence.posterior(wrong.block, wrong.sigma)
+        deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
+        block = replace(wrong.block, parameters=[{"deviation": deviation}])
+        return Scale(value=float(mean[0]), deviation=deviation), replace(wrong, block=block)
+    return None, None
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

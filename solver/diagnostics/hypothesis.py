@@ -1,11 +1,12 @@
 """Codes and places of diagnostics, and explanations of recordings with their probabilities."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from ..data import Measurement
 from ..results import Hypothesis
-from .hypotheses import Scene, probabilities
+from .hypotheses import Candidate
 
 SECOND = 0.1
 """Probability from which the second explanation is told beside the first."""
@@ -17,42 +18,24 @@ EVERYWHERE = "all placements"
 """Place of a diagnostic that concerns several placements."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """A cause that was found, with all that its kind says of it."""
-
-    hypothesis: Hypothesis
-    code: str
-    level: str
-
-
-@dataclass(frozen=True)
-class Option:
-    """One explanation among all, and what follows where it is right."""
-
-    name: str
-    log: float
-    """Logarithm of prior probability and likelihood."""
-    residuals: set[str]
-    """Of ``samples`` or of ``distances``, or both, that it changes."""
-    finding: Callable[[float], Finding]
-    """From its probability."""
-    after: Callable[[], Scene]
-
-
-def shares_of(options: Sequence[Option]) -> dict[str, float]:
-    """Return the probability of each name."""
+def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
+    """Return the probability of each name, by the logarithms of the evidence."""
+    logs = np.array([c.log_evidence for c in candidates])
+    odds: np.ndarray = np.exp(logs - logs.max())
     shares: dict[str, float] = {}
-    for option, share in zip(options, probabilities([o.log for o in options]), strict=True):
-        shares[option.name] = shares.get(option.name, 0.0) + float(share)
+    for candidate, share in zip(candidates, (odds / odds.sum()).tolist(), strict=True):
+        name = candidate.kind.name
+        shares[name] = shares.get(name, 0.0) + share
     return shares
 
 
-def listed_of(options: Sequence[Option], shares: Mapping[str, float]) -> tuple[Hypothesis, ...]:
+def listed_of(
+    candidates: Sequence[Candidate], shares: Mapping[str, float]
+) -> tuple[Hypothesis, ...]:
     """Return the best explanation of each name, the most probable first."""
-    best = {o.name: o for o in sorted(options, key=lambda o: o.log)}
+    best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
     kept = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    return tuple(best[name].finding(shares[name]).hypothesis for name in kept)
+    return tuple(best[name].hypothesis(shares[name]) for name in kept)
 
 
 def cause(hypotheses: Sequence[Hypothesis]) -> str:

@@ -2,15 +2,13 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
-from ..results import Diagnostic, Hypothesis
+from ..results import Diagnostic, Hypothesis, Scale
 from ..robot import Robot, choose_parameters
 from .configurations import (
-    Scale,
     duplicates,
     few_samples,
     motionless_joints,
@@ -19,7 +17,8 @@ from .configurations import (
     size_level,
 )
 from .explain import explain, fitted_alone, scene_of
-from .hypothesis import Finding, row_of, where_of
+from .hypotheses import Candidate
+from .hypothesis import row_of, where_of
 from .robust_fit import RigidModel
 
 SEATED = 0.03
@@ -133,16 +132,15 @@ def inspect_all(
     of_known = rulers(seated, known, given.deviation)
     scene = scene_of(model, seated, of_known, repeatability, list(floors.values()))
     scene = replace(scene, load=given.load)
-    found = explain(model, scene)
-    told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in found.findings]
-    shared = [d for f, d in told if "placement" not in f.hypothesis.parameters]
+    findings, hypotheses, scale = explain(model, scene)
+    told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in findings]
+    shared = tuple(d for f, d in told if "placement" not in f.parameters)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
-        own = [(f, d) for f, d in told if f.hypothesis.parameters.get("placement") == m.name]
-        moves = [f for f, d in own if f.code == "moved" and d.level == "error"]
-        told_of = [dict[str, Any](f.hypothesis.parameters) for f in moves]
-        changes = [Change(p["socket"], p["sample"], p["size"]) for p in told_of]
+        own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
+        moves = [f.parameters for f, d in own if d.code == "moved" and d.level == "error"]
+        changes = [Change(p["socket"], p["sample"], p["size"]) for p in moves]
         diagnostics = [d for _, d in own] + [d for check in CHECKS for d in check(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
@@ -155,7 +153,7 @@ def inspect_all(
                 np.median(balls[rows], axis=0),
             )
         )
-    return Survey(tuple(inspections), tuple(shared), found.scale, found.hypotheses)
+    return Survey(tuple(inspections), shared, scale, hypotheses)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnostic:
@@ -168,12 +166,15 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
 
 
 def _diagnostic(
-    finding: Finding, measurements: Sequence[Measurement], trained: Collection[str], *, zeros: bool
+    finding: Candidate,
+    measurements: Sequence[Measurement],
+    trained: Collection[str],
+    *,
+    zeros: bool,
 ) -> Diagnostic:
     """Return a finding as a diagnostic: its place, and whether it must be mended."""
-    told = finding.hypothesis
-    p = dict[str, Any](told.parameters)
-    where, level, code, advice = where_of(measurements), finding.level, finding.code, told.advice
+    told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
+    where, level, code, advice = where_of(measurements), kind.level, kind.code, told.advice
     where = f"--known {p['known']}" if "known" in p else where
     if "placement" in p:
         (measured,) = [m for m in measurements if m.name == p["placement"]]
@@ -191,7 +192,7 @@ def _diagnostic(
             advice = "it was recorded elsewhere: another base position, or another arm; delete it"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
-    return Diagnostic(level, code, where, told.text, advice)
+    return Diagnostic(level, code or kind.name, where, told.text, advice)
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:

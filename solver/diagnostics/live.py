@@ -18,15 +18,7 @@ from ..results import Hypothesis
 from ..robot import Robot, choose_parameters
 from .configurations import rulers
 from .explain import scene_of
-from .hypotheses import (
-    COARSE,
-    CURABLE,
-    ONLY_SOUND,
-    Candidate,
-    Comparison,
-    Scene,
-    explained,
-)
+from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, RigidModel, Samples
 
 LEAST = 6
@@ -108,10 +100,9 @@ class LiveCheck:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            comparison, evidence = self._compared(scene)
-            scene = comparison.scene
-            sound = max(_logs(comparison, sound=True))
-            others = [c for c in comparison.candidates if c.kind.name != "sound"]
+            candidates, evidence = self._compared(scene)
+            scene, sound = candidates[0].scene, max(_logs(candidates, sound=True))
+            others = [c for c in candidates if c.kind.name != "sound"]
             logs = [c.log_evidence - sound for c in others]
             if evidence < DOUBT:
                 break
@@ -119,7 +110,7 @@ class LiveCheck:
             # where one small fault leaves nothing more, no samples lie in another socket; nor are
             # they looked for beside another fault, which only both together would explain
             clean = likeliest.sigma < CLEAN * scene.noise
-            clean = clean and comparison.found(likeliest)[0].get("size", math.inf) < SMALL
+            clean = clean and likeliest.parameters.get("size", math.inf) < SMALL
             whole = clean and likeliest.log_evidence - sound > EVIDENCE
             elsewhere = [] if whole or scene.found else list(self._elsewhere(given, scene))
             logs += [log - sound for log, _, _ in elsewhere]
@@ -132,10 +123,10 @@ class LiveCheck:
                 found.append(replace(fault, evidence=logs[best]))
                 scene = self.scene(given)
             else:
-                found.append(_fault(comparison, others[best], logs[best]))
+                found.append(_fault(others[best], logs[best]))
                 if others[best].kind.noise is not None:
                     break
-                scene = explained(scene, others[best])
+                scene = others[best].after()
         return tuple(found)
 
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
@@ -145,14 +136,14 @@ class LiveCheck:
         nothing = [0.0] * len(measured)
         return scene_of(self._model, measured, known, self._repeatability, nothing, start)
 
-    def _compared(self, scene: Scene) -> tuple[Comparison, float]:
+    def _compared(self, scene: Scene) -> tuple[list[Candidate], float]:
         """Return explanations, and the evidence of faults, over all that the arm may be like.
 
         The explanations are those beside what is most probable of the arm, whatever happened.
         """
         arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
-        every = [Comparison(arm, self._kinds, SHARE) for arm in arms]
+        every = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
         fault, sound = (
             [np.logaddexp.reduce(_logs(one, sound=sound)) for one in every]
             for sound in (False, True)
@@ -198,9 +189,8 @@ class LiveCheck:
         return found
 
 
-def _logs(comparison: Comparison, *, sound: bool) -> list[float]:
+def _logs(candidates: Sequence[Candidate], *, sound: bool) -> list[float]:
     """Return the evidence of sound samples, or of each fault."""
-    candidates = comparison.candidates
     return [c.log_evidence for c in candidates if (c.kind.name == "sound") == sound]
 
 
@@ -246,11 +236,9 @@ def _number(placement: Placement, row: int) -> int:
     return placement.samples[row].number or row + 1
 
 
-def _fault(comparison: Comparison, candidate: Candidate, evidence: float) -> Fault:
+def _fault(candidate: Candidate, evidence: float) -> Fault:
     """Return a candidate as a fault, with the numbers of its samples in the order of recording."""
-    scene, (parameters, text) = comparison.scene, comparison.found(candidate)
-    name = candidate.kind.name
-    hypothesis = Hypothesis(name, 1.0, dict(parameters), text, candidate.kind.advice, "")
+    scene, parameters = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
     place = names.index(parameters["placement"]) if "placement" in parameters else len(names) - 1
     placement, rows = scene.measurements[place].placement, scene.places[place]
@@ -259,6 +247,7 @@ def _fault(comparison: Comparison, candidate: Candidate, evidence: float) -> Fau
         own = scene.sockets[rows] == scene.labels.index((names[place], parameters["socket"]))
         at = np.flatnonzero(own & (scene.numbers[rows] == parameters["sample"]))[0]
         first = int(scene.times[place][at])
-    last = first + 1 if name == "ball_sample" else len(placement.samples)
+    single = candidate.kind.name == "ball_sample"
+    last = first + 1 if single else len(placement.samples)
     numbers = tuple(_number(placement, i) for i in range(first, last))
-    return Fault(hypothesis, place, numbers, evidence)
+    return Fault(candidate.hypothesis(), place, numbers, evidence)

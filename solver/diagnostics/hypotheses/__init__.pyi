@@ -1,7 +1,5 @@
 from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
-from .compare import explained as explained
-from .compare import probabilities as probabilities
 from .evidence import INDEPENDENT as INDEPENDENT
 from .joints import of_zero as of_zero
 from .kinds import Kind as Kind

@@ -2,14 +2,15 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
+from ...results import Hypothesis
 from .evidence import INDEPENDENT, LinearEvidence
-from .kinds import Block, Kind, NoisePrior
+from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
 from .table import KINDS
 
@@ -24,7 +25,7 @@ REFINED = 3
 
 @dataclass(frozen=True)
 class Candidate:
-    """One explanation with its numbers, and its evidence."""
+    """One explanation: its numbers, its evidence, its words, and what follows where it is right."""
 
     kind: Kind
     block: Block
@@ -32,11 +33,43 @@ class Candidate:
     """Prior probability and likelihood, their logarithm."""
     sigma: float
     """Most probable noise [m]."""
+    scene: Scene
+    evidence: LinearEvidence
+    """Of the scene, beside which it is looked at."""
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """Its names and numbers, and the noise beside it."""
+        named = {**self.block.parameters[0], "noise": self.sigma}
+        if not self.block.columns.shape[2]:
+            return named
+        values = self.evidence.posterior(self.block, self.sigma)[0]
+        return self.kind.values(self.scene, named, values)
+
+    def hypothesis(self, probability: float = 1.0) -> Hypothesis:
+        """Return it in words."""
+        kind, p = self.kind, dict(self.parameters)
+        advice = kind.advice.format(**p)
+        return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
 
     @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Of the block's only candidate."""
-        return self.block.parameters[0]
+    def residuals(self) -> set[str]:
+        """Of ``samples`` or of ``distances``, or both, that it changes."""
+        if self.kind.noise is not None:
+            return {"samples", "distances"}
+        of_samples = self.block.rows.start < self.scene.all_samples.stop
+        return {"samples" if of_samples else "distances"}
+
+    def after(self) -> Scene:
+        """Return the scene where it is right: told, or among what may be off, centres put right."""
+        kind, block, scene = self.kind, self.block, self.scene
+        if kind.noise is not None:
+            return replace(scene, noise=max(scene.noise, self.sigma))
+        if kind.changed is not None:
+            return kind.changed(scene, block.parameters[0])
+        shift = None if block.shift is None else block.shift[0]
+        one = (block.rows, block.columns[0] * max(block.widths), shift)
+        return replace(scene, found=(*scene.found, one)).recentred(self.sigma)
 
 
 class Comparison:
@@ -85,7 +118,8 @@ class Comparison:
             logs = _sum_of_exp(ratios, axis=1) + (base + noise.log_density(trials))[:, None]
             found = _sum_of_exp(logs, axis=0) + math.log(STEP * kind.prior / total)
             for c, log, best in zip(own, found.tolist(), np.argmax(logs, axis=0), strict=True):
-                yield Candidate(kind, block.only([c]), log, float(trials[best]))
+                only, sigma = block.only([c]), float(trials[best])
+                yield Candidate(kind, only, log, sigma, self.scene, self.evidence)
 
     def _near(self, at: int) -> tuple[np.ndarray, np.ndarray]:
         """Return close trials of the noise about a rough one, and the likelihood of each."""
@@ -94,31 +128,8 @@ class Comparison:
             self._close[at] = trials, self.evidence.log_likelihood(trials)
         return self._close[at]
 
-    def found(self, candidate: Candidate) -> tuple[Mapping[str, Any], str]:
-        """Return the numbers of a candidate, and its words."""
-        kind, parameters = candidate.kind, {**candidate.parameters, "noise": candidate.sigma}
-        if candidate.block.columns.shape[2]:
-            values = self.evidence.posterior(candidate.block, candidate.sigma)[0]
-            parameters = {**kind.values(self.scene, parameters, values), "noise": candidate.sigma}
-        return parameters, kind.text(parameters)
-
 
 def _sum_of_exp(logs: np.ndarray, axis: int) -> np.ndarray:
     """Return the logarithm of the sum of exponentials along an axis."""
     top = logs.max(axis=axis, keepdims=True)
     return (top + np.log(np.exp(logs - top).sum(axis=axis, keepdims=True))).squeeze(axis)
-
-
-def probabilities(logs: Sequence[float]) -> np.ndarray:
-    """Return the probabilities of explanations by the logarithms of their evidence."""
-    values = np.array(logs)
-    odds: np.ndarray = np.exp(values - values.max())
-    return odds / odds.sum()
-
-
-def explained(scene: Scene, candidate: Candidate) -> Scene:
-    """Return the scene with a candidate among what may be off, its centres put right."""
-    block = candidate.block
-    shift = None if block.shift is None else block.shift[0]
-    one = (block.rows, block.columns[0] * max(block.widths), shift)
-    return replace(scene, found=(*scene.found, one)).recentred(candidate.sigma)

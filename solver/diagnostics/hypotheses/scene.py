@@ -95,9 +95,8 @@ class Scene:
     @cached_property
     def numbers(self) -> np.ndarray:
         """Number of each sample in its socket, from 0, shape (N,)."""
-        if self.kept is not None:
-            return self.kept
-        return np.concatenate([np.arange(n) for m in self.measurements for n in m.counts])
+        every = (np.arange(n) for m in self.measurements for n in m.counts)
+        return np.concatenate([*every]) if self.kept is None else self.kept
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
@@ -110,11 +109,6 @@ class Scene:
         """Rank of each sample of each placement in the order of recording."""
         sockets = [m.placement.sockets for m in self.measurements]
         return tuple(np.argsort(own, kind="stable").astype(int) for own in sockets)
-
-    @cached_property
-    def rows_in_time(self) -> tuple[np.ndarray, ...]:
-        """Rows of each placement in the order of recording."""
-        return tuple(np.argsort(ranks) for ranks in self.times)
 
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -136,11 +130,6 @@ class Scene:
     def effects(self) -> tuple[Effect, ...]:
         """Effects beyond the geometry that a sound arm may have; curves need more samples."""
         return tuple(e for e in EFFECTS.values() if (self.zeros or e.learned) and e is not CURVE)
-
-    @cached_property
-    def widths(self) -> np.ndarray:
-        """Widths of the geometry's priors, shape (n,)."""
-        return widths_of(self.parameters)
 
     @cached_property
     def by_geometry(self) -> np.ndarray:
@@ -205,7 +194,7 @@ class Scene:
     def usual(self) -> np.ndarray:
         """Root of the covariance of the geometry, whose size is held to that of arms, (n, n)."""
         size = np.outer(self.by_scale, self.by_scale) / ARMS**2
-        precision = np.diag(1 / self.widths**2) + size
+        precision = np.diag(1 / widths_of(self.parameters) ** 2) + size
         return np.linalg.cholesky(np.linalg.inv(precision))
 
     def _of_effects(self) -> np.ndarray:
@@ -296,5 +285,5 @@ class Scene:
 
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""
-        row = int(self.rows_in_time[place][rank])
+        row = int(np.argmax(self.times[place] == rank))
         return {"placement": self.measurements[place].name, **self.sample(place, row)}

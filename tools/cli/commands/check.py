@@ -128,7 +128,7 @@ def run_check(options: CheckOptions, terminal: Terminal) -> int:
             "findings": [finding.as_dict() for finding in shared],
             "placements": [_row(one) for one in survey.placements],
             "hypotheses": [asdict(one) for one in survey.hypotheses],
-            "scale": None if survey.scale is None else asdict(survey.scale),
+            "scale": None if survey.scale is None else survey.scale.as_dict(),
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},
             "warnings": warnings,

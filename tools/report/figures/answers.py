@@ -162,7 +162,7 @@ def _next_answer(
         far=farthest and farthest[1],
         held_out=any(row.role == "test" for row in placements),
         place=place,
-        gap=float(assessment.norms(positions - place).min()),
+        gap=float(np.linalg.norm(positions - place, axis=1).min()),
         joints=joints,
     )
     return types.NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
@@ -191,6 +191,6 @@ def farthest_held_out(
     free = [i for i in np.flatnonzero(~trained).tolist() if i not in wrong]
     if not free or not trained.any():
         return None
-    gaps = assessment.norms(positions[free][:, None] - positions[trained]).min(axis=1)
+    gaps = np.linalg.norm(positions[free][:, None] - positions[trained], axis=2).min(axis=1)
     best = int(np.argmax(gaps))
     return free[best], float(gaps[best])

@@ -129,7 +129,10 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     q = np.concatenate([m.positions for m in measured])
     true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
     apart = np.concatenate(
-        [assessment.norms(each.points.nominal - each.points.calibrated) for each in placements]
+        [
+            np.linalg.norm(each.points.nominal - each.points.calibrated, axis=1)
+            for each in placements
+        ]
     )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = _frames(robot, robot.origins, q[rows])

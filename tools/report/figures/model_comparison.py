@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import Quantiles, measurements_of, mm, norms, plural, quantiles
+from ....solver.assessment import Quantiles, measurements_of, mm, plural, quantiles
 from ....solver.calibration import Calibration
 from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, targets
 from ....solver.results import CurveAgreement, Document, agreement, agreement_words
@@ -144,7 +144,10 @@ def compare(
     models = [each[0].calibrated.models["nominal"]]
     models += [one.calibrated.models["calibrated"] for one in each]
     points = [[model(m) for model in models] for m in data]
-    errors = [[norms(p - targets(p, m)) for p in row] for row, m in zip(points, data, strict=True)]
+    errors = [
+        [np.linalg.norm(p - targets(p, m), axis=1) for p in row]
+        for row, m in zip(points, data, strict=True)
+    ]
     metrics = [[evaluate(p, m) for p in row] for row, m in zip(points, data, strict=True)]
     trained = [[False, *(one.was_trained_on(m) for one in each)] for m in data]
     fair = [i for i, row in enumerate(trained) if not any(row)]
@@ -174,7 +177,7 @@ def compare(
         rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
         # A ball in a socket does not show the base frame, so a rigid motion means nothing.
         A, B = (np.concatenate([row[k] for row in points]) for k in (a, b))
-        gaps = norms(kabsch(B, A).apply(B) - A)
+        gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
         return ComparedPair(
             a=a,
             b=b,
@@ -200,7 +203,7 @@ def compare(
 def _mean_difference(rows: Sequence[Difference]) -> Difference:
     """Return the mean difference over placements, and its noise."""
     means = np.array([row.mean for row in rows])
-    noise = float(norms(np.array([row.noise for row in rows]))) / len(rows)
+    noise = float(np.linalg.norm([row.noise for row in rows])) / len(rows)
     if len(rows) > 1:
         # Errors of one placement go together, so the spread between placements counts where it
         # is larger than the samples alone would give.
