@@ -41,6 +41,8 @@ class NoiseBelief:
     """s_r, of a turn [rad]."""
     joint: float = 0.0
     """s_q, of the joints' angles [rad]; as the calibration found it."""
+    nu: float = NU
+    """How heavy the errors' tails are; as the calibration found it."""
     spread: float = 0.3
     """Standard deviation of the logarithms of s_t and s_r."""
 
@@ -142,7 +144,7 @@ class System:
         blocks = (blocks + np.diag(own)) / self.state.weights[:, None, None]
         C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
         own_rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
-        told_by = (NU + d + 2) / (NU + d) if told else 1.0
+        told_by = 1 + 2 * told / (noise.nu + d)
         C[own_rows[:, :, None], own_rows[:, None]] = blocks * told_by
         return C
 
@@ -297,4 +299,5 @@ def _weights(system: System, robust: bool) -> np.ndarray:
     C, e = even.scatter(system.state.noise)[: N * d, : N * d], system.residuals
     whitened: np.ndarray = np.linalg.solve(np.linalg.cholesky(C), e.ravel())
     squares: np.ndarray = np.sum(whitened.reshape(N, d) ** 2, axis=1)
-    return (NU + d) / (NU + squares)
+    nu = system.state.noise.nu
+    return (nu + d) / (nu + squares)

@@ -45,7 +45,7 @@ def known_of(calibration: Calibration) -> ArmPrior:
     system = fit(socket_task(known, data))
     own, noise = np.arange(len(known.mean)), system.state.noise
     covariance, mean = system.posterior_covariance(own), system.state.x[own]
-    return replace(known, mean=mean, covariance=covariance, noise=Noise(noise.place, noise.joint))
+    return replace(known, mean=mean, covariance=covariance, noise=Noise(noise.place, noise.joint, noise.nu))
 
 
 def socket_task(
@@ -68,7 +68,7 @@ def socket_task(
         if m.has_distance
     ]
     free = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
-    noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint)
+    noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
     warnings = tuple(warning for m in data for warning in m.warnings)
     return Task(prior, rows, noise, free, distances, warnings=warnings)
 
