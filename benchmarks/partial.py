@@ -27,6 +27,7 @@ from pathlib import Path
 
 import numpy as np
 from worlds import TRANSLATION, TURN, realistic_flaws
+from worlds.at_best import AtBest
 
 import mukca
 from mukca.recorder import Sample, read_points
@@ -145,6 +146,8 @@ class Drawn:
     arm: mukca.Robot
     how: Imperfection
     calibration: mukca.Calibration
+    at_best: AtBest
+    """Of who knows how such arms differ."""
 
     @property
     def truth(self) -> CalibratedRobot:
@@ -171,7 +174,8 @@ def drawn(name: str, draws: range, seat: float | None) -> Arms:
         how = how if seat is None else replace(how, noise=seat)
         bases = reachable_bases(arm, generator, 2)
         train = [record(arm, base, generator, imperfection=how) for base in bases]
-        yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
+        at_best = AtBest(robot, arm, how, train)
+        yield Drawn(arm, how, mukca.calibrate(robot, train), at_best), generator
 
 
 def simulated(arms: Arms, *, plan: bool) -> Iterator[Fresh]:
@@ -217,7 +221,7 @@ def planned(
 
 def together(arms: Arms, *, plan: bool) -> Iterator[str]:
     """Zeros of all joints but the first and last, 10 mrad put into each at once."""
-    rows: dict[int, list[tuple[float, float, bool]]] = {6: [], 10: []}
+    rows: dict[int, list[tuple[float, float, bool, float, float]]] = {6: [], 10: []}
     for one, generator in arms:
         joints = one.arm.joint_names
         size = 1e-2 * generator.choice([-1, 1], len(joints))
@@ -231,27 +235,30 @@ def together(arms: Arms, *, plan: bool) -> Iterator[str]:
             named = mukca.rezero(one.calibration, moved, joints[1:-1]).joints[1:-1]
             told = [zero.joint for zero in mukca.rezero(one.calibration, moved).changed]
             right = told == list(joints[1:-1])
+            best = (one.at_best.off_zeros(some, exact=exact).tolist() for exact in (False, True))
             found += [
-                (zero.offset - put, zero.standard_deviation, right)
-                for zero, put in zip(named, size[1:-1].tolist(), strict=True)
+                (zero.offset - put, zero.standard_deviation, right, *bounds)
+                for zero, put, *bounds in zip(named, size[1:-1].tolist(), *best, strict=True)
             ]
     for count, found in rows.items():
-        off, stated, told = np.array(found, dtype=float).T
+        off, stated, told, best, exact = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
-            f"{count} + {count} samples: rms {1e3 * np.mean(off**2) ** 0.5:.2f} mrad, "
-            f"stated {1e3 * np.mean(stated**2) ** 0.5:.2f}, all named in {100 * told.mean():.0f} %"
+            f"{count} + {count} samples: rms {off:.3f} mrad, stated {stated:.3f}, at best "
+            f"{best:.3f}, by an exact chain {exact:.3f}, all named in {told**2 / 1e4:.0f} %"
         )
 
 
 def tool(arms: Arms) -> Iterator[str]:
     """Scatter of a tip about points elsewhere, found by 4, 8 and 12 touches of one point."""
-    rows: dict[int, list[tuple[float, float, float, float]]] = {4: [], 8: [], 12: []}
+    rows: dict[int, list[tuple[float, ...]]] = {4: [], 8: [], 12: []}
+    beyond = np.array([0.02, -0.03, 0.12])
     for one, generator in arms:
-        tip = np.array([0.02, -0.03, 0.12]) + one.arm.ball_joint.origin.xyz
+        tip = beyond + one.arm.ball_joint.origin.xyz
+        one.at_best.with_ball(beyond)
         arm = one.carrying(tip)
         first, *others = reachable_bases(arm, generator, 4)
-        exact, seated = (replace(one.how, noise=noise) for noise in (0.0, 1e-4))
-        later = [record(arm, b, generator, samples=8, imperfection=exact) for b in others]
+        still, seated = (replace(one.how, noise=noise) for noise in (0.0, 1e-4))
+        later = [record(arm, b, generator, samples=8, imperfection=still) for b in others]
         q = np.concatenate([p.positions for p in later]).reshape(6, 8, -1)
         touched = record(arm, first, generator, samples=12, imperfection=seated).positions
         for count, found in rows.items():
@@ -262,12 +269,13 @@ def tool(arms: Arms) -> Iterator[str]:
                 scatter(by_urdf(robot, touched[:count], q))
                 for robot in (exported(one.calibration), one.calibration.robot)
             )
-            found.append((full, result.elsewhere or 0.0, alone, nominal))
+            best, exact = (one.at_best.scatter(touches, 1e-4, q, exact=e) for e in (False, True))
+            found.append((full, result.elsewhere or 0.0, best, exact, alone, nominal))
     for count, found in rows.items():
-        full, stated, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
+        full, stated, best, exact, *rest = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
-            f"{count} touches: {full:.2f} mm (stated {stated:.2f}), calibrated.urdf "
-            f"{alone:.2f}, nominal {nominal:.2f}"
+            f"{count} touches: {full:.3f} mm (stated {stated:.3f}, at best {best:.3f}, by an exact "
+            f"chain {exact:.3f}), calibrated.urdf {rest[0]:.2f}, nominal {rest[1]:.2f}"
         )
 
 
