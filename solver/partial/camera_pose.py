@@ -172,11 +172,8 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     rows = Rows(q, moments, np.zeros(len(q), dtype=np.int64), ("",), wheres=wheres, **sides)
     noise = replace(DETECTOR, joint=prior.noise.joint)
     free = dict.fromkeys(prior.ball.tolist(), FAR)
-    T = np.tile(np.eye(4), (2, 1, 1))
-    for own, pose in zip(T, (start.tool, start.frame), strict=True):
-        own[:3, :3], own[:3, 3] = pose.rotation, pose.translation
     warnings = tuple(warning for m in data for warning in m.warnings)
-    return Task(prior, rows, noise, free, (), T[0], T[1:], warnings)
+    return Task(prior, rows, noise, free, (), start.tool.matrix, start.frame.matrix[None], warnings)
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:

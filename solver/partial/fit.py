@@ -144,8 +144,7 @@ class System:
         blocks = (blocks + np.diag(own)) / self.state.weights[:, None, None]
         C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
         own_rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
-        told_by = 1 + 2 * told / (noise.nu + d)
-        C[own_rows[:, :, None], own_rows[:, None]] = blocks * told_by
+        C[own_rows[:, :, None], own_rows[:, None]] = blocks * (1 + 2 * told / (noise.nu + d))
         return C
 
     def log_evidence(self, noise: NoiseBelief, belief: NoiseBelief) -> float:
@@ -220,9 +219,8 @@ def linear(task: Task, state: State) -> System:
     lengths, by_lengths = _distances(task, state)
     slopes = np.vstack([G.reshape(N * d, -1), by_lengths])
     errors = np.concatenate([e.ravel(), lengths])
-    y = np.zeros(task.size)  # turns, and places nothing is known of, are about where they are
-    y[: len(prior.mean)] = state.x - prior.mean
-    errors = errors - slopes @ y
+    # turns, and places nothing is known of, are about where they are
+    errors -= slopes[:, : len(prior.mean)] @ (state.x - prior.mean)
     spread = slopes @ task.covariance @ slopes.T
     return System(task, state, errors, slopes, by_joints, spread)
 
@@ -292,12 +290,11 @@ def _noise(system: System) -> NoiseBelief:
 
 def _weights(system: System, robust: bool) -> np.ndarray:
     """Return the robust weights of the samples; all 1 while the unknowns are far astray."""
-    N, d, _ = system.by_joints.shape
+    (N, d, _), nu = system.by_joints.shape, system.state.noise.nu
     if not robust:
         return np.ones(len(system.by_joints))
     even = replace(system, state=replace(system.state, weights=np.ones(N)))
     C, e = even.scatter(system.state.noise)[: N * d, : N * d], system.residuals
     whitened: np.ndarray = np.linalg.solve(np.linalg.cholesky(C), e.ravel())
     squares: np.ndarray = np.sum(whitened.reshape(N, d) ** 2, axis=1)
-    nu = system.state.noise.nu
     return (nu + d) / (nu + squares)

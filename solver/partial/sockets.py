@@ -6,7 +6,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..bayes.model import Noise
 from ..calibration import Calibration, UsageError
 from ..data import Measurement, measure
 from ..robot import Robot
@@ -33,8 +32,7 @@ def known_of(calibration: Calibration) -> ArmPrior:
     else:
         known, roles = prior_of(robot), ("train", "test")
         wide, load = ANY_ARM**2 * known.covariance, calibration.calibrated.load
-        noise = Noise(known.noise.space, 0.0)
-        known = replace(known, covariance=wide, load=load, noise=noise)
+        known = replace(known, covariance=wide, load=load, noise=replace(known.noise, joint=0.0))
     data = [
         measure(one.placement(robot.joint_names), robot, sockets=1)
         for one in document.data
@@ -43,9 +41,9 @@ def known_of(calibration: Calibration) -> ArmPrior:
     if not data:
         return known
     system = fit(socket_task(known, data))
-    own, noise = np.arange(len(known.mean)), system.state.noise
+    own, noise = np.arange(len(known.mean)), replace(known.noise, space=system.state.noise.place)
     covariance, mean = system.posterior_covariance(own), system.state.x[own]
-    return replace(known, mean=mean, covariance=covariance, noise=Noise(noise.place, noise.joint, noise.nu))
+    return replace(known, mean=mean, covariance=covariance, noise=noise)
 
 
 def socket_task(
