@@ -141,3 +141,23 @@ def test_below_even_odds_it_is_not_said_that_no_zero_changed(simulated, unchange
     assert found.decided == decided
     assert any("cannot be told which" in line for line in found.text) != decided
     assert any("No zero changed" in line for line in found.text) == decided
+
+
+def test_an_odd_sample_counts_as_the_tails_of_the_calibrations_errors_say(simulated, tmp_path):
+    simulated.calibration.save(tmp_path / "cal")
+    file = tmp_path / "cal" / "calibration.json"
+    q = simulated.later.positions.copy()
+    q[3, 1] += 1e-3
+    odd = mukca.Placement.of_arrays("odd", q, simulated.later.sockets, distance=0.05)
+    written, pulled = json.loads(file.read_text()), list[float]()
+    for nu in (5.0, 60.0):
+        for noise in written["posterior"]["noises"].values():
+            noise[2] = nu
+        file.write_text(json.dumps(written))
+        calibration = mukca.load_calibration(file)
+        without, found = (
+            mukca.rezero(calibration, one, ["panda_joint2"]).joints[1].offset
+            for one in (simulated.later, odd)
+        )
+        pulled.append(abs(found - without))
+    assert pulled[0] < 0.8 * pulled[1]
