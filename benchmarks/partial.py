@@ -11,7 +11,9 @@ python benchmarks/partial.py tracker --recordings DIR   a real tool and base by 
 
 Simulated arms bend and wind, their ball sits to 0.05 to 0.1 mm an axis, and 30 + 30 samples at each
 of two bases calibrate them, 50 mm between the sockets. --first and --draws split a run: figures are
-root mean squares, so those of equal portions are pooled by their squares.
+root mean squares, so those of equal portions are pooled by their squares. Beside them stand those
+expected of who knows how simulated arms differ, the sizes of effects and the noise, and of an exact
+chain. Of all zeros by planned poses, seats of 0.05 mm: 0.072 mrad by 10 + 10, 0.069 at best.
 """
 
 import os
