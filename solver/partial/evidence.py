@@ -8,6 +8,7 @@ that wander by what a ball's seat wanders a metre away are unchanged in each of 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -30,6 +31,12 @@ ZERO = 0.2
 """Standard deviation of a joint's zero that is to be found [rad], [m]."""
 ASTRAY = 1e-2
 """A next step beyond which a fit did not converge, and is no evidence [m]."""
+WIDTHS = (2e-3, 2e-2, ZERO)
+"""Typical changes of a joint's zero [rad], [m]."""
+MOST_TOGETHER = 128
+"""Sets of joints that are compared; of more joints, only the smaller sets."""
+ZERO_CHANGED = 0.02
+"""Probability before the samples that a joint's zero changed, where several may have."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -154,6 +161,25 @@ def explanations(task: Task) -> list[Explanation]:
         moved = (joints.index(name),) if name in joints else ()
         found.append(Explanation(name, before, widths, moved))
     return [*found, Explanation(EVERYTHING, PRIOR[EVERYTHING], [{**task.free, **geometry}])]
+
+
+def sets_of_zeros(task: Task, told: Sequence[int]) -> list[Explanation]:
+    """Return explanations by sets of joints whose zeros changed, of some joints; none first."""
+    sets: list[tuple[int, ...]] = []
+    for size in range(len(told) + 1):
+        sets += combinations(told, size)
+        if len(sets) > MOST_TOGETHER:
+            break
+    begin = task.prior.zeros.start
+    return [
+        Explanation(
+            "",
+            ZERO_CHANGED ** len(one) * (1 - ZERO_CHANGED) ** (len(told) - len(one)),
+            [{**task.free, **{begin + j: width for j in one}} for width in WIDTHS],
+            one,
+        )
+        for one in sets
+    ]
 
 
 def another_arm(system: System) -> tuple[str, ...]:

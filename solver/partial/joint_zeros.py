@@ -3,8 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +13,25 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import ZERO, Explanation, another_arm, freed, weigh
+from .evidence import ZERO, another_arm, freed, sets_of_zeros, weigh
 from .fit import System, Task
 from .prior import prior_of
-from .sockets import new_samples, socket_task
+from .sockets import alike, new_samples, socket_task
 from .updated import updated, urdf_with_zeros
 
-WIDTHS = (2e-3, 2e-2, ZERO)
-"""Typical changes of a joint's zero [rad], [m]."""
 TICK = 2 * math.pi / 4096
 """Step of a servo with 4096 in a turn [rad]."""
 UNTOLD = 1e-2
 """A zero whose standard deviation is larger is not told [rad], [m]."""
-CHANGED, SURE, EVEN = 0.02, 0.9, 0.5
-"""Probability before the samples that a joint's zero changed, after them from which it did, and
-of none having changed below which some may have."""
+SURE, EVEN = 0.9, 0.5
+"""Probability from which a joint's zero changed, and of none having changed below which some may
+have."""
 OTHER_ARM = 5.0
 """Errors beyond so many times those of its calibration are not explained by zeros."""
 OTHER_MODEL = 2e-2
 """Errors beyond which no zeros make samples fit a nominal model [m]."""
 ANOTHER = 5e-2
 """Errors beyond which samples are another arm's, even where they tell no zero [m]."""
-MOST_TOGETHER = 128
-"""Sets of joints that are compared; of more joints, only the smaller sets."""
 
 
 @dataclass(frozen=True)
@@ -202,6 +196,8 @@ def rezero(
     prior = prior_of(arm)
     measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
     measured, new, remarks = new_samples(arm, measured)
+    if alike(measured):
+        remarks.append("The postures are alike and tell little: move all joints between samples.")
     task = socket_task(prior, measured, stood, ball_moved=ball_moved)
     task = replace(task, warnings=(*task.warnings, *remarks))
     asked, row = len(joints) or len(prior.robot.joint_names), task.rows
@@ -252,16 +248,20 @@ def find_zeros(
     probability = np.array([float(name in joints) for name in names])
     if joints:
         system = freed(task, some)
-        deviations = _alone(system, task)
     else:
         every = dict.fromkeys(range(begin, begin + len(names)), ZERO)
-        system, odds = weigh(task, every, partial(_sets, task))
-        deviations = _alone(system, task)
+        system, odds = weigh(
+            task,
+            every,
+            lambda one: sets_of_zeros(task, np.flatnonzero(_alone(one, task) < UNTOLD).tolist()),
+        )
         probability = np.array(
-            [sum(p for e, p in odds if j in e.joints) for j in range(len(names))]
+            [sum(p for one, p in odds if j in one.joints) for j in range(len(names))]
         )
         unchanged = odds[0][1] if odds else 0.0
         some = np.flatnonzero(probability > SURE).tolist()
+    deviations = _alone(system, task)
+    if not joints:
         system = freed(task, some)
     offsets, found = np.zeros(len(names)), deviations.copy()
     if some:
@@ -279,23 +279,3 @@ def _alone(system: System, task: Task) -> np.ndarray:
     A = system.slopes[:, task.prior.zeros]
     told: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
     return 1 / np.sqrt(told + ZERO**-2)
-
-
-def _sets(task: Task, system: System) -> list[Explanation]:
-    """Return sets of joints whose zeros may have changed, of those that can be told; none first."""
-    told = np.flatnonzero(_alone(system, task) < UNTOLD).tolist()
-    sets: list[tuple[int, ...]] = []
-    for size in range(len(told) + 1):
-        sets += combinations(told, size)
-        if len(sets) > MOST_TOGETHER:
-            break
-    begin = task.prior.zeros.start
-    return [
-        Explanation(
-            "",
-            CHANGED ** len(one) * (1 - CHANGED) ** (len(told) - len(one)),
-            [{**task.free, **{begin + j: width for j in one}} for width in WIDTHS],
-            one,
-        )
-        for one in sets
-    ]

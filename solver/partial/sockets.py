@@ -16,6 +16,8 @@ from .rows import Rows
 BALL_ELSEWHERE = 0.1
 """Standard deviation of the ball's place where it was put on again [m]."""
 
+ALIKE = 0.2
+"""Postures in a socket are alike where no joint moves farther [rad], [m]."""
 ANY_ARM = 20.0
 """Times that an arm of which samples alone tell may be less exact than printed parts."""
 
@@ -69,6 +71,15 @@ def socket_task(
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
     warnings = tuple(warning for m in data for warning in m.warnings)
     return Task(prior, rows, noise, free, distances, warnings=warnings)
+
+
+def alike(data: Sequence[Measurement]) -> bool:
+    """Return True where the postures in each socket are alike, which tell next to nothing."""
+    return all(
+        bool(np.ptp(q, axis=0).max() < ALIKE)
+        for m in data
+        for q in np.split(m.positions, np.cumsum(m.counts)[:-1])
+    )
 
 
 def new_samples(

@@ -38,7 +38,7 @@ from .evidence import (
     weigh,
 )
 from .fit import fit, next_step
-from .sockets import known_of, socket_task
+from .sockets import alike, known_of, socket_task
 
 CHANGED = 0.7
 """Probability from which something is said to have changed: so are fewer than 2 in 100 where
@@ -152,7 +152,6 @@ def what_changed(
     """
     given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
     measured = [*map(calibration.as_read_now, given)]
-    count, advice = sum(len(m.positions) for m in measured), ""
     weighed, now = _weigh(calibration, measured, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
@@ -160,12 +159,12 @@ def what_changed(
     if new is not None and now is not None:
         new = structs.replace(new, calibrated=now, geometric=None)
     held_out = [m for m in measured if not calibration.was_trained_on(m)]
-    zeros, told = bool(document.settings.get("zeros")), bool(weighed.probabilities)
+    advice, zeros, told = "", bool(document.settings.get("zeros")), bool(weighed.probabilities)
     rows, causes = rows_since(calibration.calibrated, new, held_out, limits, zeros=zeros, told=told)
     if new is None:
         reason = f"not known; {rows[0].reason}."
-    elif count < FEWEST_SAMPLES:
-        reason = f"{count} samples say too little; record 6 in each of two sockets."
+    elif few := _few(weighed, measured):
+        reason = few
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
     else:
         then = document.summary.test or document.summary.train
@@ -225,6 +224,19 @@ def _weigh(
         weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
     return weighed, Metrics(float(left.mean()), float(left.max()), None)
+
+
+def _few(weighed: Weighed, data: Sequence[Measurement]) -> str:
+    """Return why samples do not suffice; empty where they do."""
+    count = sum(len(m.positions) for m in data)
+    if count < FEWEST_SAMPLES:
+        return f"{count} samples say too little; record 6 in each of two sockets."
+    if weighed.changed or not weighed.probabilities or not alike(data):
+        return ""
+    return (
+        f"{count} samples in postures alike say too little; record 6 in each of two sockets, all "
+        "joints moved from one to the next."
+    )
 
 
 def _thinned(measured: Measurement, every: int) -> Measurement:

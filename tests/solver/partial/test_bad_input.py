@@ -1,0 +1,63 @@
+"""Samples that tell nothing, or are another arm's: one clear line on the command line."""
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
+
+VERBS = {
+    "tool": ("tool", "cal", "since"),
+    "rezero": ("rezero", "cal", "since"),
+    "check": ("check", "since", "--calibration", "cal"),
+    "validate": ("validate", "cal", "since"),
+}
+
+
+@pytest.fixture
+def said(simulated, tmp_path, command, monkeypatch):
+    """Run a verb on samples; return its status, and all that it says."""
+
+    def run(verb, q, sockets, names=None):
+        monkeypatch.chdir(tmp_path)
+        simulated.calibration.save(tmp_path / "cal")
+        placement = mukca.Placement.of_arrays("since", q, sockets, names, distance=0.05)
+        write_files(tmp_path / "since", sample_files(placement))
+        status, out, error = command(*VERBS[verb])
+        return status, out, error
+
+    return run
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_samples_of_an_arm_of_other_joints_are_refused(simulated, said, verb):
+    since = simulated.later
+    status, _, error = said(verb, since.positions[:, :6], since.sockets)
+    assert status == 2 and error.count("\n") == 1
+    assert "6 joint positions, but the robot's chain has 7 actuated joints" in error
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_columns_of_other_names_are_taken_in_order_and_said_so(simulated, said, verb):
+    since = simulated.later
+    names = [f"elbow{j}" for j in range(7)]
+    _, out, error = said(verb, since.positions, since.sockets, names)
+    assert "no column is called like a joint of the robot" in out + error
+
+
+@pytest.mark.parametrize(
+    ("verb", "words"), [("tool", "cannot tell"), ("check", "in postures alike")]
+)
+def test_postures_alike_say_too_little(simulated, said, verb, words):
+    since = simulated.later
+    q = since.positions[[0] * 6 + [8] * 6] + np.linspace(0, 1e-5, 12)[:, None]
+    status, out, _ = said(verb, q, since.sockets[[0] * 6 + [8] * 6])
+    assert status == 3 and words in out
+
+
+def test_of_zeros_such_postures_are_said_to_tell_little(simulated, said):
+    rows = [0] * 6 + [8] * 6
+    q = simulated.later.positions[rows] + np.linspace(0, 1e-5, 12)[:, None]
+    _, out, _ = said("rezero", q, simulated.later.sockets[rows])
+    assert "The postures are alike and tell little" in out
