@@ -225,8 +225,7 @@ def drift_rows(predictions: Predictions) -> list[LimitResult]:
 def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     """Return ln B of a placement's drift, and its length over the recording [m]."""
     measured = placement.measured
-    sockets = measured.placement.sockets
-    t = np.concatenate([np.flatnonzero(sockets == k) for k in measured.sockets]) / len(sockets)
+    t = measured.order / len(measured.order)
     e: np.ndarray = placement.deviations.calibrated.copy()
     weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
     freedom = len(t) - len(measured.sockets) - 3

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder import Sample
 from ..data import Measurement
 from ..diagnostics import named
 from ..paper import NotConverged
@@ -59,9 +58,6 @@ def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | No
 
 def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
     """Return a placement with as many samples drawn from its own (the bootstrap)."""
-    drawn: list[Sample] = []
-    for socket in measured.sockets:
-        samples = [s for s in measured.placement.samples if s.socket == socket]
-        picks = generator.integers(len(samples), size=len(samples))
-        drawn += [samples[i] for i in picks.tolist()]
-    return replace(measured, placement=replace(measured.placement, samples=tuple(drawn)))
+    sockets = [measured.order[rows] for rows in measured.slices]
+    drawn = [own[generator.integers(len(own), size=len(own))] for own in sockets]
+    return measured.only(np.concatenate(drawn))

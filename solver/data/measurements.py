@@ -3,7 +3,7 @@
 A measured pose is two samples, place [m] and orientation [rad], which come last.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
 from typing import Literal
@@ -222,23 +222,24 @@ class Measurement:
         return tuple(self.positions[rows] for rows in self.slices)
 
     @cached_property
+    def order(self) -> np.ndarray:
+        """Rank in the order of recording of each row of :attr:`positions`, shape (N,)."""
+        return np.argsort(self.placement.sockets, kind="stable")
+
+    @cached_property
     def positions(self) -> np.ndarray:
         """Joint positions of all samples, socket after socket, shape (N, m) [rad]."""
-        return self._by_socket(self.placement.positions)
-
-    def _by_socket(self, rows: np.ndarray) -> np.ndarray:
-        """Return what belongs to samples as recorded in the order of :attr:`positions`."""
-        return rows[np.argsort(self.placement.sockets, kind="stable")]
+        return self.placement.positions[self.order]
 
     def as_recorded(self, rows: np.ndarray) -> np.ndarray:
         """Return what belongs to rows of :attr:`positions` in the order of recording."""
-        return rows[np.argsort(np.argsort(self.placement.sockets, kind="stable"))]
+        return rows[np.argsort(self.order)]
 
     @cached_property
     def efforts(self) -> np.ndarray | None:
         """Measured joint efforts, row by row as :attr:`positions` [N m]; None without them."""
         efforts = self.placement.efforts
-        return None if efforts is None else self._by_socket(efforts)
+        return None if efforts is None else efforts[self.order]
 
     def clock(self, name: str) -> np.ndarray:
         """Return the time [s] or temperature of each row of :attr:`positions`, shape (N,).
@@ -250,7 +251,13 @@ class Measurement:
         t = np.array([getattr(sample, name) for sample in samples], dtype=float)
         if name == "time" and np.isnan(t).any() and all(sample.number for sample in samples):
             t = np.arange(len(samples), dtype=float)
-        return self._by_socket(t)
+        return t[self.order]
+
+    def only(self, kept: np.ndarray) -> "Measurement":
+        """Return the placement with some of its samples, by their :attr:`order`."""
+        ranks: list[int] = kept.tolist()
+        samples = tuple(self.placement.samples[i] for i in ranks)
+        return replace(self, placement=replace(self.placement, samples=samples))
 
     @property
     def has_distance(self) -> bool:

@@ -80,14 +80,8 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     rows = [np.linspace(0, n - 1, min(n, most)).astype(int) for n in measured.counts]
     if max(measured.counts) <= most:
         return measured, np.concatenate(rows)
-    placement = measured.placement
-    indices = [
-        np.flatnonzero(placement.sockets == k)[r]
-        for k, r in zip(measured.sockets, rows, strict=True)
-    ]
-    kept: list[int] = np.sort(np.concatenate(indices)).tolist()
-    samples = tuple(placement.samples[i] for i in kept)
-    return replace(measured, placement=replace(placement, samples=samples)), np.concatenate(rows)
+    kept = [measured.order[own][r] for own, r in zip(measured.slices, rows, strict=True)]
+    return measured.only(np.sort(np.concatenate(kept))), np.concatenate(rows)
 
 
 def explain(

@@ -199,15 +199,11 @@ def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
     """Return a placement with the samples after each change as a socket of its own."""
     placement = measured.placement
     samples = list(placement.samples)
-    free = max(sample.socket for sample in samples) + 1
-    rows = {
-        change.socket: [i for i, s in enumerate(samples) if s.socket == change.socket]
-        for change in changes
-    }
-    for change in changes:
-        for i in rows[change.socket][change.sample :]:
+    for free, change in enumerate(changes, max(sample.socket for sample in samples) + 1):
+        own = measured.slices[measured.sockets.index(change.socket)]
+        moved: list[int] = measured.order[own][change.sample :].tolist()
+        for i in moved:
             samples[i] = replace(samples[i], socket=free)
-        free += 1
     return replace(measured, placement=replace(placement, samples=tuple(samples)))
 
 

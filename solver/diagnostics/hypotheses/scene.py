@@ -104,11 +104,10 @@ class Scene:
         ends = np.cumsum([0, *(sum(m.counts) for m in self.measurements)]).tolist()
         return tuple(slice(a, b) for a, b in itertools.pairwise(ends))
 
-    @cached_property
+    @property
     def times(self) -> tuple[np.ndarray, ...]:
         """Rank of each sample of each placement in the order of recording."""
-        sockets = [m.placement.sockets for m in self.measurements]
-        return tuple(np.argsort(own, kind="stable").astype(int) for own in sockets)
+        return tuple(m.order for m in self.measurements)
 
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
