@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 COMPONENTS = ("x", "y", "z", "roll", "pitch", "yaw")
+DH = ("theta", "d", "a", "alpha", "beta")
 SIZES = {"zero": 1, "compliance": 1, "tilt": 2, "play": 1, "harmonic_1": 2, "harmonic_2": 2}
 SIZES["curve"] = 360
 """Coefficients of each correction, for each joint."""
@@ -86,6 +87,25 @@ def turned(x=0.0, y=0.0, z=0.0):
         R[j, i], R[i, j] = math.sin(angle), -math.sin(angle)
         T = R @ T
     return T
+
+
+def along(x=0.0, z=0.0):
+    """The shift along x and z, shape (4, 4)."""
+    T = np.eye(4)
+    T[0, 3], T[2, 3] = x, z
+    return T
+
+
+def dh_frames(rows, q, convention):
+    """Yield where each joint's frame is by a Denavit-Hartenberg table, the textbook's product."""
+    T = np.eye(4)
+    for row, value in zip(rows, q, strict=True):
+        theta, d, a, alpha, beta = (float(row.get(k, 0)) for k in DH)
+        slides = row.get("type") == "prismatic"
+        joint = turned(z=theta + value * (not slides)) @ along(z=d + value * slides)
+        normal = along(x=a) @ turned(x=alpha) @ turned(y=beta)
+        T = T @ (joint @ normal if convention == "dh" else normal @ joint)
+        yield T
 
 
 def rigid(origin):

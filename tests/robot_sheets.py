@@ -3,9 +3,11 @@
 Nothing here uses mukca's own reader or kinematics.
 """
 
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -16,9 +18,9 @@ FOLDER = Path(str(files("mukca.solver.robot") / "shipped"))
 
 @dataclass(frozen=True)
 class DataSheet:
-    """What the maker publishes of one arm."""
+    """What the maker publishes of one arm; robot_sheets.json has them all."""
 
-    joints: tuple[str, ...]
+    joints: list[str]
     flange: str
     "The link whose origin is the face of the flange."
     mass: float | None = None
@@ -32,53 +34,29 @@ class DataSheet:
     "-1 where it points the other way."
     aside: tuple[float, float] = (0.0, 0.0)
     "The ball's place along the flange's other two axes [m]."
+    dh: dict[str, Any] | None = None
+    """The maker's table: rows of theta, d, a and alpha [deg, m]; its convention, ``dh`` or ``mdh``,
+    Craig's modified one; by what its base is turned about z [deg], and the tool behind it [m].
+    Franka's FCI documentation; Universal Robots' article on DH parameters; Kinova's user guide,
+    "Classical DH parameters", to the interface module; of the iiwa14 the data sheet's drawing."""
+    bodies: list[list[float]] | None = None
+    "Masses and centres of mass of links 1 to 6 in the frames of that table, same source [kg, m]."
+    landmarks: list[dict[str, Any]] = field(default_factory=list)
+    "Where links stand by drawings and examples at joint positions q [deg, m]."
+    makers_model: list[float] | None = None
+    """Where the flange, or the tip, of the maker's own model stands with all joints at zero, and
+    with them at 0.1, 0.2, 0.3, ... rad, there with its orientation as a quaternion x y z w. Worked
+    out by pinocchio from the file, whose angles of pi/2 are rounded: 8 um and 26 urad at most."""
 
 
-def numbered(pattern, count):
-    return tuple(pattern.format(i) for i in range(1, count + 1))
-
-
-UR_JOINTS = (
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "elbow_joint",
-    "wrist_1_joint",
-    "wrist_2_joint",
-    "wrist_3_joint",
-)
-LEROBOT_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
-INTERBOTIX_JOINTS = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate")
-DATA_SHEETS = {
-    "panda": DataSheet(numbered("panda_joint{}", 7), "panda_link8", 18.0, 0.73),
-    "fr3": DataSheet(numbered("fr3_joint{}", 7), "fr3_link8", 17.8, 0.73),
-    "iiwa14": DataSheet(numbered("joint_a{}", 7), "tool0", 29.9),
-    "gen3_lite": DataSheet(numbered("joint_{}", 6), "end_effector_link", 5.4),
-    "ur3e": DataSheet(UR_JOINTS, "tool0", 11.2),
-    "ur5e": DataSheet(UR_JOINTS, "tool0", 20.6),
-    "ur10e": DataSheet(UR_JOINTS, "tool0", 33.5),
-    "so101": DataSheet(LEROBOT_JOINTS, "gripper_frame_link", aside=(-0.02, 0.0)),
-    "so100": DataSheet(LEROBOT_JOINTS, "gripper", base="base", out=1, sign=-1),
-    "vx300s": DataSheet(INTERBOTIX_JOINTS, "ee_gripper_link", out=0),
-    "wx250s": DataSheet(INTERBOTIX_JOINTS, "ee_gripper_link", out=0),
-    "koch": DataSheet(numbered("joint_{}", 5), "link_5", out=0, sign=-1),
-    "xarm6": DataSheet(numbered("joint{}", 6), "link_eef", base="link_base"),
-    "xarm7": DataSheet(numbered("joint{}", 7), "link_eef", base="link_base"),
-    "lite6": DataSheet(numbered("joint{}", 6), "link_eef", base="link_base"),
-    "uf850": DataSheet(numbered("joint{}", 6), "link_eef", base="link_base"),
-    "ur3": DataSheet(UR_JOINTS, "tool0"),
-    "ur5": DataSheet(UR_JOINTS, "tool0"),
-    "ur10": DataSheet(UR_JOINTS, "tool0"),
-    "ur20": DataSheet(UR_JOINTS, "tool0"),
-    "openarm": DataSheet(
-        numbered("openarm_right_joint{}", 7),
-        "openarm_right_hand_tcp",
-        base="openarm_right_link0",
-    ),
-    "wxai": DataSheet(tuple(f"joint_{i}" for i in range(6)), "ee_gripper_link", out=0),
-    "gen3": DataSheet(numbered("joint_{}", 7), "end_effector_link"),
-    "piper": DataSheet(numbered("joint{}", 6), "link6"),
-}
+SHEETS_FILE = Path(__file__).with_suffix(".json")
+DATA_SHEETS = {k: DataSheet(**v) for k, v in json.loads(SHEETS_FILE.read_text()).items()}
 NAMES = sorted(DATA_SHEETS)
+
+
+def having(fact):
+    """The names of the arms of which a fact is published."""
+    return [name for name in NAMES if getattr(DATA_SHEETS[name], fact)]
 
 
 def path_of(name):

@@ -4,20 +4,13 @@ import ast
 import importlib
 import importlib.util
 import re
-import sys
 from functools import cache
-from pathlib import Path
 
 import pytest
+from project import PROJECT, ROOT
 
 import mukca
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-ROOT = Path(__file__).parents[1]
 ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 FOLDERS = sorted({file.parent for file in FILES})
@@ -125,8 +118,7 @@ def test_folders_import_in_no_circle_and_the_page_shows_how():
 
 
 def test_every_folder_with_code_is_shipped():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    shipped = set(project["tool"]["setuptools"]["packages"])
+    shipped = set(PROJECT["tool"]["setuptools"]["packages"])
     folders = {".".join(["mukca", *file.relative_to(ROOT).parts[:-1]]) for file in FILES}
     assert folders | {"mukca"} == shipped
 
@@ -158,7 +150,7 @@ def test_no_message_points_into_a_folder_that_is_not_installed():
 
 
 def test_constraints_pin_every_dependency():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = PROJECT["project"]
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in lines if "==" in line}
     extras = project["optional-dependencies"].values()

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import HOLES
 
 import mukca
 from mukca.solver.diagnostics import CAUSES
@@ -73,17 +74,6 @@ def test_every_command_in_the_documents_is_one():
             except SystemExit:
                 wrong.append(f"{page.name}: {line}")
     assert wrong == []
-
-
-HOLES = {
-    "frontcenter": (0, 0),
-    "frontleft": (0, -200),
-    "frontright": (0, 175),
-    "backcenter": (-150, 0),
-    "backleft": (-150, -175),
-    "backright": (-150, 175),
-}
-"""Where the bases of the recorded Panda were bolted to a table [mm]."""
 
 
 @pytest.mark.slow

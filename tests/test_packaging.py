@@ -5,26 +5,20 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import jinja2
 import pytest
+from project import PROJECT, ROOT
 
 import mukca
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-ROOT = Path(__file__).parents[1]
 ROS = ROOT / "packaging" / "ros2" / "mukca_ros"
 
 
 def test_the_recipe_requires_what_the_project_requires():
     recipe = jinja2.Template((ROOT / "packaging/conda/meta.yaml").read_text()).render(PYTHON="py")
     run = re.findall(r"^    - (.*)$", recipe.split("  run:\n")[1].split("\ntest:")[0], re.M)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = PROJECT["project"]
     plain = {re.sub(r"\s", "", need) for need in project["dependencies"] if ";" not in need}
     assert {need.replace(" ", "") for need in run} == plain | {
         f"python{project['requires-python']}"

@@ -5,11 +5,11 @@ import re
 import shutil
 import subprocess
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from lxml.html import fromstring
 
 pytest.importorskip("mkdocs")
 ROOT = Path(__file__).parents[1]
@@ -30,30 +30,15 @@ def site(tmp_path_factory):
     return out
 
 
-class Page(HTMLParser):
+class Page:
     """The main text of a page: code boxes, items of numbered lists, links, and words."""
 
     def __init__(self, file):
-        super().__init__()
-        self.boxes = self.items = self.depth = self.code = 0
-        self.links = []
-        self.words = ""
-        self.feed(re.search(r"<article.*</article>", file.read_text(), re.S)[0])  # type: ignore[index]
-
-    def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.boxes += tag == "pre"
-        self.code += tag in {"pre", "code"}
-        self.depth += tag == "ol"
-        self.items += tag == "li" and self.depth > 0
-        self.links += [link for name in ("href", "src") if (link := given.get(name))]
-
-    def handle_endtag(self, tag):
-        self.code -= tag in {"pre", "code"}
-        self.depth -= tag == "ol"
-
-    def handle_data(self, data):
-        self.words += "" if self.code else data
+        (article,) = fromstring(file.read_bytes()).xpath("//article")
+        self.boxes, self.items = (len(article.xpath(f".//{way}")) for way in ("pre", "ol//li"))
+        self.links = article.xpath(".//@href | .//@src")
+        words = article.xpath(".//text()[not(ancestor::pre or ancestor::code)]")
+        self.words = "".join(words)
 
 
 def _pages():

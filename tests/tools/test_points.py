@@ -6,6 +6,7 @@ from io import StringIO
 
 import numpy as np
 import pytest
+from altered import write_rows
 from worlds import measured_points
 
 import mukca
@@ -16,12 +17,8 @@ pytestmark = pytest.mark.slow
 
 
 def write_points(placement, folder):
-    folder.mkdir(parents=True)
-    rows = [",".join((*(placement.joint_names or ()), "x", "y", "z"))]
-    for sample in placement.samples:
-        assert sample.point is not None
-        rows.append(",".join(map(repr, (*sample.position, *sample.point))))
-    (folder / "points.csv").write_text("\n".join(rows) + "\n")
+    rows = [(*sample.position, *sample.point) for sample in placement.samples]
+    write_rows(folder / "points.csv", rows, (*placement.joint_names, "x", "y", "z"))
 
 
 @pytest.fixture(scope="module")
@@ -115,12 +112,10 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved):
 
 
 def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, command, tmp_path):
-    write = (measured / "train/points.csv").read_text().splitlines()
-    rows = [line.split(",") for line in write[1:]]
-    scaled = [[*row[:-3], *(repr(1.02 * float(x)) for x in row[-3:])] for row in rows]
-    (tmp_path / "small").mkdir()
-    text = "\n".join([write[0], *map(",".join, scaled)]) + "\n"
-    (tmp_path / "small/points.csv").write_text(text)
+    header, *lines = (measured / "train/points.csv").read_text().splitlines()
+    rows = [[float(x) for x in line.split(",")] for line in lines]
+    scaled = [[*row[:-3], *(1.02 * x for x in row[-3:])] for row in rows]
+    write_rows(tmp_path / "small/points.csv", scaled, [header])
     out = tmp_path / "out"
     words = ("--robot", "panda", "--without", "compliance", "transmission", "tilt", "--out", out)
     command("solve", tmp_path / "small", *words)

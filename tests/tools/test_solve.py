@@ -39,6 +39,9 @@ def test_json_is_one_object_with_the_agreed_keys(run):
     assert result["groups"] and result["noise"] and result["uncertainty"]["weak_directions"]
     test = [p["calibrated"] for p in result["placements"] if p["role"] == "test"]
     summary = result["summary"]["test"]["calibrated"]
+    by_ball = result["summary"]["test"]["ball_refitted"]["mean_absolute_error"]
+    nominal = result["summary"]["test"]["nominal"]["mean_absolute_error"]
+    assert nominal > by_ball > summary["mean_absolute_error"]
     assert summary["mean_absolute_error"] == np.mean([m["mean_absolute_error"] for m in test])
     assert summary["max_error"] == max(m["max_error"] for m in test)
     assert summary["distance_error"] == np.mean([abs(m["distance_error"]) for m in test])
@@ -173,12 +176,8 @@ GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
     ("hole_0", "told"),
     [
         (None, "only socket 1 has samples"),
-        ("", "hole_0.csv: empty"),
         ("a,b,c,d,e,f,g\n", "hole_0.csv: only a header"),
         (GOOD + "0.1,0.2\n", "hole_0.csv:2: 2 columns where 7"),
-        (GOOD + "x" + GOOD, "hole_0.csv:2: column 1 is 'x0.1', not a number"),
-        (GOOD + GOOD.replace("0.3", "nan"), "hole_0.csv:2: column 3 is nan"),
-        (GOOD + GOOD.replace("0.3", "-inf"), "hole_0.csv:2: column 3 is -inf"),
         (GOOD, "hole_0.csv:1: one sample in socket 0"),
         ("1,2,3\n4,5,6\n", "hole_1.csv:1: 7 columns, but hole_0.csv has 3"),
         (GOOD + "10,20,30,-90,10,95,20\n", "are these degrees?"),

@@ -18,34 +18,29 @@ def by_geometry(calibration):
     return (summary.geometric or summary.calibrated).mean_absolute_error
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return mukca.load_robot("panda")
-
-
-def test_it_is_better_than_the_papers_geometry_elsewhere(robot):
-    _, (train, *test) = mukca.simulate_recordings(robot, 4, seed=0, noise=7e-5, **ELASTIC)
-    by_auto = mukca.calibrate(robot, train, test=test)
-    by_paper = mukca.calibrate(robot, train, test=test, method="paper")
+def test_it_is_better_than_the_papers_geometry_elsewhere(panda):
+    _, (train, *test) = mukca.simulate_recordings(panda, 4, seed=0, noise=7e-5, **ELASTIC)
+    by_auto = mukca.calibrate(panda, train, test=test)
+    by_paper = mukca.calibrate(panda, train, test=test, method="paper")
     assert by_auto.document.deflection
     assert by_geometry(by_auto) < by_geometry(by_paper)
 
 
-def test_a_rigid_arms_geometry_is_its_calibration(robot, tmp_path):
-    _, (train,) = mukca.simulate_recordings(robot, 1, samples=15, seed=0, noise=1e-6)
-    found = mukca.calibrate(robot, train)
+def test_a_rigid_arms_geometry_is_its_calibration(panda, tmp_path):
+    _, (train,) = mukca.simulate_recordings(panda, 1, samples=15, seed=0, noise=1e-6)
+    found = mukca.calibrate(panda, train)
     assert found.document.deflection == {}
     assert found.save(tmp_path / "out").keys() == {"urdf", "calibration"}
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
     assert found.calibrated.geometric_ball(q) == pytest.approx(found.calibrated.ball(q), abs=1e-12)
 
 
-def test_few_samples_leave_it_between_theirs_and_the_full_models(robot):
+def test_few_samples_leave_it_between_theirs_and_the_full_models(panda):
     """The surer the full model is, the further it is followed from the samples' own geometry."""
-    _, (train,) = mukca.simulate_recordings(robot, 1, seed=1, noise=7e-5, **ELASTIC)
+    _, (train,) = mukca.simulate_recordings(panda, 1, seed=1, noise=7e-5, **ELASTIC)
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 7))
-    alone = mukca.calibrate(robot, train, method="paper").calibrated.ball(q)
-    full = mukca.calibrate(robot, train, without=("transmission",))
+    alone = mukca.calibrate(panda, train, method="paper").calibrated.ball(q)
+    full = mukca.calibrate(panda, train, without=("transmission",))
     exported = full.calibrated.geometric_ball(q)
     sizes = [
         np.linalg.norm(
@@ -57,11 +52,11 @@ def test_few_samples_leave_it_between_theirs_and_the_full_models(robot):
 
 
 @pytest.mark.parametrize("flaws", [ELASTIC, {}])
-def test_a_distance_that_is_hardly_known_does_not_set_the_size(robot, flaws):
+def test_a_distance_that_is_hardly_known_does_not_set_the_size(panda, flaws):
     """The paper's cost takes it as it is; so its geometry is not what the URDF has."""
-    truth, (train,) = mukca.simulate_recordings(robot, 1, seed=0, noise=7e-5, **flaws)
+    truth, (train,) = mukca.simulate_recordings(panda, 1, seed=0, noise=7e-5, **flaws)
     wrong = replace(train, distance=0.051)
-    found = mukca.calibrate(robot, wrong, distance_deviation=1e-3, accept_distorted=True).calibrated
+    found = mukca.calibrate(panda, wrong, distance_deviation=1e-3, accept_distorted=True).calibrated
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (60, 7))
     true, exported = (
         np.linalg.norm(points[1::2] - points[::2], axis=1).sum()

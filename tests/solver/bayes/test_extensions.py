@@ -4,18 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import coefficients, moved, with_efforts
 from imagined import held_out
 
 import mukca
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
-
-
-def coefficients(found, kind):
-    """Values and standard deviations of an effect's coefficients."""
-    rows = [c for c in found.document.coefficients or () if c.name.split(".")[-1].startswith(kind)]
-    return np.array([(c.value, c.standard_deviation) for c in rows]).T
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite"])
@@ -82,12 +77,6 @@ def test_noise_of_the_joints_is_told_from_noise_in_space():
     assert (found.log_evidence or 0) > (in_space.log_evidence or 0) + 3
 
 
-def moved(placement, positions):
-    """The placement as it would be with other joint positions."""
-    pairs = zip(placement.samples, positions.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
-
-
 def test_measured_efforts_tell_how_an_arm_bends():
     """Efforts unlike gravity's, as under a hand that pushes, and readings bent by them."""
     robot = mukca.load_robot("panda")
@@ -97,8 +86,7 @@ def test_measured_efforts_tell_how_an_arm_bends():
     def pushed(placement):
         efforts = generator.normal(0, 10, placement.positions.shape)
         bent = moved(placement, placement.positions + compliance * efforts)
-        rows = zip(bent.samples, map(tuple, efforts.tolist()), strict=True)
-        return replace(bent, samples=tuple(replace(s, effort=effort) for s, effort in rows))
+        return with_efforts(bent, efforts)
 
     by_effort = mukca.calibrate(robot, pushed(train), test=pushed(test))
     assert held_out(by_effort) < 3e-4

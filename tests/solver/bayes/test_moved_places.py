@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import seats, write_rows
 
 import mukca
 from mukca.recorder import Sample
@@ -14,18 +15,11 @@ pytestmark = pytest.mark.slow
 IN_TURN = [*range(6), *range(12, 18), *range(6, 12), *range(18, 24)]
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return mukca.load_robot("panda")
-
-
-def recorded(robot, fault, order=IN_TURN):
+def recorded(panda, fault, order=IN_TURN):
     """Return the truth, and 12 + 12 samples in an order, with a fault."""
-    truth, (placement,) = mukca.simulate_recordings(robot, 1, samples=12, seed=3)
+    truth, (placement,) = mukca.simulate_recordings(panda, 1, samples=12, seed=3)
     q, sockets = placement.positions[list(order)], placement.sockets[list(order)]
-    balls = truth.ball(placement.positions)
-    centres = np.array([balls[placement.sockets == k].mean(axis=0) for k in (0, 1)])
-    session = Session(robot, q, sockets, centres, np.random.default_rng(1))
+    session = Session(panda, q, sockets, seats(truth, placement), np.random.default_rng(1))
     found = SessionFault.parse(fault)
     q = with_faults(session, [found] if found else [])
     samples = (
@@ -54,29 +48,29 @@ def told(found):
         ("drift:2mm", "drifted"),
     ],
 )
-def test_a_base_that_moves_is_told_and_taken_into_account(robot, fault, words):
-    truth, placement = recorded(robot, fault)
-    found = mukca.calibrate(robot, placement)
+def test_a_base_that_moves_is_told_and_taken_into_account(panda, fault, words):
+    truth, placement = recorded(panda, fault)
+    found = mukca.calibrate(panda, placement)
     (text,) = told(found)
     assert words in text
     q = np.random.default_rng(0).uniform(-1, 1, (50, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
     silent = replace(
         placement, samples=tuple(replace(s, number=0, time=None) for s in placement.samples)
     )
-    without = mukca.calibrate(robot, silent)
+    without = mukca.calibrate(panda, silent)
     assert not told(without)
     assert error(truth, found, q) < 0.7 * error(truth, without, q)
     assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
 
 
-def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(robot):
-    assert not told(mukca.calibrate(robot, recorded(robot, "none")[1]))
-    _, blocks = recorded(robot, "base@13:0.5mm", range(24))
-    assert not any("change of socket" in text for text in told(mukca.calibrate(robot, blocks)))
+def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(panda):
+    assert not told(mukca.calibrate(panda, recorded(panda, "none")[1]))
+    _, blocks = recorded(panda, "base@13:0.5mm", range(24))
+    assert not any("change of socket" in text for text in told(mukca.calibrate(panda, blocks)))
 
 
-def test_a_saved_calibration_knows_how_its_places_moved(robot, tmp_path):
-    found = mukca.calibrate(robot, recorded(robot, "base@13:5mm")[1])
+def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
+    found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1])
     found.save(tmp_path / "saved")
     again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
     assert told(again) == told(found)
@@ -85,18 +79,14 @@ def test_a_saved_calibration_knows_how_its_places_moved(robot, tmp_path):
     assert "moved at a change" in verdict
 
 
-def test_an_instrument_that_follows_the_temperature(robot, tmp_path):
-    truth, _ = mukca.simulate_recordings(robot, 1, seed=3)
+def test_an_instrument_that_follows_the_temperature(panda, tmp_path):
+    truth, _ = mukca.simulate_recordings(panda, 1, seed=3)
     rng = np.random.default_rng(2)
     q = rng.uniform(-1, 1, (60, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
     warm = 21 + np.sin(np.linspace(0, 4, 60)) + rng.normal(0, 0.02, 60)
     balls = truth.ball(q) + np.outer(warm - 21, [3e-4, 0, -2e-4]) + rng.normal(0, 2e-5, (60, 3))
-    rows = [",".join([*robot.joint_names, "x", "y", "z", "temperature [C]"])]
-    rows += [
-        ",".join(map(repr, [*a.tolist(), *b.tolist(), t]))
-        for a, b, t in zip(q, balls, warm.tolist(), strict=True)
-    ]
-    (tmp_path / "points.csv").write_text("\n".join(rows))
+    names = (*panda.joint_names, "x", "y", "z", "temperature [C]")
+    write_rows(tmp_path / "points.csv", np.column_stack([q, balls, warm]).tolist(), names)
     points = mukca.read_placements(tmp_path)
-    (text,) = told(mukca.calibrate(robot, points, without=["transmission", "curves"]))
+    (text,) = told(mukca.calibrate(panda, points, without=["transmission", "curves"]))
     assert "temperature" in text

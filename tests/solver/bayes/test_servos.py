@@ -1,9 +1,8 @@
 """Arms made of servos: joint offsets of degrees, and backlash in the gears."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from altered import coefficients, moved, seats, with_efforts, write_rows
 
 import mukca
 from mukca.tools.cli import main
@@ -26,23 +25,11 @@ def recorded(robot, tmp_path_factory):
         robot, 1, samples=14, seed=0, translation=0, rotation=0, noise=1e-4, distance=0.15
     )
     rows = ["frame,socket,x [mm],y [mm],z [mm],deviation [mm]"]
-    balls, sockets = truth.ball(placement.positions), [s.socket for s in placement.samples]
-    for k in (0, 1):
-        place = 1e3 * balls[np.array(sockets) == k].mean(axis=0)
+    for k, place in enumerate(1e3 * seats(truth, placement)):
         rows.append(f"base,{placement.name}:{k},{','.join(f'{v:.4f}' for v in place)},0.1")
     at = tmp_path_factory.mktemp("servo") / "at.csv"
     at.write_text("\n".join(rows))
     return moved(placement, placement.positions - OFFSETS), at
-
-
-def moved(placement, positions):
-    pairs = zip(placement.samples, positions.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
-
-
-def coefficients(found, kind):
-    rows = [c for c in found.document.coefficients or () if c.name.endswith(f".{kind}")]
-    return np.array([(c.value, c.standard_deviation) for c in rows]).T
 
 
 @pytest.fixture(scope="module")
@@ -88,9 +75,7 @@ def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):
     idle[:, 2] = False
     rest = np.where(idle, generator.uniform(-1, 1, efforts.shape), efforts)
     efforts = np.where(idle, 0.0, efforts)
-    read = moved(placement, placement.positions + half * rest)
-    rows = zip(read.samples, map(tuple, efforts.tolist()), strict=True)
-    read = replace(read, samples=tuple(replace(s, effort=effort) for s, effort in rows))
+    read = with_efforts(moved(placement, placement.positions + half * rest), efforts)
     without = ["compliance", "tilt", "transmission"]
     found = mukca.calibrate(robot, read, zeros=True, sockets_at=at, without=without)
     assert found.document.deflection.keys() == {"play"}
@@ -111,11 +96,9 @@ def test_offsets_need_angles_that_are_free(robot, recorded):
 def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path, capsys):
     """Readings off by degrees are an error, unless offsets may be."""
     for name, part in (("a", slice(None, None, 2)), ("b", slice(1, None, 2))):
-        (tmp_path / name).mkdir()
         for k in (0, 1):
             rows = [s.position for s in recorded[0].samples if s.socket == k][part]
-            text = "\n".join(",".join(map(str, q)) for q in rows)
-            (tmp_path / name / f"hole_{k}.csv").write_text(text)
+            write_rows(tmp_path / name / f"hole_{k}.csv", rows)
     words = [str(tmp_path), "--robot", "so101", "--distance", "0.15"]
     told = []
     for verb in ("check", "crossval"):

@@ -48,6 +48,15 @@ def test_what_is_no_path_is_said(nothing):
 
 def test_what_does_not_fit_is_said(saved):
     found, q = saved[0], np.zeros((3, 7))
+    for wrong, said in (
+        (np.zeros(6), r"shape \(6,\): panda has 7 joints"),
+        (np.zeros((2, 2, 7)), r"shape \(2, 2, 7\): panda has 7 joints"),
+        ([0, 0, 0, np.nan, 0, 0, 0], "row 0, 'panda_joint4' is nan"),
+    ):
+        own = found.calibrated
+        for ball in (found.ball, own.ball, own.nominal_ball, own.geometric_ball):
+            with pytest.raises(mukca.MukcaError, match=said):
+                ball(wrong)
     with pytest.raises(mukca.MukcaError, match="one effort for each position"):
         found.ball(q, np.zeros(7))
     with pytest.warns(UserWarning, match=r"'panda_joint4' is 0, outside its limits -3\.07"):

@@ -55,9 +55,3 @@ def test_frames_are_placed_one_by_the_other(points):
 def test_coordinates_that_cannot_be_are_refused(points, change, words):
     with pytest.raises(FrameError, match=words):
         place_frames([landmarks(points, "world"), landmarks(change(pose(6).apply(points)))])
-
-
-def test_a_frame_that_nothing_ties_is_refused(points):
-    alone = FrameObservations("table", np.arange(20, 32), points, [""] * 12)
-    with pytest.raises(FrameError, match="frame 'table': nothing ties it to the robot"):
-        place_frames([landmarks(points, "world"), alone])

@@ -1,39 +1,20 @@
-"""Sockets and known distances, in one placement and across."""
+"""Known distances, in one placement and across."""
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from mukca.recorder import read_placement
-from mukca.solver.data import (
-    STANDARD_LOAD,
-    KnownError,
-    Load,
-    RobotRecordings,
-    measure,
-    observe_all,
-    parse_known,
-)
-from mukca.solver.robot import gravity_moments
+from mukca.solver.data import KnownError, RobotRecordings, measure, observe_all, parse_known
 
 
-def observe(measurements, robot, *, load=None, **options):
-    arm = RobotRecordings(robot, measurements, load or STANDARD_LOAD)
-    return observe_all([arm], **options).arms[0]
+def observe(measurements, robot, **options):
+    return observe_all([RobotRecordings(robot, measurements)], **options).arms[0]
 
 
 @pytest.fixture
 def two(session, panda):
     return [measure(read_placement(session / name), panda) for name in ("front", "left")]
-
-
-def test_each_base_ties_its_first_two_sockets(two, panda):
-    data = observe(two, panda)
-    assert [label[1] for label in data.labels] == [0, 1, 0, 1]
-    assert [(k.first, k.second, k.distance) for k in data.known] == [(0, 1, 0.05), (2, 3, 0.05)]
-    assert np.bincount(data.sockets).tolist() == [12, 12, 12, 12]
-    assert data.torques == pytest.approx(gravity_moments(panda, data.positions))
 
 
 def test_known_distances_tie_placements(two, panda):
@@ -69,19 +50,3 @@ def test_bad_known_distances_are_told(text):
 def test_known_distances_need_their_sockets(two, panda, text):
     with pytest.raises(KnownError):
         observe(two, panda, known=[parse_known(text)])
-
-
-def test_one_socket_alone_must_be_tied(two, panda):
-    samples = tuple(s for s in two[0].placement.samples if s.socket == 0)
-    alone = measure(replace(two[0].placement, samples=samples), panda, sockets=1)
-    with pytest.raises(KnownError, match="only socket 0 has samples"):
-        observe([alone, two[1]], panda)
-    data = observe([alone, two[1]], panda, known=[parse_known("front:0-left:0=0.43")])
-    assert data.socket_count == 3
-
-
-def test_the_load_pulls_as_told(two, panda):
-    ceiling = observe(two, panda, load=Load((0.0, 0.0, 9.80665), 0.0))
-    assert ceiling.torques == pytest.approx(-observe(two, panda).torques)
-    heavy = observe(two, panda, load=replace(STANDARD_LOAD, payload=1.0))
-    assert not np.allclose(heavy.torques, observe(two, panda).torques)

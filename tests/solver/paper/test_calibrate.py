@@ -8,10 +8,10 @@ import pytest
 
 from mukca import MukcaError
 from mukca.recorder import read_placement
-from mukca.solver.data import check_distinct, evaluate, is_distorted, measure, socket_centres
-from mukca.solver.paper import NotConverged, ball_only, build_problem, solve
+from mukca.solver.data import check_distinct, evaluate, measure, socket_centres
+from mukca.solver.paper import NotConverged, build_problem, solve
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record
 
 # One of each kind, since a fit takes seconds: seven joints, six in two arrangements, and five.
@@ -66,12 +66,6 @@ def test_not_converged_is_never_a_result(session, panda, optimizer):
         solve(problem, optimizer, max_iterations=1)
 
 
-def test_an_unknown_optimizer_is_refused(session, panda):
-    problem = build_problem(panda, [measure(read_placement(session / "front"), panda)])
-    with pytest.raises(MukcaError, match="'newton': choose one of gauss-newton, ipopt"):
-        solve(problem, "newton")
-
-
 def test_regularization_counts_once_per_placement(session, panda):
     measured = measure(read_placement(session / "front"), panda)
     again = replace(measured, placement=replace(measured.placement, name="again"))
@@ -79,48 +73,6 @@ def test_regularization_counts_once_per_placement(session, panda):
     twice = replace(problem, training=(measured, again))
     once_x, twice_x = solve(problem).x, solve(twice).x
     assert twice_x == pytest.approx(once_x, abs=1e-9)
-
-
-def test_the_ball_alone_is_a_baseline_between(session, panda):
-    measured = measure(read_placement(session / "front"), panda)
-    problem = build_problem(panda, [measured])
-    refitted = ball_only(problem)
-    errors = [
-        evaluate(model.points(x, measured.positions), measured).mean_absolute_error
-        for model, x in (
-            (problem.model, problem.start),
-            (refitted.model, solve(refitted).x),
-            (problem.model, solve(problem).x),
-        )
-    ]
-    assert errors[0] > errors[1] > errors[2]
-
-
-def test_a_fixed_parameter_stays(session, panda):
-    measured = measure(read_placement(session / "front"), panda)
-    parameters = choose_parameters(panda, fix=["panda_joint4", "*.rpy"])
-    calibration = CalibratedRobot(
-        panda, parameters, solve(build_problem(panda, [measured], parameters=parameters)).x
-    )
-    changed = calibration.model.origins(calibration.values) != panda.origins
-    assert changed.any()
-    assert not changed[:, 3:].any()
-    assert not changed[[joint.name for joint in panda.joints].index("panda_joint4")].any()
-
-
-def test_a_wrong_distance_distorts(session, panda):
-    right = measure(read_placement(session / "front"), panda)
-    wrong = measure(read_placement(session / "front"), panda, distance=0.06)
-    problem = build_problem(panda, [right])
-    points = problem.model.points(solve(problem).x, right.positions)
-    assert not is_distorted(evaluate(points, right), right)
-    assert is_distorted(evaluate(points, wrong), wrong)
-
-
-def test_the_same_placement_twice_is_refused(session, panda):
-    one = measure(read_placement(session / "front"), panda)
-    with pytest.raises(MukcaError, match="same placement"):
-        check_distinct([one, replace(one)])
 
 
 def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path):
@@ -133,13 +85,6 @@ def test_a_socket_that_is_a_copy_of_another_is_refused(session, panda, tmp_path)
     check_distinct(others)
     with pytest.raises(MukcaError, match=r"right/hole_1\.csv and .*hole_1\.csv are identical"):
         check_distinct([*others, measure(read_placement(tmp_path), panda)])
-
-
-def test_where_a_distance_is_known_from_is_kept(session, panda):
-    read = replace(read_placement(session / "front"), distance=None)
-    assert measure(read, panda).distance_source == "default"
-    assert measure(read, panda, 0.06).distance_source == "given"
-    assert measure(replace(read, distance=0.12), panda).distance_source == "recording"
 
 
 def test_a_copy_in_another_order_and_rounded_is_one(session, panda):

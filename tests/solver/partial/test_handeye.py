@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import write_rows
 
 import mukca
 from mukca import MukcaError
@@ -48,6 +49,10 @@ def recorded(rows):
         for r in rows.tolist()
     ]
     return mukca.Placement("views", tuple(samples))
+
+
+def names_of(simulated):
+    return (*simulated.calibration.robot.joint_names, *["x", "y", "z", "qx", "qy", "qz", "qw"])
 
 
 def test_millimetres_are_asked_about(simulated):
@@ -129,9 +134,8 @@ def test_views_that_cannot_tell_are_refused(simulated, rows, message):
 
 
 def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, command):
-    names = (*simulated.calibration.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
-    rows = [",".join(map(repr, row)) for row in views(simulated, "beside").tolist()]
-    (tmp_path / "of june.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    rows, names = views(simulated, "beside").tolist(), names_of(simulated)
+    write_rows(tmp_path / "of june.csv", rows, names)
     (tmp_path / "points.csv").write_text("another recording\n")
     simulated.calibration.save(tmp_path / "cal")
     words = ("handeye", tmp_path / "cal", tmp_path / "of june.csv", "--camera")
@@ -139,7 +143,7 @@ def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, comman
     said = json.loads(out)
     assert status == 0 and said["parent"] == simulated.calibration.robot.base
     assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
-    (tmp_path / "few.csv").write_text("\n".join([",".join(names), *rows[:3]]) + "\n")
+    write_rows(tmp_path / "few.csv", rows[:3], names)
     status, _, error = command(
         "handeye", tmp_path / "cal", tmp_path / "few.csv", *words[3:], "beside"
     )
@@ -195,8 +199,7 @@ def test_another_arms_calibration_is_told_where_both_fit(simulated, tmp_path, co
     nominal = mukca.rezero(simulated.calibration.robot, simulated.read({}))
     assert "calibration or model" in nominal.text[-1]
     other.save(tmp_path / "cal")
-    names = (*other.robot.joint_names, "x", "y", "z", "qx", "qy", "qz", "qw")
-    rows = [",".join(map(repr, row)) for row in views(simulated, "on-arm").tolist()]
-    (tmp_path / "poses.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    rows = views(simulated, "on-arm").tolist()
+    write_rows(tmp_path / "poses.csv", rows, names_of(simulated))
     words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera", "on-arm")
     assert command(*words)[0] == 3

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import write_rows
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
@@ -94,9 +95,7 @@ def test_too_few_touches_are_refused(simulated):
 
 def written(file, touches):
     """Write touches as a CSV file of joint positions."""
-    rows = [",".join(map(repr, row)) for row in touches.positions.tolist()]
-    file.write_text("\n".join([",".join(touches.joint_names), *rows]) + "\n")
-    return file
+    return write_rows(file, touches.positions.tolist(), touches.joint_names)
 
 
 def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(simulated, tmp_path, command):

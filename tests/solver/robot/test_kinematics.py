@@ -114,3 +114,14 @@ def test_parameters_move_only_what_they_name(panda):
     changed = np.argwhere(origins != panda.origins).tolist()
     names = [panda.joints[joint].name for joint, _ in changed]
     assert names == ["panda_joint3"] * 3 + ["ball_joint"]
+
+
+def test_words_name_joints_groups_components_and_patterns(panda):
+    def names(**words):
+        return [p.name for p in choose_parameters(panda, **words)]
+
+    assert names(free=["ball_joint.xyz"]) == ["ball_joint.x", "ball_joint.y", "ball_joint.z"]
+    assert names(free=["panda_joint8"])[0] == "panda_joint8.x"
+    assert len(names(free=["panda_joint?.yaw"])) == 8
+    assert len(names(fix=["*.rpy"])) == 24
+    assert len(names(fix=["panda_joint1", "ball_joint.roll"])) == 41

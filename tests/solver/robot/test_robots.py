@@ -10,6 +10,7 @@ from robot_sheets import (
     FOLDER,
     NAMES,
     chain,
+    having,
     inertials,
     load,
     path_of,
@@ -18,7 +19,6 @@ from robot_sheets import (
 )
 
 every_robot = pytest.mark.parametrize("name", NAMES)
-weighed = pytest.mark.parametrize("name", [n for n in NAMES if DATA_SHEETS[n].mass])
 
 
 def test_every_robot_of_the_folder_is_tested_here():
@@ -40,7 +40,7 @@ def test_is_one_chain_from_base_link_to_the_ball(name):
 @every_robot
 def test_joints_are_the_makers_in_order_with_finite_limits(name):
     actuated = [joint for joint in chain(name) if joint.type != "fixed"]
-    assert tuple(joint.name for joint in actuated) == DATA_SHEETS[name].joints
+    assert [joint.name for joint in actuated] == DATA_SHEETS[name].joints
     for joint in actuated:
         limit = joint.limit
         assert joint.type == "revolute"
@@ -76,7 +76,7 @@ def test_inertia_tensors_can_belong_to_a_body(name):
         assert moments[2] <= (moments[0] + moments[1]) * (1 + 1e-3), link
 
 
-@weighed
+@pytest.mark.parametrize("name", having("mass"))
 def test_mass_is_the_data_sheets(name):
     total = sum(inertial.mass for inertial in inertials(name).values())
     sheet = DATA_SHEETS[name]

@@ -6,6 +6,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from altered import write_rows
 from terminal_session import PATIENCE
 
 import mukca
@@ -19,8 +20,7 @@ def folder(session, panda, tmp_path_factory):
     mukca.calibrate(panda, mukca.read_placements(session)[0], method="paper").save(folder / "it")
     middle = (panda.lower + panda.upper) / 2
     q = middle + np.linspace(0, 0.2, 6)[:, None] * np.sin(np.arange(7))
-    lines = [",".join(panda.joint_names), *(",".join(map(repr, row)) for row in q.tolist())]
-    (folder / "joints.csv").write_text("\n".join(lines) + "\n")
+    write_rows(folder / "joints.csv", q.tolist(), panda.joint_names)
     return folder
 
 

@@ -6,31 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from imagined import configurations, imagine, poses, turned
+from imagined import configurations, dh_frames, imagine, poses
 
 import mukca
 
 pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
 
-def along(x=0.0, z=0.0):
-    T = np.eye(4)
-    T[0, 3], T[2, 3] = x, z
-    return T
-
-
 def forward(rows, base, tool, q, convention):
-    """The textbook's product."""
-    T = base
-    for row, angle in zip(rows, q, strict=True):
-        theta, d, a, alpha, beta = (float(row[k]) for k in ("theta", "d", "a", "alpha", "beta"))
-        J = along(z=angle) if row["type"] == "prismatic" else turned(z=angle)
-        joint, normal = (
-            J @ turned(z=theta) @ along(z=d),
-            along(x=a) @ turned(x=alpha) @ turned(y=beta),
-        )
-        T = T @ joint @ normal if convention == "dh" else T @ normal @ joint
-    return T @ tool
+    return base @ list(dh_frames(rows, q, convention))[-1] @ tool
 
 
 def read(file):

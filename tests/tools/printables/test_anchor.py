@@ -9,7 +9,7 @@ from manifold3d import CrossSection, Manifold, Mesh
 
 from mukca.solver.data import read_sockets_at
 from mukca.solver.robot import load_robot, rotation_rpy
-from mukca.tools.printables import ARMS, AnchoredBase, PrintableError, build_parts
+from mukca.tools.printables import ARMS, AnchoredBase, build_parts
 
 BASE = printed_parts.BASES["anchored"]
 assert isinstance(BASE, AnchoredBase)
@@ -50,19 +50,6 @@ def test_axes_are_the_models(name):
     assert 1e3 * first[:2] == pytest.approx([ARMS[name].axis, 0], abs=0.01)
     shoulder = first[:3] + np.array(rotation_rpy(first[3:].tolist())) @ second[:3]
     assert 1e3 * shoulder[2] == pytest.approx(ARMS[name].shoulder, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("plate", "told"),
-    [
-        ({"width": 20, "front": 45}, "a plate's width of 20 mm"),
-        ({"width": 80, "front": -3}, "from the first joint's axis"),
-        ({"width": 80, "front": 45, "sockets": 3, "distance": 150}, "leave no room for the clip"),
-    ],
-)
-def test_what_cannot_be_is_refused(plate, told):
-    with pytest.raises(PrintableError, match=told):
-        AnchoredBase(arm="so101", **plate)
 
 
 def test_the_command_writes_what_solve_reads(tmp_path, command, refused):

@@ -17,7 +17,6 @@ from mukca.tools.printables import (
     SocketBase,
     bolt_circle,
     build_parts,
-    grip,
 )
 
 pytestmark = pytest.mark.slow
@@ -174,42 +173,3 @@ def test_screws_find_their_holes(diameter, count, screw, slot):
         for radius in np.linspace(diameter / 2, diameter / 2 + slot, 5):
             x, y = radius * math.cos(angle), radius * math.sin(angle)
             assert not mesh.ray.intersects_any([(x, y, -5)], [(0, 0, 1)])[0]
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        ({"ball": 8}, "expected 10 to 40 mm"),
-        ({"neck": 12}, "a neck of 12 mm on a ball of 20 mm: it must be 3 to 9.3 mm thick"),
-        ({"neck": 2}, "must be 3 to"),
-        ({"neck": float("nan")}, "must be 3 to"),
-        ({"neck": 3}, "must widen|would bend"),
-        ({"reach": 10}, "a reach of 10 mm: expected 18 to 170 mm"),
-        ({"reach": 400}, "a reach of 400 mm: expected"),
-        ({"reach": float("nan")}, "a reach of nan mm"),
-        ({"reach": float("inf")}, "a reach of inf mm"),
-        ({"reach": 165}, "would bend .* shorten the reach of 165 mm or thicken the neck"),
-    ],
-)
-def test_impossible_balls_get_one_line(words, says):
-    with pytest.raises(PrintableError, match=says) as caught:
-        BallPart(ISO, **words)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("make", "says"),
-    [
-        (lambda: bolt_circle(50, 4, "M7"), "no screw 'M7'; there are: M3, M4"),
-        (lambda: bolt_circle(10), "expected 20 to 150 mm"),
-        (lambda: bolt_circle(float("nan")), "a bolt circle of nan mm"),
-        (lambda: bolt_circle(50, 0), "2 to 12"),
-        (lambda: bolt_circle(25, 8, "M6"), "their heads touch"),
-        (lambda: grip(5, 20, 20), "a grip's width of 5 mm: expected 8 to 60 mm"),
-        (lambda: grip(30, 20, 20), "needs a DEPTH, the second number, of 30 mm"),
-        (lambda: BallPart(bolt_circle(20, 2, "M3")), "hides the screws from their key"),
-    ],
-)
-def test_impossible_mounts_get_one_line(make, says):
-    with pytest.raises(PrintableError, match=says):
-        make()

@@ -149,27 +149,6 @@ def height_at(mesh, points):
     return heights
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        ({"distance": 40, "sockets": 3}, "take at least 0.046 m"),
-        ({"distance": -50}, "overlap"),
-        ({"distance": float("inf")}, "overlap"),
-        ({"distance": 170, "sockets": 3}, "larger than 180 mm: take at most 0.152 m"),
-        ({"ball": 5}, "expected 10 to 40 mm"),
-        ({"ball": float("nan")}, "expected 10 to 40 mm"),
-        ({"ball": 40, "distance": 50}, "overlap: for a ball of 40 mm"),
-        ({"clearance": 0}, "expected 0.3 to 1 mm"),
-        ({"height": 15}, "expected 23 to 60 mm"),
-        ({"ball": 40, "distance": 100, "height": 24}, "expected 25 to 60 mm"),
-    ],
-)
-def test_impossible_parameters_get_one_line(words, says):
-    with pytest.raises(PrintableError, match=says) as caught:
-        SocketBase(**words)
-    assert "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("sockets", [2, 3])
 @pytest.mark.parametrize("ball", [10.0, 20.0, 31.7, 40.0])
 def test_the_advice_in_the_message_works(sockets, ball):

@@ -1,6 +1,7 @@
 """A hand that leads the arm, and sessions by a key script."""
 
 import pytest
+from altered import write_rows
 from record_commands import Done, configurations, fast
 from terminal_session import MUKCA
 
@@ -10,9 +11,7 @@ from mukca.tools.cli import main
 @pytest.fixture
 def hand(tmp_path):
     """Where a hand leads the arm: 40 configurations."""
-    file = tmp_path / "hand.csv"
-    file.write_text("\n".join(",".join(map(repr, q)) for q in configurations(40)))
-    return file
+    return write_rows(tmp_path / "hand.csv", configurations(40))
 
 
 @pytest.fixture

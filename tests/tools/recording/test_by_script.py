@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import write_rows
 from record_commands import PANDA_HOME, assert_true, configurations, fast, read
 from terminal_session import PATIENCE
 
@@ -157,6 +158,12 @@ def test_keys_can_be_piped(hand, tmp_path):
     assert read(out).sockets.tolist() == [0, 0, 1]
 
 
+def turned_hand(folder, angle, out):
+    """Where a hand leads an arm to socket 0 whose fourth joint reads so much more."""
+    rows = [s.position for s in read(folder).samples if s.socket == 0]
+    return write_rows(out / "hand.csv", [(*q[:3], q[3] + angle, *q[4:]) for q in rows])
+
+
 def test_two_minutes_tell_whether_to_calibrate(session, tmp_path, scripted):
     done = scripted(tmp_path / "quick", "a*10 q", "--quick", hand=session / "front")
     assert done.status == 0, done.errors
@@ -168,9 +175,7 @@ def test_two_minutes_tell_whether_to_calibrate(session, tmp_path, scripted):
     other = ["a*10 q", "--quick", "--robot", "iiwa14"]
     done = scripted(tmp_path / "other", *other, hand=session / "front")
     assert done.status == 1 and "This moves like a " in done.output
-    rows = [s.position for s in read(session / "front").samples if s.socket == 0]
-    off = tmp_path / "hand.csv"
-    off.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.15, *q[4:]))) for q in rows))
+    off = turned_hand(session / "front", 0.15, tmp_path)
     done = scripted(tmp_path / "off", "a*10 q", "--quick", hand=off)
     assert done.status == 1 and "Verdict: FAIL" in done.output, done.output
 
@@ -184,10 +189,7 @@ def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripte
     more = ["a*10 q", "--quick", "--calibration", file]
     done = scripted(tmp_path / "quick", *more, hand=session / "right")
     assert done.status == 0 and "still valid" in done.output, done.output
-    moved = read(session / "right")
-    rows = [s.position for s in moved.samples if s.socket == 0]
-    shifted = tmp_path / "hand.csv"
-    shifted.write_text("\n".join(",".join(map(str, (*q[:3], q[3] + 0.008, *q[4:]))) for q in rows))
+    shifted = turned_hand(session / "right", 0.008, tmp_path)
     done = scripted(tmp_path / "later", *more, hand=shifted)
     assert done.status == 1 and "nearest cause panda_joint4" in done.output, done.output
     none = scripted(tmp_path / "none", "q", "--calibration", file)

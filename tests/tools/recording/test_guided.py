@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import write_rows
 from calibrated_arm import simulate
 from record_commands import read
 from terminal_session import PATIENCE, TerminalSession
@@ -43,7 +44,6 @@ def hands(shared):
         _, (placement,) = mukca.simulate_recordings(panda, 1, samples=LEAST, seed=1)
         first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
         elsewhere = [first[0][0] - math.copysign(ASTRAY, first[0][0]), *first[0][1:]]
-        folder.mkdir()
         whole = first[:BLOCK] + second[:BLOCK] + first[BLOCK:] + second[BLOCK:]
         astray = BLOCK + 2
         for name, way in {
@@ -51,8 +51,7 @@ def hands(shared):
             "rest": whole[BEGUN:],
             "astray": [*whole[:astray], elsewhere, *whole[astray:]],
         }.items():
-            lines = [",".join(map(repr, q)) for q in way]
-            (folder / f"{name}.csv").write_text("\n".join(lines))
+            write_rows(folder / f"{name}.csv", way)
 
     return shared("guided_hands", make)
 
@@ -62,15 +61,8 @@ def led(steps, hand, out, pace, *more):
     steps.touch()
     driver = f"mock:{hand}?{pace}"
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
-    return [
-        sys.executable,
-        str(LED_ARM),
-        str(steps),
-        *words,
-        "--distance",
-        "0.05",
-        *more,
-    ]
+    words += ["--distance", "0.05", *more]
+    return [sys.executable, str(LED_ARM), str(steps), *words]
 
 
 def test_a_guided_session_goes_on_by_keys(hands, tmp_path, scripted):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import write_rows
 from calibrated_arm import simulate
 
 import mukca
@@ -32,8 +33,7 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(tmp_path, scripted, c
     simulated = simulate()
 
     def recorded(name, rows, keys, *more, status=0, said=""):
-        hand = tmp_path / f"{name}.csv"
-        hand.write_text("\n".join(",".join(map(str, row)) for row in rows.tolist()))
+        hand = write_rows(tmp_path / f"{name}.csv", rows.tolist())
         words = ["--distance", "0.05", "--no-guide", *more]
         done = scripted(tmp_path / name, keys, *words, hand=hand)
         assert done.status == status and said in done.output, done.errors

@@ -1,11 +1,11 @@
 """Nominal models warn of a hand on the arm, and of a ball that was elsewhere."""
 
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from kept import compare
 from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
@@ -79,11 +79,8 @@ def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     done = scripted(out, "a*12 s a*12 q", "--driver", driver)
     assert re.search(f"! {told}", done.output), done.output
     assert done.status == 0  # it is recorded whole; check says whether it is sound
-    shown = screen_after(out)
-    file = Path(__file__).parent / "screens" / f"{re.split('[@:]', fault)[0]}.txt"
-    if os.environ.get("MUKCA_KEEP_PAGES"):
-        file.write_text("".join(f"{line}\n" for line in shown))
-    assert shown == file.read_text().splitlines()
+    screens = Path(__file__).parent / "screens"
+    compare(screens / f"{re.split('[@:]', fault)[0]}.txt", screen_after(out))
 
 
 def screen_after(out):

@@ -150,6 +150,9 @@ def test_each_value_of_another_kind_is_named(extended, message):
         (("summary", "test"), None, "`summary.test`"),
         (("history", 0), {"iteration": 0, "train": None, "test": None}, "`history[0]`"),
         (("parameters", 0, "name"), "elbow.x", "`parameters`"),
+        (("deflection",), {"wobble": [1.0]}, "deflection.wobble"),
+        (("format",), "mukca-calibration-9", "written by a later mukca"),
+        (("format",), "mukca-calibration-x", "of this version"),
         (("deflection",), {"springs": [1.0]}, "`deflection.springs`"),
         (("deflection",), {"compliance": [1.0]}, "`deflection.compliance`"),
         (("settings", "regularization"), "much", "`settings.regularization`"),
@@ -168,6 +171,8 @@ def test_parts_that_do_not_fit_each_other_are_named(document, message, path, val
     [
         (lambda text: text[: len(text) // 2], "not a calibration.json"),
         (lambda text: "", "not a calibration.json"),
+        (lambda text: "[]", "not a calibration.json"),
+        (lambda text: "\x00\u00ff", "not a calibration.json"),
         (lambda text: "[" * 100_000, "not a calibration.json"),
         (lambda text: text.replace('"data"', '"dada"', 1), "`data`"),
         (lambda text: text.replace('"load": {"gravity": [0.0', '"load": {"gravity": [NaN'), "NaN"),

@@ -1,16 +1,17 @@
-"""What the pages say, word for word: reports, a comparison, a fleet."""
+"""What the pages say, word for word: reports and a comparison."""
 
-import csv
 import shutil
 
 import pytest
+from altered import turned
+from kept import says
 
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
 
 
-def test_the_report_of_the_papers_method(calibrated, says):
+def test_the_report_of_the_papers_method(calibrated):
     says("paper", (calibrated / "report.html").read_text())
 
 
@@ -25,28 +26,17 @@ def auto(session, shared):
     return shared("auto", make)
 
 
-def test_the_report_of_the_default_method(auto, says):
+def test_the_report_of_the_default_method(auto):
     says("auto", (auto / "report.html").read_text())
 
 
-def test_the_comparison(auto, calibrated, tmp_path, says):
+def test_the_comparison(auto, calibrated, tmp_path):
     files = [str(folder / "calibration.json") for folder in (calibrated, auto)]
     assert main(["compare", *files, "--out", str(tmp_path / "out")]) == 0
     says("comparison", (tmp_path / "out/compare.html").read_text())
 
 
-def turned(folder, joint, angle):
-    """Add an angle to a joint in all recordings of a folder [rad]."""
-    for file in folder.rglob("hole_*.csv"):
-        with file.open() as stream:
-            rows = list(csv.reader(stream))
-        for row in rows:
-            row[joint] = str(float(row[joint]) + angle)
-        with file.open("w", newline="") as stream:
-            csv.writer(stream).writerows(rows)
-
-
-def test_the_report_of_two_arms(session, tmp_path, says):
+def test_the_report_of_two_arms(session, tmp_path):
     """The right arm is the left one, standing at the same sockets with its base turned."""
     for arm in ("left", "right"):
         for name in ("front", "left"):
@@ -57,16 +47,3 @@ def test_the_report_of_two_arms(session, tmp_path, says):
     without = ["--without", "compliance", "tilt", "transmission", "joint-noise"]
     main(["solve", *folders, *robots, *without, "--out", str(tmp_path / "out")])
     says("arms", (tmp_path / "out/right/report.html").read_text())
-
-
-def test_the_fleet(session, tmp_path, says):
-    """One arm is recorded twice, and a joint of it slips in between; the other's file is bad."""
-    for place in ("arm-1/May", "arm-1/June"):
-        for name in ("front", "left"):
-            shutil.copytree(session / name, tmp_path / "arms" / place / name)
-    turned(tmp_path / "arms/arm-1/May", 3, 0.01)
-    shutil.copytree(session / "front", tmp_path / "arms/arm-2/front")
-    (tmp_path / "arms/arm-2/front/hole_1.csv").write_text("a,b\n1,2\n")
-    words = [str(tmp_path / "arms"), "--robot", "panda", "--method", "paper", "--processes", "1"]
-    assert main(["fleet", *words, "--out", str(tmp_path / "out")]) == 1
-    says("fleet", (tmp_path / "out/fleet.html").read_text())

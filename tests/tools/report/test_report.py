@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import HOLES
 
 import mukca
 from mukca.tools.cli import main
@@ -175,16 +176,8 @@ def test_a_real_arm(recordings, tmp_path, read_page):
 
 def hole_grid():
     """Known distances of panda_3: all its sockets stand in a grid of holes."""
-    places = {
-        "frontcenter": (0, 0),
-        "frontleft": (0, -200),
-        "frontright": (0, 175),
-        "backcenter": (-150, 0),
-        "backleft": (-150, -175),
-        "backright": (-150, 175),
-    }
     return "\n".join(
-        f"{a}:{k}-{b}:{k}={math.dist(places[a], places[b]) / 1e3}"
-        for a, b in combinations(places, 2)
+        f"{a}:{k}-{b}:{k}={math.dist(HOLES[a], HOLES[b]) / 1e3}"
+        for a, b in combinations(HOLES, 2)
         for k in (0, 1)
     )

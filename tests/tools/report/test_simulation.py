@@ -4,6 +4,7 @@ import re
 
 import msgspec
 import pytest
+from kept import says
 
 from mukca.tools.experiments import SimulationDocument
 from mukca.tools.report import simulation_page
@@ -52,7 +53,7 @@ def figures(experiment, model):
 
 
 @pytest.mark.parametrize("experiment", ["insertion", "drawing"])
-def test_the_page_says_what_it_said(experiment, says):
+def test_the_page_says_what_it_said(experiment):
     says(experiment, simulation_page(result(experiment), {"picture.png": b"p"}))
 
 
