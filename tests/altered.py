@@ -55,6 +55,5 @@ def write_rows(file, rows, names=()):
 def turned(folder, joint, angle):
     """Add an angle to a joint in all hole files of a folder [rad]."""
     for file in folder.rglob("hole_*.csv"):
-        header, *lines = file.read_text().splitlines()
-        rows = [[float(x) for x in line.split(",")] for line in lines]
-        write_rows(file, [[*r[:joint], r[joint] + angle, *r[joint + 1 :]] for r in rows], [header])
+        rows = [[float(x) for x in line.split(",")] for line in file.read_text().splitlines()]
+        write_rows(file, [[*r[:joint], r[joint] + angle, *r[joint + 1 :]] for r in rows])

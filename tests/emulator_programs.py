@@ -9,7 +9,7 @@ import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 import can
 import pytest
@@ -19,16 +19,6 @@ _numbers = itertools.count()
 _worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 
 
-class Running(Protocol):
-    """What an emulator runs in."""
-
-    def release(self):
-        """Let an arm move that was told to wait."""
-
-    def stop(self):
-        """End it, with its journal whole; safe to call twice."""
-
-
 @dataclass
 class Emulation:
     """A running emulator."""
@@ -36,7 +26,8 @@ class Emulation:
     name: str
     address: str
     """What the driver takes."""
-    running: Running
+    running: Any
+    """What it runs in, which can ``release`` and ``stop`` it."""
     journal: Path
 
     @property
@@ -47,7 +38,7 @@ class Emulation:
     @property
     def emulator(self):
         """The emulator itself, where it runs in this process."""
-        return getattr(self.running, "emulator")  # noqa: B009
+        return self.running.emulator
 
     def entries(self):
         """Return the journal's whole lines."""
@@ -87,7 +78,6 @@ def emulated_program(name, folder, *options, command=(sys.executable, "-m", "muk
     )
     running = _Program(process)
     try:
-        assert process.stdout is not None
         ready, _, _ = select.select([process.stdout], [], [], START_SECONDS)
         line = process.stdout.readline() if ready else ""
         assert line, f"the emulator did not start: {command}"
@@ -105,7 +95,6 @@ class _Program:
     process: subprocess.Popen[str]
 
     def release(self):
-        assert self.process.stdin is not None
         self.process.stdin.write("\n")
         self.process.stdin.flush()
 

@@ -101,23 +101,15 @@ def stand_in(arm):
             return arm.feedback()
 
     parts = {
-        "kortex_api": {},
-        "kortex_api.TCPTransport": {"TCPTransport": TCPTransport},
-        "kortex_api.RouterClient": {
-            "RouterClient": RouterClient,
-            "RouterClientSendOptions": RouterClientSendOptions,
-        },
-        "kortex_api.SessionManager": {"SessionManager": SessionManager},
-        "kortex_api.autogen": {},
-        "kortex_api.autogen.messages": {},
-        "kortex_api.autogen.messages.Session_pb2": {"CreateSessionInfo": CreateSessionInfo},
-        "kortex_api.autogen.client_stubs": {},
-        "kortex_api.autogen.client_stubs.BaseCyclicClientRpc": {
-            "BaseCyclicClient": BaseCyclicClient
-        },
+        "TCPTransport": [TCPTransport],
+        "RouterClient": [RouterClient, RouterClientSendOptions],
+        "SessionManager": [SessionManager],
+        "autogen.messages.Session_pb2": [CreateSessionInfo],
+        "autogen.client_stubs.BaseCyclicClientRpc": [BaseCyclicClient],
     }
-    modules = {}
+    packages = ("", ".autogen", ".autogen.messages", ".autogen.client_stubs")
+    modules = {f"kortex_api{name}": ModuleType(name) for name in packages}
     for name, content in parts.items():
-        modules[name] = ModuleType(name)
-        vars(modules[name]).update(content)
+        modules[f"kortex_api.{name}"] = module = ModuleType(name)
+        vars(module).update({one.__name__: one for one in content})
     return modules

@@ -107,7 +107,6 @@ def test_figures_are_those_of_the_benchmarks():
     """After ``python benchmarks/page.py --measure ...`` the other pages take what it found."""
     path = ROOT / "benchmarks" / "page.py"
     spec = importlib.util.spec_from_file_location("benchmarks_page", path)
-    assert spec is not None and spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     figures = json.loads((ROOT / "docs" / "benchmarks.json").read_text())

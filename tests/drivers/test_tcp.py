@@ -36,17 +36,3 @@ def test_bytes_without_a_line_break_are_no_lines(stream):
     with saying(bytes(100), pause=1e-3) as address, refused("PROTOCOL") as caught:
         stream(address).take_line(soon())
     assert "4096 bytes without a line break" in str(caught.value)
-
-
-def test_a_message_that_does_not_come_is_told(stream):
-    with saying() as address, refused("SILENT"):
-        stream(address).take_line(time.monotonic() + 0.05)
-
-
-def test_a_closed_connection_is_told(stream):
-    with saying() as address:
-        closed = stream(address)
-        closed.close()
-        for use in (lambda: closed.take_line(soon()), lambda: closed.send(b"x")):
-            with refused("UNREACHABLE"):
-                use()

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from altered import write_rows
 
 from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata
@@ -55,8 +56,7 @@ def arm(tmp_path):
     """Return the address of a simulated arm that rests at some places, with some faults."""
 
     def arm(*faults, places=PLACES, speed=8.0, hold=1.0, buffer=math.inf):
-        file = tmp_path / "hand.csv"
-        file.write_text("\n".join(",".join(map(repr, place)) for place in places))
+        file = write_rows(tmp_path / "hand.csv", places)
         options = [f"rate=200&hold={hold}&move=0.6&speed={speed}&buffer={buffer}"]
         return f"{file}?{'&'.join([*options, *(f'fault={fault}' for fault in faults)])}"
 
@@ -65,31 +65,23 @@ def arm(tmp_path):
 
 @pytest.fixture
 def record_in_real_time(tmp_path):
-    def run(address, keys, seen=None, **more):
+    """Run a session by a script or by a keyboard: its outcome, and what was shown."""
+
+    def run(address, keys=None, seen=None, target=3, **more):
         seen = seen or Seen()
-        with ExitStack() as stack:
-            reader, writer = os.pipe()
-            os.write(writer, keys.encode())
-            os.close(writer)
-            stack.callback(os.close, reader)
-            metadata = Metadata("arm", NAMES, ("rad", "rad"), 0.05)
-            recording = stack.enter_context(Recording(tmp_path / "front", metadata))
-            stream = Stream(
-                Reconnecting(
-                    lambda: open_driver("mock", address, NAMES), first_wait=0.05, silence=0.1
-                )
-            )
+        metadata = Metadata("arm", NAMES, ("rad", "rad"), 0.05)
+        with Recording(tmp_path / "front", metadata) as recording, ExitStack() as stack:
+            if keys:
+                reader, writer = os.pipe()
+                os.write(writer, keys.encode())
+                os.close(writer)
+                stack.callback(os.close, reader)
+                more["script"] = Script(reader)
+            arm = lambda: open_driver("mock", address, NAMES)  # noqa: E731
+            stream = Stream(Reconnecting(arm, first_wait=0.05, silence=0.1))
             stack.callback(stream.close)
-            recorder = Recorder(
-                Session(JOINTS, target=3),
-                stream,
-                StreamMonitor(JOINTS, live=False),
-                recording,
-                seen,
-                script=Script(reader),
-                **more,
-            )
-            return recorder.run(), seen
+            session, monitor = Session(JOINTS, target=target), StreamMonitor(JOINTS, live=not keys)
+            return Recorder(session, stream, monitor, recording, seen, **more).run(), seen
 
     return run
 
@@ -97,6 +89,16 @@ def record_in_real_time(tmp_path):
 @pytest.fixture
 def record(record_in_real_time, virtual_time):
     return record_in_real_time
+
+
+@pytest.fixture
+def by_hand(record, virtual_time):
+    """Run a session without a script, in which keys are typed at moments of the arm's time."""
+
+    def run(address, *typed, **more):
+        return record(address, keyboard=Typist(virtual_time, typed), target=2, **more)
+
+    return run
 
 
 def positions(outcome):
@@ -189,31 +191,6 @@ def test_a_slow_screen_loses_no_state(arm, record):
     source = arm(speed=1.0, buffer=2.0)
     _, seen = record(source, "wait=3 q", Seen(sleep=0.4))
     assert seen.views[-1].missed == 0 and len(seen.views) < 12
-
-
-@pytest.fixture
-def by_hand(tmp_path, virtual_time):
-    """Run a session without a script, in which keys are typed at moments of the arm's time."""
-
-    def run(address, *typed, **more):
-        keyboard, seen = Typist(virtual_time, typed), Seen()
-        metadata = Metadata("arm", NAMES, ("rad", "rad"), 0.05)
-        with Recording(tmp_path / "front", metadata) as recording:
-            stream = Stream(open_driver("mock", address, NAMES))
-            recorder = Recorder(
-                Session(JOINTS, target=2),
-                stream,
-                StreamMonitor(JOINTS),
-                recording,
-                seen,
-                keyboard=keyboard,
-                **more,
-            )
-            outcome = recorder.run()
-            stream.close()
-        return outcome, seen
-
-    return run
 
 
 class Typist:

@@ -53,16 +53,6 @@ def test_what_is_refused_at_the_same_socket(position, told):
     assert refusal is None if told is None else told in str(refusal)
 
 
-def test_a_withdrawn_configuration_may_be_captured_again():
-    session = captured(Session(JOINTS), 0.0, 0.0)
-    assert session.refusal((0.0, 0.0)) is not None
-    assert session.without(1).refusal((0.0, 0.0)) is None
-
-
-def test_a_joint_without_limits_may_be_anywhere():
-    assert Session((JointLimits("wheel"),)).refusal((100.0,)) is None
-
-
 def test_the_next_socket_is_one_that_lacks_samples():
     session = Session(JOINTS, sockets=3, target=1)
     assert session.next_socket == 1 and not session.complete

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import write_rows
 
 from mukca.drivers import DriverError, JointState, open_driver
 from mukca.recorder.stream import JointLimits, StreamMonitor
@@ -20,8 +21,7 @@ def sent(tmp_path, virtual_time):
     """What a simulated arm sends up to a moment, and when."""
 
     def sent(until, *faults, noise=2e-5, rate=1000.0):
-        file = tmp_path / "hand.csv"
-        file.write_text("\n".join(",".join(map(repr, place)) for place in PLACES))
+        file = write_rows(tmp_path / "hand.csv", PLACES)
         options = [f"rate={rate}&noise={noise}", *(f"fault={fault}" for fault in faults)]
         driver = open_driver("mock", f"{file}?{'&'.join(options)}")
         begun = virtual_time.now()
@@ -48,15 +48,6 @@ def still(stamp, position=REST, effort=None):
     return JointState(stamp, tuple(q + noise for q in position), effort)
 
 
-def test_a_rest_is_averaged(sent):
-    monitor = fed(sent(0.5))
-    assert monitor.trouble(0.5) is None and monitor.rest is not None
-    assert monitor.rest.states in (300, 301)
-    assert monitor.rest.position == pytest.approx(REST, abs=6 * 2e-5 / math.sqrt(300))
-    assert monitor.rest.spread == pytest.approx((2e-5,) * 3, rel=0.3)
-    assert monitor.rest.effort is None
-
-
 def test_positions_and_efforts_are_averaged_with_their_standard_deviations():
     generator = np.random.default_rng(0)
     monitor = StreamMonitor(JOINTS, still=1.0)
@@ -64,7 +55,6 @@ def test_positions_and_efforts_are_averaged_with_their_standard_deviations():
     for k, row in enumerate(drawn.tolist()):
         monitor.feed(JointState(k / 1000, tuple(row), tuple(2 * q for q in row)), k / 1000)
     rest = monitor.rest
-    assert rest is not None
     last = round(rest.stamp * 1000)
     used = drawn[last + 1 - rest.states : last + 1]
     assert rest.position == pytest.approx(used.mean(axis=0))

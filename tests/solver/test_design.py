@@ -42,16 +42,6 @@ def test_the_gain_that_is_promised_is_had(known, where):
     assert promised == pytest.approx(had, rel=1e-6)
 
 
-def test_the_order_of_samples_does_not_matter(known):
-    q = workspace(known.model.robot, 8)
-    one = known.with_samples(q[:4], 0).with_samples(q[4:], 1)
-    other = known.with_samples(q[4:], 1).with_samples(q[:4][::-1], 0)
-    scale = np.sqrt(np.diag(one.covariance))
-    assert (one.covariance - other.covariance) / np.outer(scale, scale) == pytest.approx(
-        0, abs=1e-5
-    )
-
-
 def test_samples_and_lengths_never_make_it_worse(known, where):
     errors = [known.error(where)]
     for q in workspace(known.model.robot, 6):

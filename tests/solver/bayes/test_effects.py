@@ -54,7 +54,6 @@ def test_backlash_rests_where_gravity_turns_it_to():
 
 def test_a_joint_without_load_may_rest_anywhere_in_its_play():
     noise = EFFECTS["play"].joint_noise
-    assert noise is not None
     free, loaded = noise(np.array([[0.0, 1.0], [UNLOADED, -1.0]])).T
     assert free == pytest.approx([1.0, 0.5**0.5])
     assert (loaded < 0.2).all()

@@ -1,14 +1,13 @@
 """What is wrong with data is found and told; what is right is left alone."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.data import measure
-from mukca.solver.diagnostics import Survey, inspect_all, next_placement, split_at
+from mukca.solver.diagnostics import inspect_all, next_placement, split_at
 from mukca.solver.results import Diagnostic
 from mukca.solver.robot import load_robot
 from mukca.tools.simulation import Base, record
@@ -18,17 +17,17 @@ pytestmark = pytest.mark.slow
 ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
-def codes(seen: Survey) -> list[str]:
+def codes(seen):
     return [finding.code for finding in seen.diagnostics]
 
 
-def test_good_data_raise_no_alarm(look, placements) -> None:
+def test_good_data_raise_no_alarm(look, placements):
     seen = look(placements)
     assert codes(seen) == []
     assert all(5e-5 < one.floor < 2e-4 for one in seen.placements)
 
 
-def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements) -> None:
+def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements):
     generator = np.random.default_rng(1)
     moved = Base("front", np.array([0.5012, 0.0009, 0.1]), ALONG_Y)
     after = record(true_panda, moved, generator, samples=20, noise=1e-4)
@@ -46,7 +45,7 @@ def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placement
     assert split_at(seen.placements[1].measured, seen.placements[1].changes).counts == (20, 20)
 
 
-def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> None:
+def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements):
     front = placements[0]
     samples = list(front.samples)
     samples[3] = replace(samples[3], socket=1)
@@ -58,7 +57,7 @@ def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements) -> N
     assert "lies in socket 0" in " ".join(map(str, seen.placements[0].diagnostics))
 
 
-def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
+def test_duplicates_and_stuck_joints_are_told(look, placements):
     front = placements[0]
     samples = list(front.samples)
     samples[1] = replace(samples[0], position=tuple(np.array(samples[0].position) + 1e-5))
@@ -70,7 +69,7 @@ def test_duplicates_and_stuck_joints_are_told(look, placements) -> None:
     assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
 
 
-def test_a_placement_that_no_model_explains_is_told(look, placements) -> None:
+def test_a_placement_that_no_model_explains_is_told(look, placements):
     generator = np.random.default_rng(2)
     loose = [
         replace(s, position=tuple((np.array(s.position) + generator.normal(0, 2e-3, 7)).tolist()))
@@ -80,7 +79,7 @@ def test_a_placement_that_no_model_explains_is_told(look, placements) -> None:
     assert "floor" in [finding.code for finding in seen.placements[0].diagnostics]
 
 
-def test_the_next_placement_is_away_from_those_there_are(panda, look, placements) -> None:
+def test_the_next_placement_is_away_from_those_there_are(panda, look, placements):
     seen = look(placements[:2])
     assert "to its right" in next_placement(panda, seen)
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
@@ -91,7 +90,7 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     assert "First mend left" in hint and "serve best" not in hint
 
 
-def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
+def test_the_drop_in_a_real_recording_is_found(recordings):
     found = {}
     for arm in ("panda_3", "kuka_14", "dinova_2"):
         robot = load_robot(str(recordings / arm / "nominal.urdf"))
@@ -103,9 +102,7 @@ def test_the_drop_in_a_real_recording_is_found(recordings: Path) -> None:
 
 
 @pytest.mark.parametrize("noise", [2e-3, 1e-2, 5e-2])
-def test_what_leaves_far_more_than_arms_repeat_is_never_sound(
-    look, change, placements, noise: float
-) -> None:
+def test_what_leaves_far_more_than_arms_repeat_is_never_sound(look, change, placements, noise):
     generator = np.random.default_rng(1)
     for some in (placements, placements[:1]):
         wild = [change(p, lambda q: q + generator.normal(0, noise, 7)) for p in some]

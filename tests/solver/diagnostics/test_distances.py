@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca import Placement
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import scale
 from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.results import Diagnostic
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
@@ -31,24 +29,23 @@ ALONG_Y = np.array([0.0, 1.0, 0.0])
         (0.5, "error", "900."),
     ],
 )
-def test_a_wrong_distance_is_found(look, placements, given, level, words) -> None:
+def test_a_wrong_distance_is_found(look, placements, given, level, words):
     seen = look(placements, given)
     (finding,) = seen.diagnostics
     assert (finding.level, finding.code, finding.where) == (level, "scale", "all placements")
     assert words in finding.text, finding.text
     assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
     assert "as given" in finding.advice and "--distance" in finding.advice
-    assert seen.scale is not None
     assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
 
 
-def test_samples_that_any_model_fits_accuse_no_placement(look, placements) -> None:
+def test_samples_that_any_model_fits_accuse_no_placement(look, placements):
     """Of three in each socket the fit leaves nothing but rounding."""
     few = [replace(p, samples=(*p.samples[:3], *p.samples[20:23])) for p in placements]
     assert not [f for one in look(few).placements for f in one.diagnostics if f.level == "error"]
 
 
-def test_a_forgotten_distance_is_found(look, true_panda) -> None:
+def test_a_forgotten_distance_is_found(look, true_panda):
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
     long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
     assert look([long]).diagnostics == ()
@@ -57,9 +54,7 @@ def test_a_forgotten_distance_is_found(look, true_panda) -> None:
     assert "nothing but the default" in finding.advice
 
 
-def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
-    look, true_panda, placements
-) -> None:
+def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(look, true_panda, placements):
     away = Base("front", np.array([0.5, 0.3, 0.1]), ALONG_Y)
     after = record(true_panda, away, np.random.default_rng(3), samples=20, noise=1e-4)
     samples = (*placements[0].samples[:20], *after.samples[20:])
@@ -73,7 +68,7 @@ def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(
     )
 
 
-def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> None:
+def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements):
     base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
     again = record(true_panda, base, np.random.default_rng(4), samples=20, noise=1e-4)
     twice = [replace(s, socket=1) for s in again.samples[:20]]
@@ -85,7 +80,7 @@ def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements) -> 
         assert codes == ["one-socket"]
 
 
-def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
+def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements):
     """A distance 0.4 % too long, as far as the prior lets the arm follow."""
     arm = RobotRecordings(panda, [measure(p, panda, 0.0502) for p in placements])
     found = estimate([extend(panda, choose_parameters(panda))], observe_all([arm])).arms[0]
@@ -95,7 +90,7 @@ def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements) -> None:
 
 
 @pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])
-def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int, change) -> None:
+def test_a_zero_that_changes_the_size_is_no_wrong_distance(name, joint, change):
     """The distance alone is never the cause of errors that a zero takes away."""
     robot, generator = load_robot(name), np.random.default_rng(5)
     arm = perturb(robot, generator, 1e-3, 5e-3)
@@ -103,7 +98,7 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
     sound = record(arm, base, generator, samples=20, noise=1e-4)
     off = change(sound, lambda q: q + 0.1 * (np.arange(len(q)) == joint))
 
-    def seen(placement: Placement, distance: float | None = None) -> list[Diagnostic]:
+    def seen(placement, distance=None):
         measured = measure(placement, robot, distance)
         return list(inspect_all(robot, [measured]).shared)
 
@@ -118,7 +113,7 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name: str, joint: int
 
 
 @pytest.mark.parametrize("distance", [None, 0.055])
-def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) -> None:
+def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change):
     """With zeros off by degrees, which are sought, only a wrong distance is told."""
     robot, generator = load_robot("koch"), np.random.default_rng(0)
     arm = perturb(robot, generator, 3e-4, 0.0)
@@ -129,13 +124,12 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change) ->
     measured = measure(change(placement, lambda q: q - zeros), robot, distance)
     seen = inspect_all(robot, [measured], zeros=True)
     assert [f.code for f in seen.diagnostics] == ([] if distance is None else ["scale"])
-    assert seen.scale is not None
     true = 0.0 if distance is None else 0.1
     assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count) -> None:
+def test_the_recording_whose_distance_is_out_of_line_is_named(look, placements, count):
     wrong = [placements[0], replace(placements[1], distance=0.0508), *placements[2:count]]
     seen = look(wrong)
     (finding,) = seen.diagnostics

@@ -10,24 +10,24 @@ from mukca.recorder import Sample
 from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.diagnostics import LiveCheck, RigidModel
 from mukca.solver.diagnostics.live import CLOSE
-from mukca.solver.robot import Robot, choose_parameters
+from mukca.solver.robot import choose_parameters
 
 LATE = "socket@13+6"
 
 
 @pytest.fixture(scope="module")
-def heavy() -> Setting:
+def heavy():
     """An arm of which no figure is known, so that its gears may have any play."""
     return Setting("ur20", 2)
 
 
-def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy: Setting) -> None:
+def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy):
     """With little play and the usual elasticity, a ball of the first 12 was not seated."""
     assert heavy.told(heavy.samples("none")[:12]) == []
     assert heavy.told(heavy.samples("ball@9:5mm")) == ["ball_sample"]
 
 
-def test_moments_hold_the_joints_where_their_zeros_were_fitted() -> None:
+def test_moments_hold_the_joints_where_their_zeros_were_fitted():
     """Zeros are off by up to 5 degrees; moments tell on which side of its play a joint rests."""
     here = Setting("so101", 0)
     scene = here.check.scene([here.placement(here.samples("none"))])
@@ -41,7 +41,7 @@ def test_moments_hold_the_joints_where_their_zeros_were_fitted() -> None:
 class Counting(RigidModel):
     """A model that knows how often it was fitted anew, and by its derivatives alone."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot):
         super().__init__(robot, choose_parameters(robot))
         self.anew = self.by_derivatives = 0
 
@@ -53,7 +53,7 @@ class Counting(RigidModel):
         return super().fit(samples, iterations, start, linear)
 
 
-def test_few_samples_in_other_sockets_are_looked_at_closely(heavy: Setting) -> None:
+def test_few_samples_in_other_sockets_are_looked_at_closely(heavy):
     """So a check takes no longer, whatever happened, with many samples in a placement."""
     check, model = LiveCheck(heavy.robot, 1e-4), Counting(heavy.robot)
     check.__dict__["_model"] = model

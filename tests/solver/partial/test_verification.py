@@ -45,12 +45,6 @@ def valid(found):
     return found.verdict.exit_status == 0
 
 
-def test_the_same_arm_is_still_valid(ask):
-    found = ask(0, 0.0)
-    assert valid(found) and unchanged(found) > 0.6
-    assert "still valid" in found.text and "nothing changed, with a probability" in found.text
-
-
 @pytest.mark.parametrize("joint", [1, 3, 4])
 @pytest.mark.parametrize("degrees", [0.3, -0.5])
 def test_a_joint_that_shifted_is_found(ask, joint, degrees):

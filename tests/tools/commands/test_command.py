@@ -63,7 +63,7 @@ def test_what_cannot_be_is_refused_with_its_row(folder, refused, tmp_path, lines
     assert not (tmp_path / "out.csv").exists()
 
 
-def test_a_recording_is_no_file_of_joint_positions(folder, command, tmp_path) -> None:
+def test_a_recording_is_no_file_of_joint_positions(folder, command, tmp_path):
     file = tmp_path / "samples.csv"
     file.write_text("event,sample,socket,time,position.panda_joint1\ncapture,1,0,17.5,-0.5\n")
     status, _, err = command("poses", folder / "it", file)

@@ -218,24 +218,3 @@ def test_another_link_may_be_the_flange(export, calibrations, tmp_path):
     words = (calibrations / "panda.json", "--to", "c", "--flange", "panda_link8")
     assert export(*words, "--out", tmp_path / "arm.c")[0] == 0
     assert "pose of panda_link8" in (tmp_path / "arm.h").read_text()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--out", "arm.cpp"), "ends in .c"),
-        (("--out", "7-arm.c"), "as in panda.c"),
-        (("--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
-    ],
-)
-def test_bad_input_gets_one_line(refused, calibrations, tmp_path, words, said):
-    option, name, *rest = words
-    file = calibrations / "panda.json"
-    refused(said, "export", file, "--to", "c", option, tmp_path / name, *rest)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_option_of_another_format_is_refused(refused, calibrations, tmp_path):
-    words = ("--to", "dh", "--flange", "panda_hand", "--out", tmp_path / "a.csv")
-    told = "--flange is for --to urdf, c, not for dh"
-    refused(told, "export", calibrations / "panda.json", *words)

@@ -83,26 +83,42 @@ def test_nothing_is_overwritten_unless_told_so(export, refused, calibrations, tm
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("robot", "words", "said"),
     [
-        (("no.json", "--to", "dh", "--out", "a.csv"), "no.json"),
-        (("panda.json", "--to", "dh", "--out", "a.txt"), "ends in .json or .csv"),
-        (("panda.json", "--to", "dh", "--out", "folder"), "is a folder"),
-        (("panda.json", "--to", "pdf", "--out", "a.csv"), "invalid choice: 'pdf'"),
+        ("no", ("--to", "dh", "--out", "a.csv"), "no.json"),
+        ("panda", ("--to", "dh", "--out", "a.txt"), "ends in .json or .csv"),
+        ("panda", ("--to", "dh", "--out", "."), "is a folder"),
+        (
+            "panda",
+            ("--to", "dh", "--out", "a.csv", "--flange", "x"),
+            "for --to urdf, c, not for dh",
+        ),
+        ("panda", ("--to", "c", "--out", "arm.cpp"), "ends in .c"),
+        ("panda", ("--to", "c", "--out", "7-arm.c"), "as in panda.c"),
+        ("panda", ("--to", "c", "--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
+        ("panda", ("--to", "ur", "--out", "a.yaml"), "does not have the joints of a Universal"),
+        ("ur5e", ("--to", "franka", "--out", "a.yaml"), "does not have the joints of a Franka"),
+        ("panda", ("--to", "xarm", "--out", "a.yaml"), "does not have the joints of an xArm"),
+        ("ur5e", ("--to", "ur", "--out", "a.json"), "ends in .yaml"),
+        ("ur5e", ("--to", "xacro", "--out", "a.urdf"), "ends in .xacro"),
+        ("ur5e", ("--to", "franka", "--like", "x", "--out", "a.yaml"), "--like is for --to"),
+        ("ur5e", ("--to", "ur", "--like", "none.yaml", "--out", "a.yaml"), "No such file"),
+        ("ur5e", ("--to", "urdf", "--tool", "grip=1,2", "--out", "a.urdf"), "--tool grip=1,2"),
+        ("ur5e", ("--to", "urdf", "--tool", "a=0,0,0,0,0,nan", "--out", "a.urdf"), "--tool a="),
+        ("ur5e", ("--to", "urdf", "--tool", "tool0=0,0,0,0,0,0", "--out", "a.urdf"), "already has"),
+        ("ur5e", ("--to", "urdf", "--flange", "hand", "--out", "a.urdf"), "--flange hand"),
     ],
 )
-def test_bad_input_gets_one_line_and_writes_nothing(export, calibrations, tmp_path, words, said):
-    (tmp_path / "folder").mkdir()
-    file, to, form, out, name = words
-    status, shown, err = export(calibrations / file, to, form, out, tmp_path / name)
-    assert status == 2 and not shown
-    assert said in err.splitlines()[-1]
-    assert [path.name for path in tmp_path.iterdir()] == ["folder"]
-    assert list((tmp_path / "folder").iterdir()) == []
+def test_bad_input_gets_one_line_and_writes_nothing(
+    refused, calibrations, tmp_path, monkeypatch, robot, words, said
+):
+    monkeypatch.chdir(tmp_path)
+    refused(said, "export", calibrations / f"{robot}.json", *words)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_help_names_every_format(export):
     status, out, _ = export("--help")
-    assert status == 0
+    assert status == 0 and export("x.json", "--to", "pdf", "--out", "a.csv")[0] == 2
     formats = ("urdf", "xacro", "ur", "franka", "xarm", "lerobot", "mjcf", "c", "dh", "mdh")
     assert all(f"\n  {name} " in out for name in formats)

@@ -76,7 +76,6 @@ def test_the_closing_words_run_as_they_are_printed(session, tmp_path, scripted, 
     ("more", "told"),
     [
         (["--driver", "nonesuch:1"], "no driver is called 'nonesuch'"),
-        (["--driver", "mock:/nowhere"], "/nowhere: cannot be read"),
         (["--window", "0"], "--window 0: expected"),
         (["--distance", "nan"], "--distance nan: expected"),
         (["--keys", "/nowhere"], "--keys /nowhere: No such file"),
@@ -116,12 +115,6 @@ def test_a_closed_standard_input_is_told(hand, tmp_path):
     words += ["--keys", str(script)]
     done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "1 in socket 0" in done.stdout
-
-
-def test_a_word_that_is_no_key_is_told(tmp_path, scripted):
-    done = scripted(tmp_path / "front", "a x q")
-    assert done.status == 2
-    assert "'x' is no word of a key script" in done.errors
 
 
 def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, capsys):

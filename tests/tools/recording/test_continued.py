@@ -38,13 +38,6 @@ def test_another_robot_or_base_does_not_continue(tmp_path, scripted, change, tol
     assert (out / "samples.csv").read_bytes() == before
 
 
-def test_a_recording_is_continued_with_its_own_distance(tmp_path, scripted):
-    out = tmp_path / "front"
-    assert scripted(out, "a q", "--distance", "0.0501").status == 0
-    assert scripted(out, "a q").status == 0
-    assert read(out).distance == 0.0501
-
-
 def test_a_distance_that_nobody_stated_is_written_nowhere(tmp_path, scripted, capsys):
     out = tmp_path / "front"
     done = scripted(out, "a q")
@@ -84,14 +77,6 @@ def test_a_distance_is_corrected_and_what_it_was_stays_known(tmp_path, scripted,
     assert metadata["distance"] == 0.0502
     assert metadata["changes"][0]["distance"] == [0.05, 0.0502]
     assert scripted(out, "a q").status == 0
-
-
-@pytest.mark.slow
-def test_a_recording_is_continued_in_the_socket_where_the_ball_was(tmp_path, scripted):
-    out = tmp_path / "front"
-    assert scripted(out, "a*2 s q").status == 0
-    assert scripted(out, "a q").status == 0
-    assert read(out).sockets.tolist() == [0, 0, 1]
 
 
 def test_a_forgotten_out_is_called_by_its_name(session, tmp_path, scripted):

@@ -3,10 +3,8 @@
 import os
 import signal
 import time
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,9 +14,9 @@ from terminal_session import PATIENCE
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.recorder.session import Advice, GuidanceRequest
+from mukca.recorder.session import GuidanceRequest
 from mukca.solver.design import Reach, skeleton
-from mukca.solver.robot import BallModel, Robot, load_robot
+from mukca.solver.robot import BallModel, load_robot
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BLOCK, BackgroundGuidance, PoseSelector, goal_for
 
@@ -29,17 +27,17 @@ LEAST = 10
 
 
 @pytest.fixture(scope="module")
-def samples(session: Path) -> list[Sample]:
+def samples(session):
     taken = read(session / "front").samples
     return [replace(sample, number=i) for i, sample in enumerate(taken, start=1)]
 
 
 @pytest.fixture(scope="module")
-def coach(panda: Robot) -> PoseSelector:
+def coach(panda):
     return PoseSelector(panda, 0.05, goal=1e-6)
 
 
-def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
+def test_poses_can_be_reached_by_a_hand(panda):
     centre = np.array([0.5, 0.0, 0.1])
     q = Reach(panda).poses(centre, 30)
     assert len(q) == 30
@@ -50,7 +48,7 @@ def test_poses_can_be_reached_by_a_hand(panda: Robot) -> None:
     assert np.all((upper - q) / (upper - lower) > 0.049)
 
 
-def test_no_link_is_below_the_table() -> None:
+def test_no_link_is_below_the_table():
     """As two of three poses of a UR would be, with a socket this low."""
     robot = load_robot("ur5e")
     q = Reach(robot).poses(np.array([0.7, 0.05, 0.03]), 20)
@@ -59,20 +57,18 @@ def test_no_link_is_below_the_table() -> None:
 
 
 @pytest.mark.parametrize(("name", "z"), [("ur10", 0.25), ("ur3e", 0.2), ("iiwa14", -0.1)])
-def test_there_are_poses_with_the_socket_high_or_low(name: str, z: float) -> None:
+def test_there_are_poses_with_the_socket_high_or_low(name, z):
     robot = load_robot(name)
     reach = 0.45 * float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
     assert len(Reach(robot).poses(np.array([reach, 0.1, z]), 20)) == 20
 
 
-def test_no_pose_is_proposed_where_none_is(panda: Robot) -> None:
+def test_no_pose_is_proposed_where_none_is(panda):
     assert len(Reach(panda).poses(np.array([3.0, 0.0, 0.1]), 10)) == 0
 
 
 @pytest.mark.parametrize(("name", "curves"), [("ur10", True), ("ur5e", False)])
-def test_error_curves_are_known_of_types_that_have_them(
-    name: str, curves: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_error_curves_are_known_of_types_that_have_them(name, curves, monkeypatch):
     """Samples of earlier placements are known as well, in sockets of their own."""
     robot, seen = load_robot(name), []
     route = SimpleNamespace(way=lambda _: np.zeros((24, 6)))
@@ -90,9 +86,7 @@ def test_error_curves_are_known_of_types_that_have_them(
         assert [(k, len(q)) for q, k in taken] == [(0, 2), (1, 1), (2, 3), (3, 2)]
 
 
-def test_the_prediction_falls_and_each_socket_has_its_turn(
-    coach: PoseSelector, samples: list[Sample]
-) -> None:
+def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples):
     first = coach.advise(samples[:4], 0)
     assert not first.fitted and first.target is not None and not first.leave
     assert coach.advise(samples[:BLOCK], 0).leave
@@ -106,7 +100,7 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(
     assert turned.last_error != pytest.approx(whole.last_error, rel=1e-3)
 
 
-def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sample]) -> None:
+def test_the_goal_is_enough_but_not_with_too_few(panda, samples):
     easy = PoseSelector(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
     assert not easy.advise(few, 1).enough
@@ -115,10 +109,8 @@ def test_the_goal_is_enough_but_not_with_too_few(panda: Robot, samples: list[Sam
     assert done.enough and not done.leave
 
 
-def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
-    panda: Robot, samples: list[Sample]
-) -> None:
-    def asked(goal: float) -> Advice:
+def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(panda, samples):
+    def asked(goal):
         selector = PoseSelector(panda, 0.05, goal=goal)
         selector.advise(samples[:-3], 1)
         return selector.advise(samples, 1)
@@ -131,13 +123,11 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(
 
 
 @pytest.mark.parametrize(("name", "goal"), [("panda", 9e-4), ("ur5e", 9e-4), ("gen3_lite", 3e-3)])
-def test_the_goal_is_what_solve_asks(name: str, goal: float) -> None:
+def test_the_goal_is_what_solve_asks(name, goal):
     assert goal_for(load_robot(name)) == pytest.approx(goal)
 
 
-def test_what_is_predicted_and_asked_is_what_solve_says(
-    panda: Robot, samples: list[Sample]
-) -> None:
+def test_what_is_predicted_and_asked_is_what_solve_says(panda, samples):
     advice = PoseSelector(panda, 0.05).advise(samples, 1)
     placement = mukca.Placement("here", tuple(samples), panda.joint_names, 0.05)
     verdict = mukca.calibrate(panda, placement).verdict
@@ -147,14 +137,12 @@ def test_what_is_predicted_and_asked_is_what_solve_says(
     assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
 
 
-def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
-    panda: Robot, samples: list[Sample], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(panda, samples, monkeypatch):
     names = ("predicted", "enough", "sized")  # not at first by a size without a margin
     rows = [(1.1e-3, 1, 1), (0.9e-3, 1, 0), (0.9e-3, 1, 1), (1.1e-3, 1, 0), (1.1e-3, 0, 1)]
     each = iter(dict(zip(names, row, strict=True)) for row in rows)
 
-    def solved(*_: object, **__: object) -> SimpleNamespace:
+    def solved(*_, **__):
         return SimpleNamespace(**next(each), asked=1e-3, fails="")
 
     coach = PoseSelector(panda, 0.05)
@@ -164,7 +152,7 @@ def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(
     assert [advice.near_only for advice in told] == [False, False, False, True, False]
 
 
-def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]) -> None:
+def test_another_placement_is_weighed(coach, samples):
     words = coach.closing(samples)
     assert (
         "A second placement, seen from the robot 0." in words[0]
@@ -175,24 +163,22 @@ def test_another_placement_is_weighed(coach: PoseSelector, samples: list[Sample]
     assert now > then > tied and "sockets 150 mm apart" in words[2]
 
 
-def test_a_second_placement_is_watched_from_before_its_first_sample(
-    panda: Robot, session: Path
-) -> None:
+def test_a_second_placement_is_watched_from_before_its_first_sample(panda, session):
     second = PoseSelector(panda, 0.05, earlier=[read(session / "front")])
     here = read(session / "left").samples
     for taken in (0, 1, 3, 6):
         assert not second.advise(here[:taken], 0).alarms
 
 
-def test_another_arm_is_known_by_how_it_moves(samples: list[Sample]) -> None:
+def test_another_arm_is_known_by_how_it_moves(samples):
     other = PoseSelector(load_robot("iiwa14"), 0.05, goal=1e-6)
     assert not other.advise(samples[:2], 0).alarms
     told = other.advise(samples[:3], 0).alarms[0].text.replace("fr3", "panda")
     assert "this moves like a panda" in told
 
 
-def test_no_joint_is_led_farther_than_the_cables_allow(panda: Robot, samples: list[Sample]) -> None:
-    def farthest(turn: float) -> float:
+def test_no_joint_is_led_farther_than_the_cables_allow(panda, samples):
+    def farthest(turn):
         selector = PoseSelector(panda, 0.05, 1e-6, turn=turn)
         targets = [selector.advise(samples[:n], 0).target for n in range(1, 5)]
         return float(np.abs(np.array(targets, float) - samples[0].position).max())
@@ -200,7 +186,7 @@ def test_no_joint_is_led_farther_than_the_cables_allow(panda: Robot, samples: li
     assert farthest(1.2) <= 1.2 < farthest(np.inf)
 
 
-def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda: Robot) -> None:
+def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda):
     reach = Reach(panda)
     q = reach.poses(np.array([0.5, 0.0, 0.1]), 60)
     seated = reach.seated(q[0], q)
@@ -210,15 +196,13 @@ def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda: Robot) ->
 
 
 @pytest.fixture
-def background() -> Iterator[BackgroundGuidance]:
+def background():
     robot = RobotOptions(robot="panda")
     with closing(BackgroundGuidance(robot, distance=0.05, goal=3e-4)) as background:
         yield background
 
 
-def test_a_process_beside_the_recorder_answers(
-    background: BackgroundGuidance, samples: list[Sample], coach: PoseSelector
-) -> None:
+def test_a_process_beside_the_recorder_answers(background, samples, coach):
     begun = time.monotonic()
     background.ask(GuidanceRequest(tuple(samples[:5]), 0, None))
     assert time.monotonic() - begun < 1.0 and not background.idle
@@ -227,7 +211,7 @@ def test_a_process_beside_the_recorder_answers(
     assert advice.predicted == pytest.approx(coach.advise(samples[:5], 0).predicted)
 
 
-def test_a_process_that_dies_is_told(background: BackgroundGuidance) -> None:
+def test_a_process_that_dies_is_told(background):
     os.kill(background.pid, signal.SIGKILL)
     assert background.answer(wait=PATIENCE) is None
     assert "it ended" in str(background.trouble)

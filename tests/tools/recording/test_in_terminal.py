@@ -89,7 +89,8 @@ def test_the_screen_follows_the_terminal_s_size(hand, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("end", "status"), [("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)]
+    ("end", "status"),
+    [("closed", 129), ("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)],
 )
 def test_every_end_saves_and_restores(hand, tmp_path, end, status):
     out = tmp_path / "front"
@@ -97,21 +98,16 @@ def test_every_end_saves_and_restores(hand, tmp_path, end, status):
         capture(terminal, "a", "captured sample 1")
         if end == "Ctrl-C":
             terminal.press("\x03")
+        elif end == "closed":
+            terminal.hang_up()
         else:
             terminal.process.send_signal(getattr(signal, end))
         assert terminal.wait() == status
-        terminal.wait_for("samples.csv: 1 in socket 0, 0 in socket 1")
-        assert terminal.settings == terminal.before
-        assert terminal.output.rstrip().rfind(b"\x1b[?1049l") > terminal.output.rfind(b"SOCKET 0")
-    assert len(mukca.read_placements(out)[0].samples) == 1
-
-
-def test_a_closed_terminal_ends_the_session(hand, tmp_path):
-    out = tmp_path / "front"
-    with TerminalSession(command(hand, out)) as terminal:
-        capture(terminal, "a", "captured sample 1")
-        terminal.hang_up()
-        assert terminal.wait() == 129
+        if end != "closed":
+            terminal.wait_for("samples.csv: 1 in socket 0, 0 in socket 1")
+            assert terminal.settings == terminal.before
+            screen = terminal.output.rstrip()
+            assert screen.rfind(b"\x1b[?1049l") > screen.rfind(b"SOCKET 0")
     assert len(mukca.read_placements(out)[0].samples) == 1
 
 

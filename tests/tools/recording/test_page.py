@@ -18,7 +18,6 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 def ask(url, path, method="GET"):
-    assert url.hostname
     connection = http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)
     connection.request(method, path)
     return connection.getresponse()
