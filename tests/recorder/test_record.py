@@ -67,20 +67,23 @@ def arm(tmp_path):
 def record_in_real_time(tmp_path):
     """Run a session by a script or by a keyboard: its outcome, and what was shown."""
 
-    def run(address, keys=None, seen=None, target=3, **more):
+    def run(address, script=None, seen=None, target=3, **more):
         seen = seen or Seen()
         metadata = Metadata("arm", NAMES, ("rad", "rad"), 0.05)
         with Recording(tmp_path / "front", metadata) as recording, ExitStack() as stack:
-            if keys:
+            if script:
                 reader, writer = os.pipe()
-                os.write(writer, keys.encode())
+                os.write(writer, script.encode())
                 os.close(writer)
                 stack.callback(os.close, reader)
                 more["script"] = Script(reader)
             arm = lambda: open_driver("mock", address, NAMES)  # noqa: E731
             stream = Stream(Reconnecting(arm, first_wait=0.05, silence=0.1))
             stack.callback(stream.close)
-            session, monitor = Session(JOINTS, target=target), StreamMonitor(JOINTS, live=not keys)
+            session, monitor = (
+                Session(JOINTS, target=target),
+                StreamMonitor(JOINTS, live=not script),
+            )
             return Recorder(session, stream, monitor, recording, seen, **more).run(), seen
 
     return run

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def fleet(session, tmp_path_factory):
     """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file."""
-    folder = tmp_path_factory.mktemp("fleet")
+    folder = tmp_path_factory.mktemp("fleet") / "arms"
     for arm in ("arm-1", "arm-2"):
         for date in ("2026-05-02", "2026-06-01"):
             for name in ("front", "left"):
