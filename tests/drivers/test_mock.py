@@ -57,13 +57,6 @@ def test_the_noise_is_as_asked_and_the_same_for_a_seed(arm):
     assert abs(sum(errors) / 2000) < 1e-4
 
 
-def test_a_reader_that_is_late_misses_nothing_without_a_buffer_s_limit(arm):
-    with arm() as driver:
-        time.sleep(0.2)
-        assert [s.stamp for s in states(driver, 100)] == [k / 100 for k in range(100)]
-        assert driver.missed == 0
-
-
 def test_a_fault_may_affect_a_share_of_the_states_and_have_no_end(arm):
     read = states(arm("&speed=1e4&fault=short:0.3@1+inf"), 1100)
     short = [len(state.position) == 2 for state in read]

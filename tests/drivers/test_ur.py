@@ -81,14 +81,6 @@ def test_a_bad_package_costs_itself_and_not_the_connection(bad):
         assert (driver.rejected, driver.missed) == (1, 1)
 
 
-def test_a_closed_connection_gives_no_state_that_had_come_before():
-    with rtde_controller(data(1.0), data(1.008)) as address, open_driver("ur", address) as driver:
-        driver.read(5)
-        driver.close()
-        with refused("UNREACHABLE", match="closed"):
-            driver.read(5)
-
-
 @pytest.mark.parametrize("bad", [(1e308, -1e308), (-1e308, 1e308), (1e300,), (1e9,), (math.nan,)])
 def test_stamps_that_no_clock_shows_are_thrown_away(bad):
     packages = [data(stamp) for stamp in (1.0, *bad, 1.008)]

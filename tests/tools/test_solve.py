@@ -188,41 +188,6 @@ def test_bad_recordings_get_one_line(refused, session, tmp_path, hole_0, told):
     assert refused(told, *words).startswith("mukca solve: ")
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("nowhere",), "nowhere: no such folder"),
-        (("front/hole_0.csv",), "not a folder"),
-        (("front", "front"), "same placement"),
-        (("front", "--test", "front"), "held out as well"),
-        (("front", "--distance", "0"), "distance 0"),
-        (("front", "--distance", "-0.05"), "distance -0.05"),
-        (("front", "--distance", "nan"), "distance nan"),
-        (("front", "--distance", "50"), "metres are expected"),
-        (("front", "--tip", "nowhere"), "no link is called 'nowhere'"),
-        (("front", "--base", "ball_link"), "no joint moves"),
-        (("front", "--flange", "panda_link8"), "--flange LINK and --ball X Y Z go together"),
-        (("front", "--free", "joint9"), "'joint9' is no joint or parameter"),
-        (("front", "--method", "paper", "--regularization", "-1"), "regularization -1"),
-        (("front", "--method", "paper", "--max-iterations", "0"), "--max-iterations 0"),
-        (("front", "--optimizer", "ipopt"), "--optimizer belongs to --method paper"),
-        (("front", "--method", "paper", "--payload", "1"), "--payload belongs to --method auto"),
-        (("front", "--payload", "-1"), "--payload -1"),
-        (("front", "--gravity", "0", "0", "1"), "--gravity 0 0 1: give its three components"),
-        (("front", "--known", "front:0-front:1"), "expected A:0-B:0=0.175"),
-        (("front", "--known", "front:0-left:1=0.2"), "socket left:1 is not there"),
-        (("front", "--distance-deviation", "-1"), "--distance-deviation -1"),
-    ],
-)
-def test_bad_arguments_get_one_line(run, refused, words, told):
-    refused(told, "solve", "--robot", "panda", *words)
-
-
-def test_a_robot_of_other_joints_is_told(run, refused):
-    told = "hole_0.csv:1: 7 joint positions"
-    assert "6 actuated" in refused(told, "solve", "front", "--robot", "ur5e")
-
-
 def test_unknown_words_are_usage_errors(run):
     assert run("solve")[0] == 2
     assert run("calibrate")[0] == 2

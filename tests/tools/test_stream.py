@@ -127,30 +127,6 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
     assert "warning: states come again" in told.err
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["stream", "--driver", "franka:127.0.0.1:9"], "refused the connection: activate FCI"),
-        (["stream", "--driver", "ur:127.0.0.1:9", "--count", "0"], "a positive number"),
-        (["emulate", "franka", "--version", "99"], "no version 99; one of: 5, 3, 4"),
-        (["emulate", "ur", "--fault", "explode"], "the kind one of drop"),
-        (
-            ["emulate", "piper", "--fault", "version"],
-            "no fault 'version' at piper; there are: drop",
-        ),
-        (["emulate", "ur", "--fault", "commanding@3"], "no fault 'commanding' at ur"),
-        (["emulate", "kinova", "--address", "x"], "leave --address out"),
-        (["emulate", "ur", "--fault", "drop:2"], "the share is from 0 to 1"),
-        (["emulate", "ur", "--fault", "drop@soon"], "KIND[:SHARE][@START[+DURATION]]"),
-        (["emulate", "ur", "--rate", "0"], "--rate 0: expected a positive number"),
-        (["emulate", "ur", "--address", "8.8.8.8"], "cannot listen"),
-        (["emulate", "ur", "--journal", "/nowhere/j"], "/nowhere/j: cannot be written"),
-    ],
-)
-def test_bad_usage_is_one_line(words, told, refused):
-    refused(told, *words)
-
-
 def test_an_emulator_of_another_arms_recording(tmp_path, session):
     words = ["emulate", "ur", "--recording", str(session / "front")]
     done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=PATIENCE)

@@ -179,7 +179,3 @@ def test_without_dask_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MukcaError, match=r"pip install 'mukca\[cluster\]'"):
         Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
-
-
-def test_less_than_one_process_is_refused(refused):
-    refused("--processes 0", "crossval", "x", "--robot", "panda", "--processes", "0")

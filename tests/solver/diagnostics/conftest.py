@@ -13,13 +13,20 @@ PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0
 
 
 @pytest.fixture(scope="session")
-def placements(true_panda):
+def record_at(true_panda):
+    """Return 20 samples in each socket of a base whose centre is at a place [m]."""
+
+    def record_at(place, seed, name="front", **more):
+        base = Base(name, np.array(place), np.array([0.0, 1.0, 0.0]), **more)
+        return record(true_panda, base, np.random.default_rng(seed), samples=20, noise=1e-4)
+
+    return record_at
+
+
+@pytest.fixture(scope="session")
+def placements(record_at):
     generator = np.random.default_rng(0)
-    along_y = np.array([0.0, 1.0, 0.0])
-    return [
-        record(true_panda, Base(name, np.array(at), along_y), generator, samples=20, noise=1e-4)
-        for name, at in PLACES.items()
-    ]
+    return [record_at(place, generator, name) for name, place in PLACES.items()]
 
 
 @pytest.fixture(scope="session")

@@ -10,11 +10,8 @@ from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all, next_placement, split_at
 from mukca.solver.results import Diagnostic
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import Base, record
 
 pytestmark = pytest.mark.slow
-
-ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
 def codes(seen):
@@ -27,10 +24,8 @@ def test_good_data_raise_no_alarm(look, placements):
     assert all(5e-5 < one.floor < 2e-4 for one in seen.placements)
 
 
-def test_a_base_that_moved_is_found_and_can_be_split(look, true_panda, placements):
-    generator = np.random.default_rng(1)
-    moved = Base("front", np.array([0.5012, 0.0009, 0.1]), ALONG_Y)
-    after = record(true_panda, moved, generator, samples=20, noise=1e-4)
+def test_a_base_that_moved_is_found_and_can_be_split(look, record_at, placements):
+    after = record_at([0.5012, 0.0009, 0.1], 1)
     front = placements[0]
     ones = [i for i, s in enumerate(front.samples) if s.socket == 1][8:]
     samples = list(front.samples)

@@ -12,11 +12,9 @@ from mukca.solver.bayes.results import scale
 from mukca.solver.data import RobotRecordings, measure, observe_all
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import choose_parameters, load_robot
-from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
-
-ALONG_Y = np.array([0.0, 1.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -45,18 +43,16 @@ def test_samples_that_any_model_fits_accuse_no_placement(look, placements):
     assert not [f for one in look(few).placements for f in one.diagnostics if f.level == "error"]
 
 
-def test_a_forgotten_distance_is_found(look, true_panda):
-    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y, distance=0.12)
-    long = record(true_panda, base, np.random.default_rng(3), samples=20, noise=1e-4)
+def test_a_forgotten_distance_is_found(look, record_at):
+    long = record_at([0.5, 0.0, 0.1], 3, distance=0.12)
     assert look([long]).diagnostics == ()
     (finding,) = look([replace(long, distance=None)]).diagnostics
     assert finding.level == "error" and "more likely the sockets are 119.9 mm" in finding.text
     assert "nothing but the default" in finding.advice
 
 
-def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(look, true_panda, placements):
-    away = Base("front", np.array([0.5, 0.3, 0.1]), ALONG_Y)
-    after = record(true_panda, away, np.random.default_rng(3), samples=20, noise=1e-4)
+def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(look, record_at, placements):
+    after = record_at([0.5, 0.3, 0.1], 3)
     samples = (*placements[0].samples[:20], *after.samples[20:])
     for others in (placements[1:], placements[1:2]):
         seen = look([replace(placements[0], samples=samples), *others])
@@ -68,9 +64,8 @@ def test_a_base_that_moved_between_its_sockets_is_no_wrong_scale(look, true_pand
     )
 
 
-def test_both_sockets_recorded_in_one_are_told(look, true_panda, placements):
-    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
-    again = record(true_panda, base, np.random.default_rng(4), samples=20, noise=1e-4)
+def test_both_sockets_recorded_in_one_are_told(look, record_at, placements):
+    again = record_at([0.5, 0.0, 0.1], 4)
     twice = [replace(s, socket=1) for s in again.samples[:20]]
     samples = (*placements[0].samples[:20], *twice)
     for others in ([], placements[1:]):

@@ -8,18 +8,15 @@ import pytest
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 
-ALONG_Y = np.array([0.0, 1.0, 0.0])
-
 
 @pytest.fixture(scope="module")
-def elsewhere(true_panda):
+def elsewhere(record_at):
     """The front placement with its base 371 mm away, half of it to the left."""
-    base = Base("front", np.array([0.5 - 0.321, 0.186, 0.1]), ALONG_Y)
-    return record(true_panda, base, np.random.default_rng(1), samples=20, noise=1e-4)
+    return record_at([0.5 - 0.321, 0.186, 0.1], 1)
 
 
 @pytest.mark.parametrize("first", [3, 10, 17])
@@ -42,9 +39,8 @@ def test_a_base_that_moved_far_before_a_socket_was_entered_has_a_size(look, plac
 
 
 @pytest.mark.parametrize(("begin", "many"), [(0, 1), (6, 2), (0, 5), (6, 9)])
-def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begin, many):
-    base = Base("front", np.array([0.5, 0.0, 0.1]), ALONG_Y)
-    more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
+def test_samples_of_the_other_socket_are_told(look, record_at, placements, begin, many):
+    more = record_at([0.5, 0.0, 0.1], 2)
     samples = list(placements[0].samples)
     for i in range(20 + begin, 20 + begin + many):
         samples[i] = replace(more.samples[i - 20], socket=1)
@@ -61,9 +57,8 @@ def test_samples_of_the_other_socket_are_told(look, true_panda, placements, begi
         assert all(f"socket 1 sample {begin + k + 1}:" in told for k in range(many))
 
 
-def test_samples_of_another_placement_are_told(look, true_panda, placements):
-    base = Base("right", np.array([0.35, -0.4, 0.1]), ALONG_Y)
-    more = record(true_panda, base, np.random.default_rng(2), samples=20, noise=1e-4)
+def test_samples_of_another_placement_are_told(look, record_at, placements):
+    more = record_at([0.35, -0.4, 0.1], 2)
     samples = (*placements[0].samples[:33], *more.samples[33:])
     (finding,) = look([replace(placements[0], samples=samples), *placements[1:]]).diagnostics
     assert "samples 14 to 20 of socket 1 lie in socket 1 of right" in finding.text

@@ -44,15 +44,3 @@ def test_the_way_to_another_place_is_told_as_seen_from_the_robot():
         "0.32 m to the left around the robot, 10 cm higher"
     )
     assert in_words((0.0, 0.5, 0.1), (0.1, 0.4, 0.1)) == "0.12 m to the right, 0.09 m nearer"
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["--placements", "0"], "--placements 0: expected 1 to 8"),
-        (["--samples", "2"], "--samples 2: expected"),
-        (["--distance", "0.05", "nan"], "--distance nan: expected"),
-    ],
-)
-def test_bad_numbers_are_one_line(words, told, refused):
-    refused(told, *WORDS, *words)

@@ -92,68 +92,6 @@ def test_nothing_is_overwritten_without_force(tmp_path, refused):
     assert [file.name for file in tmp_path.iterdir()] == ["socket-base-2x100mm.stl"]
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        ("--distance 0.02", "overlap: for a ball of 20 mm take at least 0.036 m"),
-        ("--distance 0.04 --sockets 3", "take at least 0.046 m"),
-        ("--distance=-0.05", "overlap"),
-        ("--distance nan", "overlap"),
-        ("--distance inf", "overlap"),
-        ("--distance 50", "larger than 180 mm"),
-        ("--distance 0.17 --sockets 3", "larger than 180 mm: take at most 0.152 m"),
-        ("--ball-diameter-mm 5", "expected 10 to 40 mm"),
-        ("--ball-diameter-mm nan", "expected 10 to 40 mm"),
-        ("--ball-diameter-mm 40 --distance 0.05", "overlap: for a ball of 40 mm"),
-        ("--clearance-mm 0", "expected 0.3 to 1 mm"),
-        ("--height-mm 15", "expected 23 to 60 mm"),
-        ("--ball-diameter-mm 40 --height-mm 24", "expected 25 to 60 mm"),
-        ("--anchor so101 --plate-mm 20 45", "a plate's width of 20 mm"),
-        ("--anchor so101 --plate-mm 80 -3", "from the first joint's axis"),
-        (
-            "--anchor so101 --plate-mm 80 45 --sockets 3 --distance 0.15",
-            "leave no room for the clip",
-        ),
-        ("--neck-mm 12 --mount iso-50-4-m6", "20 mm: it must be 3 to 9.3 mm thick"),
-        ("--neck-mm 2", "must be 3 to"),
-        ("--neck-mm nan", "must be 3 to"),
-        ("--neck-mm 3", "the neck must widen from 3 to 12 mm"),
-        ("--reach-mm 10 --mount iso-50-4-m6", "a reach of 10 mm: expected 18 to 170 mm"),
-        ("--reach-mm 400 --mount iso-50-4-m6", "a reach of 400 mm: expected"),
-        ("--reach-mm nan --mount iso-50-4-m6", "a reach of nan mm"),
-        ("--reach-mm inf --mount iso-50-4-m6", "a reach of inf mm"),
-        ("--reach-mm 165 --mount iso-50-4-m6", "shorten the reach of 165 mm or thicken the neck"),
-        ("--mount iso-50-4-m7", "no screw 'M7'; there are: M3, M4"),
-        ("--bolt-circle-mm 10", "expected 20 to 150 mm"),
-        ("--bolt-circle-mm nan", "a bolt circle of nan mm"),
-        ("--bolt-circle-mm 20 --bolts 2 --screw M3", "hides the screws from their key"),
-        ("--grip-mm 5 20 20", "a grip's width of 5 mm: expected 8 to 60 mm"),
-        ("--sockets 5", "2 or 3"),
-        (
-            "--neck-mm 15 --mount franka-hand",
-            "ball-franka-hand: a neck of 15 mm on a ball of 20 mm",
-        ),
-        (
-            "--reach-mm 45 --mount iso-50-4-m6 --distance 0.05",
-            "ball-iso-50-4-m6: it hits the base when it leans 60 degrees",
-        ),
-        ("--reach-mm 70", "--reach-mm goes with one mount"),
-        ("--bolts 6", "go with --bolt-circle-mm"),
-        ("--screw M5", "go with --bolt-circle-mm"),
-        ("--bolt-circle-mm 30 --bolts 0", "0 bolts"),
-        ("--mount none --bolt-circle-mm 40", "--mount none stands alone"),
-        ("--mount none iiwa14", "--mount none stands alone"),
-        ("--mount flange", "no mount 'flange'; there are: franka-hand"),
-        ("--mount iso-20-8-m8", "touch; take fewer, smaller ones, or a circle of 37 mm"),
-        ("--grip-mm 30 20 25", "needs a DEPTH, the second number, of 30 mm or more"),
-    ],
-)
-def test_impossible_wishes_get_one_line_and_no_file(words, says, tmp_path, refused):
-    error = refused(says, "print-parts", "--out", tmp_path / "parts", *words.split())
-    assert error.startswith("mukca print-parts: ")
-    assert not (tmp_path / "parts").exists()
-
-
 def test_other_parts_may_lie_in_the_folder(tmp_path):
     words = ("--out", tmp_path, "--mount", "none", "--format", "stl")
     assert run(*words) == 0

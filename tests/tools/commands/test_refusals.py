@@ -1,0 +1,23 @@
+"""What `mukca` refuses, each by one line: refusals.txt has the commands, and what is told."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+LINES = Path(__file__).with_name("refusals.txt").read_text().splitlines()
+COMMANDS = [line for line in LINES if line.startswith("mukca ")]
+TOLD = [line.strip() for line in LINES if line.startswith("    ")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("typed", "told"), [*zip(COMMANDS, TOLD, strict=True)])
+def test_it_is_told_in_one_line_and_nothing_is_written(
+    typed, told, refused, session, tmp_path, monkeypatch
+):
+    """In the folder of three recordings; OUT stands for a folder that is not there."""
+    monkeypatch.chdir(session)
+    _, *words = shlex.split(typed)
+    out = tmp_path / "out"
+    error = refused(told, *(str(out) if word == "OUT" else word for word in words))
+    assert error.startswith("mukca") and not out.exists()
