@@ -33,11 +33,6 @@ def seats(truth, placement):
     return np.array([balls[placement.sockets == k].mean(axis=0) for k in (0, 1)])
 
 
-def held_out(calibration):
-    """The mean error at placements that were held out [m]."""
-    return calibration.errors.summary.test.calibrated.mean_absolute_error
-
-
 def coefficients(found, kind):
     """Values and standard deviations of an effect's coefficients."""
     rows = [c for c in found.document.coefficients or () if c.name.split(".")[-1].startswith(kind)]

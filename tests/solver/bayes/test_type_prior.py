@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import held_out, write_rows
+from altered import write_rows
+from imagined import held_out
 
 import mukca
 from mukca.tools.cli import main
