@@ -144,11 +144,9 @@ def compare(
     models = [each[0].calibrated.models["nominal"]]
     models += [one.calibrated.models["calibrated"] for one in each]
     points = [[model(m) for model in models] for m in data]
-    errors = [
-        [np.linalg.norm(p - targets(p, m), axis=1) for p in row]
-        for row, m in zip(points, data, strict=True)
-    ]
-    metrics = [[evaluate(p, m) for p in row] for row, m in zip(points, data, strict=True)]
+    pairs = list(zip(points, data, strict=True))
+    errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
+    metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
     trained = [[False, *(one.was_trained_on(m) for one in each)] for m in data]
     fair = [i for i, row in enumerate(trained) if not any(row)]
 
