@@ -113,7 +113,7 @@ def read_keys(file: Path) -> PlacementKeys:
 
 
 def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
-    """Replace the file in one step; see :func:`.replace_file`."""
+    """Replace the file in one step."""
     replace_file(file, json.dumps(metadata, indent=2).encode() + b"\n")
 
 

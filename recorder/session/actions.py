@@ -185,7 +185,6 @@ class SessionActions:
             self.notify(f"took back sample {sample.number} of socket {sample.socket}")
 
     def _mark(self, event: str, sample: Sample) -> bool:
-        """Write a mark; False if that failed, which the operator was told."""
         try:
             self._recording.mark(event, sample, time.time())
         except RecordingError as error:
@@ -229,7 +228,6 @@ class StreamAlerts:
             self._alarm(trouble)
 
     def _alarm(self, trouble: str) -> None:
-        """Tell trouble, once for each kind."""
         kind = re.sub(r"[\d.]+", "", trouble)
         if kind != self._alarmed:
             self._alarmed = kind

@@ -240,6 +240,9 @@ class Recorder:
         """Return the state from which the operator's next step follows."""
         rest, latest = self.monitor.rest, self.monitor.latest
         captured, line = self._captured, self._handler.line
+        by_itself = rest if self.hands_free else None
+        if by_itself and self._actions.session.refusal(by_itself.position):
+            by_itself = None  # often: it was just captured
         return OperatorContext(
             self._actions.session,
             position=rest.position if rest else latest and latest.position,
@@ -249,7 +252,7 @@ class Recorder:
             contact=self._evidence,
             captured=captured[0] if captured and now - captured[1] < SHOWN else None,
             advice=self._client.advice,
-            implausible=self._why_implausible(rest) if rest and self.hands_free else None,
+            implausible=self._actions.implausible(by_itself) if by_itself else None,
             hands_free=self.hands_free,
             paused=self._handler.paused,
             typed=line.text if line else "",
@@ -257,11 +260,6 @@ class Recorder:
             alarm=self._client.alarm,
             capture_key=capture_key(self.keys),
         )
-
-    def _why_implausible(self, rest: StationaryPose) -> str | None:
-        """Return the reason not to capture a rest by itself that a key would capture, or None."""
-        refused = self._actions.session.refusal(rest.position)  # often: it was just captured
-        return None if refused else self._actions.implausible(rest)
 
     def _draw(self) -> None:
         now = clock.now()

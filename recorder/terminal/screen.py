@@ -5,6 +5,7 @@ import textwrap
 import time
 from itertools import groupby
 from operator import itemgetter
+from pathlib import Path
 
 from rich.text import Text
 
@@ -13,24 +14,8 @@ from ..session import Session, View
 from ..stream import JointLimits
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
-HELP = """\
-space, a    capture; the arm must be still
-d, u        undo the last capture; its line stays, marked
-r           redo: bring again what was taken back last
-x, l        delete, or relabel, a sample by its number
-s           next socket; 0 to 9 go to that socket
-q           finish; everything is on the disk already
-n           new placement, if a sample shows a moved base
-?           this help; any key leaves it, and does its work
-
-Guide the arm with the ball in the socket, turn and tilt it as far as it goes,
-let go where the arm holds itself, and capture. Vary every joint: ticks on the
-bars show where it was, a diamond where it is best turned to next.
-
-Refused: an arm that moves; a stream that is silent, stale, frozen or broken;
-a configuration outside the limits, or within 1 degree of an earlier one on
-every joint. Ctrl-C ends the session too. The same --out continues it."""
-
+_TEXTS = Path(__file__).parent
+HELP = (_TEXTS / "help.txt").read_text(encoding="utf-8").rstrip("\n")
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
 _WIDTH, _USUAL = 60, 80
 _NEAR = math.radians(3)
@@ -267,29 +252,11 @@ def _fit(text: str, width: int) -> str:
     return text if len(text) <= width else text[: max(0, width - 1)] + "…"
 
 
-_LETTERS: dict[str, tuple[str, ...]] = {
-    letter: tuple(rows)
-    for letters, *lines in (
-        (
-            "0123456789",
-            "█▀█|▀█ |▀▀█|▀▀█|█ █|█▀▀|█▀▀|▀▀█|█▀█|█▀█",
-            "█ █| █ |█▀▀| ▀█|▀▀█|▀▀█|█▀█|  █|█▀█|▀▀█",
-            "▀▀▀|▀▀▀|▀▀▀|▀▀▀|  ▀|▀▀▀|▀▀▀|  ▀|▀▀▀|▀▀▀",
-        ),
-        (
-            "ABCDEFGHIJKLM",
-            "▄▀▄|█▀▄|█▀▀|█▀▄|█▀▀|█▀▀|█▀▀▀|█ █|█|  █|█ █|█  |█▄ ▄█",
-            "█▀█|█▀▄|█  |█ █|█▀ |█▀ |█ ▀█|█▀█|█|  █|█▀▄|█  |█ ▀ █",
-            "▀ ▀|▀▀ |▀▀▀|▀▀ |▀▀▀|▀  |▀▀▀▀|▀ ▀|▀|▀▀▀|▀ ▀|▀▀▀|▀   ▀",
-        ),
-        (
-            "NOPQRSTUVWXYZ? ",
-            "█▄ █|█▀▀█|█▀█|█▀▀█|█▀█|█▀▀|▀█▀|█ █|█ █|█ █ █|█ █|█ █|▀▀█|▀▀█| ",
-            "█ ▀█|█  █|█▀▀|█ ▄█|█▀▄|▀▀█| █ |█ █|█ █|█ █ █|▄▀▄| █ |▄▀ | ▀ | ",
-            "▀  ▀|▀▀▀▀|▀  |▀▀▀▀|▀ ▀|▀▀▀| ▀ |▀▀▀| ▀ | ▀ ▀ |▀ ▀| ▀ |▀▀▀| ▀ | ",
-        ),
-    )
-    for letter, *rows in zip(letters, *(line.split("|") for line in lines), strict=True)
+_ROWS = (_TEXTS / "letters.txt").read_text(encoding="utf-8").split("\n")
+_LETTERS = {
+    letter: rows
+    for i in range(0, len(_ROWS) - 1, 4)
+    for letter, *rows in zip(*(row.split("|") for row in _ROWS[i : i + 4]), strict=True)
 }
 """Three rows a letter, five half-rows high."""
 
