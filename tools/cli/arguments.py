@@ -1,14 +1,15 @@
 """Options of a verb: from a dataclass to ``argparse``, and from what was typed to the dataclass.
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
-takes several values, a tuple so many, ``Literal`` a choice. :func:`option` says the rest, or an
-``Annotated`` with what the solver says of it.
+takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help and group stand in
+``options.txt``, or in an ``Annotated`` with what the solver says of it.
 """
 
 import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from functools import cache
 from inspect import get_annotations
 from pathlib import Path
 from types import NoneType, UnionType
@@ -24,25 +25,20 @@ MILLIMETRES = (1e-4, 1e4)
 """Range of a length in millimetres."""
 
 
-def option(
-    text: str, metavar: str | tuple[str, ...] | None = None, default: Any = None, **more: Any
-) -> Any:
-    """Field of a dataclass that is an option.
+def option(default: Any = None, **more: Any) -> Any:
+    """Field of a dataclass that is an option with more to it than its type and its default.
 
     Args:
-        text: Help; a default that it does not name is added.
-        metavar: Placeholder of the value.
         default: Value where the option is not given; ``...`` if it must be given.
-        **more: ``choices``; ``group``, a title to stand under; ``between``, the lowest and the
-            highest number; ``repeated``, for a value each time the option is given.
+        **more: ``choices``; ``between``, the lowest and the highest number; ``repeated``, for a
+            value each time the option is given; ``usual``, what stands in its help for ``{}``.
     """
-    metadata = {"text": text, "metavar": metavar, **more}
-    return field(default=MISSING if default is ... else default, metadata=metadata)
+    return field(default=MISSING if default is ... else default, metadata=more)
 
 
-def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
+def argument(**more: Any) -> Any:
     """Field of a dataclass that is an argument without a name; of several if it is a sequence."""
-    return option(text, metavar, ..., positional=True, **more)
+    return option(..., positional=True, **more)
 
 
 def part(options: type[Any], *names: str, group: str | None = None) -> Any:
@@ -55,21 +51,15 @@ def part(options: type[Any], *names: str, group: str | None = None) -> Any:
 class JsonOption:
     """Option of each verb that scripts read."""
 
-    json: bool = option("print one JSON object, SI units", default=False, group="output")
+    json: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class PayloadOptions:
     """Options of what the arm carries."""
 
-    payload: float | None = option(
-        "mass on the flange in kilograms, in place of what was on it while recording",
-        "KG",
-        between=NOT_NEGATIVE,
-    )
-    payload_at: tuple[float, float, float] = option(
-        "with --payload: its centre in the flange's frame, in metres", ("X", "Y", "Z"), (0, 0, 0)
-    )
+    payload: float | None = option(between=NOT_NEGATIVE)
+    payload_at: tuple[float, float, float] = (0, 0, 0)
 
     @property
     def carried(self) -> tuple[float, tuple[float, float, float]] | None:
@@ -83,8 +73,8 @@ class PayloadOptions:
 class OutputOptions(JsonOption):
     """Options of a verb that writes files."""
 
-    out: Path | None = option("write the results to this folder", "DIR", group="output")
-    force: bool = option("overwrite what is there", default=False, group="output")
+    out: Path | None = None
+    force: bool = False
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
@@ -102,7 +92,7 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
         return
     groups: dict[str | None, Any] = {None: parser}
     for one, kind, about in _described(options):
-        title = about.get("group")
+        title = about["group"]
         if title not in groups:
             groups[title] = parser.add_argument_group(title)
         positional = about.get("positional", False)
@@ -134,25 +124,48 @@ def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
     return options(**values)
 
 
+@cache
+def _texts() -> Mapping[tuple[str, str], Mapping[str, Any]]:
+    """Return placeholder, help and group of each option, by its class and its name."""
+    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
+    owner, group = "", None
+    whole = Path(__file__).with_name("options.txt").read_text(encoding="utf-8")
+    for line in whole.replace("\n  ", " ").splitlines():
+        if line.startswith("# "):
+            owner, group = line[2:], None
+        elif line.startswith("["):
+            group = line[1:-1]
+        elif line:
+            head, _, text = f"{line} ".partition(": ")
+            name, *words = head.split()
+            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
+            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
+    return texts
+
+
 def _described(
     options: type[Any], names: Sequence[str] = (), group: str | None = None
 ) -> Iterator[tuple["Field[Any]", Any, Mapping[str, Any]]]:
     """Yield fields, types and descriptions, those of the class before those of its bases."""
     hints = get_type_hints(options, include_extras=True)
     known = {one.name: one for one in fields(options)}
+    owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
     order = dict.fromkeys(name for base in options.__mro__ for name in get_annotations(base))
     for name in order:
         if name not in known or (names and name not in names):
             continue
         one, kind = known[name], hints[name]
-        if get_origin(kind) is Annotated:
-            kind, about = get_args(kind)
-            title = group or (f"method {about.method}" if about.method else "fit")
-            yield one, kind, {**vars(about), "text": _help(about.help, one.default), "group": title}
-        elif "names" in one.metadata:
+        if "names" in one.metadata:
             yield from _described(kind, one.metadata["names"], one.metadata["group"])
+            continue
+        about: dict[str, Any] = {}
+        if get_origin(kind) is Annotated:
+            kind, said = get_args(kind)
+            title = group or (f"method {said.method}" if said.method else "fit")
+            about |= {**vars(said), "text": said.help, "group": title}
         else:
-            yield one, kind, {**one.metadata, "text": _help(one.metadata["text"], one.default)}
+            about |= {**_texts()[owners[name].__name__, name], **one.metadata}
+        yield one, kind, {**about, "text": _help(about, one.default)}
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -179,8 +192,9 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
     return {**keywords, "metavar": about["metavar"]}
 
 
-def _help(text: str, default: Any) -> str:
+def _help(about: Mapping[str, Any], default: Any) -> str:
     """Return the help of an option, with its default."""
+    text: str = about["text"].replace("{}", str(about.get("usual")))
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
     shown = (f"{one:g}" if isinstance(one, float) else str(one) for one in _each(default))
@@ -196,7 +210,7 @@ def _check_range(one: "Field[Any]", value: Any) -> None:
     expected = named.get((low, high), f"{low:g} to {high:g}")
     for number in _each(value):
         if not low <= number <= high:
-            unit = " metres" if one.metadata["metavar"] == "M" else ""
+            unit = " metres" if one.name.endswith("distance") else ""
             raise UsageError(f"{_name(one)} {number:g}: expected {expected}{unit}")
 
 

@@ -3,7 +3,6 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +20,17 @@ WINDOWS = (0.02, 10.0)
 """Range of the time that a sample averages [s]."""
 SPREADS = (1e-9, 0.1)
 """Range of the standard deviation of an arm that is still [rad]."""
-_robot = partial(option, group="robot")
-_each = "; of several robots NAME=LINK"
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotOptions:
     """Options of one robot: its model, and the two ends of its chain."""
 
-    robot: str = _robot("a shipped robot's name, or a URDF file", "R", ...)
-    base: str | None = _robot("the base link (default: the root)", "LINK")
-    tip: str = _robot("the ball's link", "LINK", "ball_link")
-    flange: str | None = _robot("for a URDF without a ball: the link that carries it", "LINK")
-    ball: tuple[float, float, float] | None = _robot(
-        "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
-    )
+    robot: str
+    base: str | None = None
+    tip: str = "ball_link"
+    flange: str | None = None
+    ball: tuple[float, float, float] | None = None
 
     def load_robot(self) -> "robots.Robot":
         """Read the model of the robot; a ModelError says what is not there."""
@@ -51,24 +46,11 @@ class RobotOptions:
 class RobotsOptions:
     """Options of one robot, or of several by their names."""
 
-    robot: Sequence[str] = _robot(
-        "a shipped robot's name, or a URDF file; several as NAME=R, each by an option of its own",
-        "R",
-        ...,
-        repeated=True,
-    )
-    base: Sequence[str] = _robot(
-        f"the base link (default: the root{_each})", "LINK", (), repeated=True
-    )
-    tip: Sequence[str] = _robot(
-        f"the ball's link (default: ball_link{_each})", "LINK", (), repeated=True
-    )
-    flange: Sequence[str] = _robot(
-        f"for a URDF without a ball: the link that carries it{_each}", "LINK", (), repeated=True
-    )
-    ball: tuple[float, float, float] | None = _robot(
-        "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
-    )
+    robot: Sequence[str] = option(..., repeated=True)
+    base: Sequence[str] = option((), repeated=True)
+    tip: Sequence[str] = option((), repeated=True)
+    flange: Sequence[str] = option((), repeated=True)
+    ball: tuple[float, float, float] | None = None
 
     def load_robots(self) -> "dict[str, robots.Robot]":
         """Read the models of the robots by their names; the name of a single robot is empty."""
@@ -212,14 +194,8 @@ def survey_of(
 class WorkerOptions:
     """Options of a verb whose work is shared out."""
 
-    processes: int = option(
-        "(default: all cores)", "N", os.cpu_count() or 1, group="workers", between=(1, 4096)
-    )
-    cluster: str | None = option(
-        "of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
-        "ADDRESS",
-        group="workers",
-    )
+    processes: int = option(os.cpu_count() or 1, between=(1, 4096))
+    cluster: str | None = None
 
     @property
     def workers(self) -> "parallel.Workers":

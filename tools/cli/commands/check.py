@@ -16,7 +16,6 @@ from .. import (
     for_each_arm,
     measure_all,
     one_arm,
-    option,
     part,
     survey_of,
     table,
@@ -35,23 +34,10 @@ POINTS_HINT = (
 class CheckOptions(RobotOptions, OutputOptions):
     """Options of ``mukca check``."""
 
-    robot: str = option(
-        "a shipped robot's name, or a URDF file; needed without --calibration",
-        "R",
-        "",
-        group="robot",
-    )
-    calibration: Path | None = option(
-        "in place of --robot: tell what changed since this calibration, a joint, the tool, the "
-        "base or everything (mukca validate: the same verdict, with the errors)",
-        "CALIBRATION",
-    )
-    stood: str = option(
-        "with --calibration: placement of it whose base still stands where it stood",
-        "PLACEMENT",
-        "",
-    )
-    data: Sequence[Path] = argument("placements", "DATA")
+    robot: str = ""
+    calibration: Path | None = None
+    stood: str = ""
+    data: Sequence[Path] = argument()
     settings: SolveOptions = part(
         SolveOptions,
         "distance",
@@ -188,8 +174,8 @@ def _amount(
 class ValidateOptions(OutputOptions):
     """Options of ``mukca validate``."""
 
-    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument("placements", "DATA")
+    calibration: Path = argument()
+    data: Sequence[Path] = argument()
     settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm", "flange_poses")
 
 

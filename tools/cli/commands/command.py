@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ....errors import MukcaError
 from ....solver import calibration
 from ....solver.calibration import UsageError
-from .. import PayloadOptions, Terminal, argument, one_arm, option
+from .. import PayloadOptions, Terminal, argument, one_arm
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,13 +32,9 @@ ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 class PathOptions(PayloadOptions):
     """Options of what is on the arm, and of the file to write."""
 
-    tool: str | None = option(
-        "a link that stands still on the flange; or its place there in metres and turn in radians, "
-        "as in 0,0,0.12,0,0,1.57 (default: the flange)",
-        "TOOL",
-    )
-    out: Path | None = option("the CSV file to write (default: -, standard output)", "FILE")
-    force: bool = option("overwrite it", default=False)
+    tool: str | None = None
+    out: Path | None = None
+    force: bool = False
 
     def setup(self) -> "Setup":
         """Return what is on the arm."""
@@ -57,14 +53,10 @@ class PathOptions(PayloadOptions):
 class CommandOptions(PathOptions):
     """Options of ``mukca command``."""
 
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    poses: Path = argument("poses or points, one a line; - for standard input", "POSES.csv")
-    start: Sequence[float] | None = option(
-        "joint positions before the first pose (default: any that reach it)", "RAD"
-    )
-    prefer: Sequence[float] | None = option(
-        "posture to stay near where a pose leaves a choice (default: the start)", "RAD"
-    )
+    calibration: Path = argument()
+    poses: Path = argument()
+    start: Sequence[float] | None = None
+    prefer: Sequence[float] | None = None
 
 
 def run_command(options: CommandOptions, terminal: Terminal) -> int:
@@ -195,10 +187,8 @@ def written(
 class PosesOptions(PathOptions):
     """Options of ``mukca poses``."""
 
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    joints: Path = argument(
-        "joint positions, one configuration a line; - for standard input", "JOINTS.csv"
-    )
+    calibration: Path = argument()
+    joints: Path = argument()
 
 
 def run_poses(options: PosesOptions, terminal: Terminal) -> int:

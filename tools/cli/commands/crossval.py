@@ -34,10 +34,8 @@ _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": No
 class CrossvalOptions(RobotOptions, WorkerOptions, JsonOption):
     """Options of ``mukca crossval``."""
 
-    data: Sequence[Path] = argument("placements, 2 or more", "DATA")
-    bootstrap: int = option(
-        "fit N times to samples drawn anew, for the spread of the errors", "N", 0
-    )
+    data: Sequence[Path] = argument()
+    bootstrap: int = 0
     settings: SolveOptions = part(
         SolveOptions,
         *("method", "distance", "known", "distance_deviation", "zeros", "type_prior", "payload"),
@@ -174,8 +172,8 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
 class FleetOptions(RobotOptions, WorkerOptions, OutputOptions):
     """Options of ``mukca fleet``."""
 
-    folder: Path = argument("one folder an arm", "DIR")
-    out: Path = option("where to write", "DIR", ..., group="output")
+    folder: Path = argument()
+    out: Path = option(...)
     calibration: SolveOptions = part(SolveOptions, "method", "distance", "repeatability_mm")
 
 

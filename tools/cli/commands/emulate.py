@@ -28,25 +28,25 @@ LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class EmulateOptions:
     """Options of ``mukca emulate``."""
 
-    controller: str = argument("the controller", choices=sorted(EMULATORS))
-    version: str | None = option("of the protocol or the controller", "V")
-    address: str = option("where it listens (default: the real ports on loopback)", default="")
-    recording: Path | None = option("move through a placement, then rest", "DIR")
-    hold: float = option("rest at a pose", "S", 1.0, between=NOT_NEGATIVE)
-    move: float = option("move to the next", "S", 1.0, between=POSITIVE)
-    wait: bool = option("rest at the first pose until Enter is pressed", default=False)
-    noise: float = option("encoders", "RAD", 2e-5, between=NOT_NEGATIVE)
-    rate: float | None = option("states per second", "HZ", between=POSITIVE)
-    fault: Sequence[str] = option("as below; may be repeated", "KIND...", (), repeated=True)
-    seed: int = option("of the faults (default: 0)", default=0)
-    journal: Path | None = option("note what comes in and out", "FILE")
-    json: bool = option("tell the address as a JSON object", default=False)
+    controller: str = argument(choices=sorted(EMULATORS))
+    version: str | None = None
+    address: str = ""
+    recording: Path | None = None
+    hold: float = option(1.0, between=NOT_NEGATIVE)
+    move: float = option(1.0, between=POSITIVE)
+    wait: bool = False
+    noise: float = option(2e-5, between=NOT_NEGATIVE)
+    rate: float | None = option(between=POSITIVE)
+    fault: Sequence[str] = option((), repeated=True)
+    seed: int = 0
+    journal: Path | None = None
+    json: bool = False
 
 
-def run_emulate(options: Options, terminal: Terminal) -> int:
+def run_emulate(options: EmulateOptions, terminal: Terminal) -> int:
     """Emulate until interrupted or terminated."""
     emulator = open_emulator(options)
     if options.wait:
@@ -70,7 +70,7 @@ def run_emulate(options: Options, terminal: Terminal) -> int:
     return 0
 
 
-def open_emulator(options: Options) -> Emulator:
+def open_emulator(options: EmulateOptions) -> Emulator:
     """Return the emulator that was asked for, listening."""
     module, _, name = EMULATORS[options.controller].partition(":")
     loaded = importlib.import_module(f"...emulators.{module}", __package__)

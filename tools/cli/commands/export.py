@@ -17,46 +17,27 @@ LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.item
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(PayloadOptions, JsonOption):
+class ExportOptions(PayloadOptions, JsonOption):
     """Options of ``mukca export``."""
 
-    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
-    to: str = option("see below", "FORMAT", ..., choices=FORMATS)
-    out: Path = option("where to write", "FILE", ...)
-    flange: str | None = option(
-        "(c, urdf) the link whose pose C gives, or that carries tools (default: the one that "
-        "carries the ball)",
-        "LINK",
-    )
-    tool: Sequence[str] = option(
-        "(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
-        "NAME=X,Y,Z,R,P,Y",
-        (),
-        repeated=True,
-    )
-    like: Path | None = option(
-        "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf) the model to correct; "
-        "(lerobot) the arm's present calibration file",
-        "FILE",
-    )
-    joints: str | None = option(
-        "(mjcf) how the model calls the joints: names in chain order, between commas; or one word "
-        "in which * is the URDF's name, as in left/*",
-        "NAMES",
-    )
-    servos: Literal["feetech", "dynamixel"] | None = option(
-        "(lerobot) the make of the arm's servos"
-    )
-    serial_number: str | None = option("the arm's (default: as noted while recording)", "TEXT")
-    force: bool = option("overwrite FILE", default=False)
+    calibration: Path = argument()
+    to: str = option(..., choices=FORMATS)
+    out: Path
+    flange: str | None = None
+    tool: Sequence[str] = option((), repeated=True)
+    like: Path | None = None
+    joints: str | None = None
+    servos: Literal["feetech", "dynamixel"] | None = None
+    serial_number: str | None = None
+    force: bool = False
 
 
-def run_export(options: Options, terminal: Terminal) -> int:
+def run_export(options: ExportOptions, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     return for_each_arm(options, terminal, _run)
 
 
-def _run(options: Options, terminal: Terminal) -> int:
+def _run(options: ExportOptions, terminal: Terminal) -> int:
     tools = _tools(options.tool)
     held = calibration.load_calibration(options.calibration)
     if held.document.distorted:

@@ -25,45 +25,22 @@ from .. import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(RobotOptions, OutputOptions):
+class ExtractOptions(RobotOptions, OutputOptions):
     """Options of ``mukca extract``."""
 
-    log: Path = argument("a bag, a data set, a CSV file, or a recording", "LOG")
-    distance: float = option(
-        "between the centres of sockets 0 and 1, in metres, as measured with a caliper",
-        "M",
-        0.05,
-        between=DISTANCES,
-    )
-    assign: Sequence[str] = option(
-        "what the rests are, by their numbers, instead of what is proposed; may be repeated",
-        "NAME:SOCKET=RESTS",
-        (),
-        repeated=True,
-    )
-    topic: str | None = option("(bags) the topic (default: the one with most states)", "T")
-    joints: str | None = option(
-        "how the log calls the joints: names in chain order, between commas; or one word in which "
-        "* is the model's name, as in left_*",
-        "NAMES",
-    )
-    units: str | None = option(
-        "(lerobot, CSV) radians, degrees, or lerobot's calibration file of the arm, for values "
-        "from -100 to 100",
-        "U",
-    )
-    efforts: bool = option("(bags) take the efforts: they are in N m", default=False)
-    window: float = option("seconds that a sample averages", "S", WINDOW, between=WINDOWS)
-    still: float | None = option(
-        "largest standard deviation over the window of an arm that is still "
-        f"(default: {STILL}, or the step of its encoders)",
-        "RAD",
-        between=SPREADS,
-    )
-    out: Path | None = option("write a folder for each placement here", "DIR", group="output")
+    log: Path = argument()
+    distance: float = option(0.05, between=DISTANCES)
+    assign: Sequence[str] = option((), repeated=True)
+    topic: str | None = None
+    joints: str | None = None
+    units: str | None = None
+    efforts: bool = False
+    window: float = option(WINDOW, between=WINDOWS)
+    still: float | None = option(between=SPREADS, usual=STILL)
+    out: Path | None = None
 
 
-def run_extract(options: Options, terminal: Terminal) -> int:
+def run_extract(options: ExtractOptions, terminal: Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     options.check_out()
     robot = options.load_robot()

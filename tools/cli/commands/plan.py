@@ -21,18 +21,12 @@ from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, tab
 class PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     """Options of ``mukca plan``."""
 
-    placements: int = option("up to so many", "N", 3, between=(1, 8))
-    samples: int = option("in each socket", "K", 12, between=(3, 100))
-    distance: Sequence[float] = option(
-        "of the base's sockets, in metres", "M", (0.1, 0.15, 0.05), between=(0.01, 1)
-    )
-    turn: float | None = option(
-        "no joint farther than this from where a session begins, for cables, and what that costs",
-        "DEG",
-        between=(30, 360),
-    )
-    out: Path | None = option("write a picture of the placements", "FILE.svg", group="output")
-    force: bool = option("overwrite the picture", default=False, group="output")
+    placements: int = option(3, between=(1, 8))
+    samples: int = option(12, between=(3, 100))
+    distance: Sequence[float] = option((0.1, 0.15, 0.05), between=(0.01, 1))
+    turn: float | None = option(between=(30, 360))
+    out: Path | None = None
+    force: bool = False
 
 
 def run_plan(options: PlanOptions, terminal: Terminal) -> int:
@@ -104,51 +98,28 @@ def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) 
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
 
 
-_base = partial(option, group="socket base")
-_ball = partial(option, group="ball")
-_own = partial(option, group="a mount of your own")
-
-
 @dataclass(frozen=True, kw_only=True)
 class PrintPartsOptions(OutputOptions):
     """Options of ``mukca print-parts``."""
 
-    out: Path = option("where to write", "DIR", ..., group="output")
-    mount: Sequence[str] | None = option(
-        "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, or "
-        "one of the list below (default: all of that)",
-        "NAME",
-    )
-    format: Sequence[str] = option(
-        "of the files (default: stl 3mf svg, a drawing); step needs mukca[step]",
-        default=("stl", "3mf", "svg"),
-        choices=printables.FORMATS,
-    )
-    author: str = option("the author's name in 3MF files", "NAME", "mukca")
-    sockets: int = _base("2, or 3 in a triangle", "N", 2)
-    distance: float = _base("between the sockets' centres, in metres", "D", 0.1)
-    height_mm: float = _base("of the sockets' centres above the table", "MM", 30.0)
-    clearance_mm: float = _base("gap between ball and seat beside its pads", "MM", 0.5)
-    anchor: str | None = _base("with a clip for this arm's own base plate", choices=printables.ARMS)
-    plate_mm: tuple[float, float] | None = _base(
-        "of the arm's plate, measured: its width at its front edge, and how far that edge is from "
-        "the first joint's axis",
-        ("WIDTH", "FRONT"),
-    )
-    ball_diameter_mm: float = _ball("of the ball, in all parts", "MM", 20.0)
-    bought_ball: bool = _ball("a cup, to glue a bearing ball into", default=False)
-    neck_mm: float | None = _ball(
-        "the neck's diameter at the ball (default: 0.45 of the ball's)", "MM"
-    )
-    reach_mm: float | None = _ball("from the flange to the ball's centre, for one mount", "MM")
-    bolt_circle_mm: float | None = _own("a plate with holes on a circle of this diameter", "MM")
-    bolts: int | None = _own("holes in it (default: 4)", "N")
-    screw: str | None = _own("their screws (default: M6)", choices=printables.SCREWS)
-    grip_mm: tuple[float, float, float] | None = _own(
-        "a block for a gripper: between its fingers, along their width, along their length; the "
-        "ball's place then counts from the fingertips",
-        ("WIDTH", "DEPTH", "LENGTH"),
-    )
+    out: Path = option(...)
+    mount: Sequence[str] | None = None
+    format: Sequence[str] = option(("stl", "3mf", "svg"), choices=printables.FORMATS)
+    author: str = "mukca"
+    sockets: int = 2
+    distance: float = 0.1
+    height_mm: float = 30.0
+    clearance_mm: float = 0.5
+    anchor: str | None = option(choices=printables.ARMS)
+    plate_mm: tuple[float, float] | None = None
+    ball_diameter_mm: float = 20.0
+    bought_ball: bool = False
+    neck_mm: float | None = None
+    reach_mm: float | None = None
+    bolt_circle_mm: float | None = None
+    bolts: int | None = None
+    screw: str | None = option(choices=printables.SCREWS)
+    grip_mm: tuple[float, float, float] | None = None
 
 
 def run_print_parts(options: PrintPartsOptions, terminal: Terminal) -> int:

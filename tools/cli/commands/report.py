@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from ....solver import assessment, results
@@ -23,33 +22,22 @@ from .. import (
     table,
 )
 
-LIMITS = "limits (default: by the arm's repeatability)"
-_limit = partial(option, metavar="MM", between=MILLIMETRES, group=LIMITS)
-
 
 @dataclass(frozen=True, kw_only=True)
 class ReportOptions(OutputOptions):
     """Options of ``mukca report``."""
 
-    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
-    repeatability_mm: float | None = _limit("the arm's repeatability, from its data sheet")
-    limit_mae_mm: float | None = _limit("mean absolute error at held-out placements")
-    limit_distance_mm: float | None = _limit(
-        "error of the sockets' distance there, mean of absolute values"
-    )
-    limit_between_mm: float | None = _limit("error of distances between placements, likewise")
-    known: Sequence[str] = option(
-        "distances between sockets of different placements, measured from outside, in metres: "
-        "A:0-B:0=0.175 or A:0-B:0=0.175+-0.0001, or a file with one a line",
-        "K",
-        (),
-        group=LIMITS,
-    )
-    tolerance_mm: float = option("the error that your task allows", "MM", 0.5, between=MILLIMETRES)
-    out: Path | None = option("where to (default: beside CALIBRATION)", "DIR", group="output")
-    force: bool = option("overwrite another report in DIR", default=False, group="output")
-    open: bool = option("show it in the web browser", default=False, group="output")
-    json: bool = option("print report.json, SI units", default=False, group="output")
+    calibration: Path = argument()
+    repeatability_mm: float | None = option(between=MILLIMETRES)
+    limit_mae_mm: float | None = option(between=MILLIMETRES)
+    limit_distance_mm: float | None = option(between=MILLIMETRES)
+    limit_between_mm: float | None = option(between=MILLIMETRES)
+    known: Sequence[str] = ()
+    tolerance_mm: float = option(0.5, between=MILLIMETRES)
+    out: Path | None = None
+    force: bool = False
+    open: bool = False
+    json: bool = False
 
 
 def run_report(options: ReportOptions, terminal: Terminal) -> int:
@@ -135,13 +123,11 @@ def open_page(file: Path, terminal: Terminal) -> None:
 class CompareOptions(OutputOptions):
     """Options of ``mukca compare``."""
 
-    calibrations: Sequence[Path] = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = option("placements to compare on", "DATA", ())
-    distance: float | None = option(
-        "distance of the sockets' centres in --data, in metres (default: the recording's)", "M"
-    )
-    out: Path | None = option("write compare.html and .json here", "DIR", group="output")
-    open: bool = option("show the page in the web browser", default=False, group="output")
+    calibrations: Sequence[Path] = argument()
+    data: Sequence[Path] = ()
+    distance: float | None = None
+    out: Path | None = None
+    open: bool = False
 
 
 def run_compare(options: CompareOptions, terminal: Terminal) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 from ....drivers import DriverInfo, list_drivers, try_plugin
 from ....solver import assessment
 from ....solver import robot as models
-from .. import JsonOption, Terminal, option
+from .. import JsonOption, Terminal
 
 DRIVERS = {
     **dict.fromkeys(("panda", "fr3"), "franka:HOST"),
@@ -30,7 +30,7 @@ ROUNDS = 3
 class RobotsListOptions(JsonOption):
     """Options of ``mukca robots``."""
 
-    licences: bool = option("the sources of each model, and their licences", default=False)
+    licences: bool = False
 
 
 def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:

@@ -26,43 +26,34 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Common(JsonOption):
+class ExperimentOptions(JsonOption):
     """Options of each experiment."""
 
-    model: str = option("nominal, calibrated, true, or a URDF file", default="calibrated")
-    arm: int | None = option("which true arm (default: the demo's)", "SEED", between=SEEDS)
-    seed: int = option("of recordings, teaching and starts (default: 0)", default=0, between=SEEDS)
-    out: Path | None = option(
-        "try the nominal model too (with --model nominal, the calibrated one), and write a report "
-        "with both side by side",
-        "DIR",
-    )
-    force: bool = option("overwrite results in DIR", default=False)
+    model: str = "calibrated"
+    arm: int | None = option(between=SEEDS)
+    seed: int = option(0, between=SEEDS)
+    out: Path | None = None
+    force: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
-class InsertionOptions(Common):
+class InsertionOptions(ExperimentOptions):
     """Put a peg into a hole from other postures than that in which it was taught."""
 
     experiment: ClassVar = "insertion"
-    hole_mm: float = option("its diameter; the peg has 10 mm", "MM", 10.4, between=(10.1, 40))
-    cross: int = option(
-        "then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
-        "N",
-        0,
-        between=(0, 24),
-    )
-    trials: int = option("", "N", 20, between=(1, 10_000))
+    hole_mm: float = option(10.4, between=(10.1, 40))
+    cross: int = option(0, between=(0, 24))
+    trials: int = option(20, between=(1, 10_000))
 
 
 @dataclass(frozen=True, kw_only=True)
-class DrawingOptions(Common):
+class DrawingOptions(ExperimentOptions):
     """Retrace a drawing from other postures than that in which it was shown."""
 
     experiment: ClassVar = "drawing"
     hole_mm: ClassVar = None
     cross: ClassVar = 0
-    trials: int = option("lines to hold together", "N", 6, between=(2, 10_000))
+    trials: int = option(6, between=(2, 10_000))
 
 
 Experiment = InsertionOptions | DrawingOptions
@@ -182,8 +173,8 @@ KEYS = "keys.txt"
 class DemoOptions:
     """Options of ``mukca demo``."""
 
-    out: Path = option("where to write", "DIR", Path("demo"))
-    force: bool = option("overwrite results in DIR", default=False)
+    out: Path = Path("demo")
+    force: bool = False
 
 
 def run_demo(options: DemoOptions, terminal: Terminal) -> int:

@@ -11,20 +11,20 @@ from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
-from .. import OutputOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot, table
+from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_robot, table
 from .check import show_errors
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(RobotsOptions, OutputOptions):
+class CalibrateOptions(RobotsOptions, OutputOptions):
     """Options of ``mukca solve``."""
 
-    train: Sequence[Path] = argument("placements to fit", "TRAIN")
-    test: Sequence[Path] = option("placements held out", "HELD_OUT", ())
+    train: Sequence[Path] = argument()
+    test: Sequence[Path] = ()
     settings: SolveOptions = part(SolveOptions)
 
 
-def run_solve(options: Options, terminal: Terminal) -> int:
+def run_solve(options: CalibrateOptions, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
     options.check_out()
     found = calibrated(options, terminal)
@@ -59,7 +59,7 @@ def run_solve(options: Options, terminal: Terminal) -> int:
 
 
 def calibrated(
-    options: Options, terminal: Terminal
+    options: CalibrateOptions, terminal: Terminal
 ) -> "calibration.MultiRobotCalibration | calibration.Calibration":
     """Calibrate by the options, and say what to heed."""
     robots = options.load_robots()

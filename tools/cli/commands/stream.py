@@ -25,16 +25,16 @@ LINE_SECONDS = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class StreamOptions:
     """Options of ``mukca stream``."""
 
-    driver: str = option("see mukca drivers", "NAME[:ADDRESS]", ...)
-    count: int | None = option("end after so many states", "N", between=POSITIVE)
-    seconds: float | None = option("end after so long", "S", between=POSITIVE)
-    json: bool = option("print one JSON object a state", default=False)
+    driver: str
+    count: int | None = option(between=POSITIVE)
+    seconds: float | None = option(between=POSITIVE)
+    json: bool = False
 
 
-def run_stream(options: Options, terminal: Terminal) -> int:
+def run_stream(options: StreamOptions, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = options.driver.partition(":")

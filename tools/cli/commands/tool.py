@@ -9,7 +9,7 @@ from .... import recorder
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
-from .. import OutputOptions, Terminal, argument, one_arm, option
+from .. import OutputOptions, Terminal, argument, one_arm
 from .command import read_rows
 from .report import emit_with_page
 
@@ -18,22 +18,12 @@ from .report import emit_with_page
 class ToolOptions(OutputOptions):
     """Options of ``mukca tool``."""
 
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument("placements, or CSV files of joint positions", "DATA")
-    name: str = option("name of the tool's link", "LINK", "tool")
-    axis: Sequence[Path] = option(
-        "touches by a second point up the tool's shaft: z of the link points from there to the tip",
-        "DATA",
-        (),
-    )
-    face: tuple[Path, Path] | None = option(
-        "touches by two more points of a flat tool: z is normal to the three", ("DATA", "DATA")
-    )
-    stood: str = option(
-        "placement of the calibration whose sockets, which stand where they stood, were touched",
-        "PLACEMENT",
-        "",
-    )
+    calibration: Path = argument()
+    data: Sequence[Path] = argument()
+    name: str = "tool"
+    axis: Sequence[Path] = ()
+    face: tuple[Path, Path] | None = None
+    stood: str = ""
 
 
 def run_tool(options: ToolOptions, terminal: Terminal) -> int:
@@ -99,22 +89,12 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
 class RezeroOptions(OutputOptions):
     """Options of ``mukca rezero``."""
 
-    calibration: Path = argument(
-        "calibration.json, or its folder; of one never calibrated its name or URDF",
-        "CALIBRATION",
-    )
-    data: Sequence[Path] = argument("placements recorded since", "DATA")
-    joint: Sequence[str] = option(
-        "joints whose zero changed (default: those that the evidence names)", "NAME", ()
-    )
-    stood: str = option(
-        "placement of the calibration whose base still stands where it stood; one socket is enough "
-        "then, and the first joint is told, too",
-        "PLACEMENT",
-        "",
-    )
-    ball_moved: bool = option("the ball was taken off since", default=False)
-    distance: float | None = option("distance of the sockets' centres in metres", "M")
+    calibration: Path = argument()
+    data: Sequence[Path] = argument()
+    joint: Sequence[str] = ()
+    stood: str = ""
+    ball_moved: bool = False
+    distance: float | None = None
 
 
 def run_rezero(options: RezeroOptions, terminal: Terminal) -> int:
@@ -152,30 +132,14 @@ _BOARD = (9.0, 6.0, 30.0, 21.0)
 class HandeyeOptions(OutputOptions):
     """Options of ``mukca handeye``."""
 
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument(
-        "CSV files of joints and poses, or folders of images with joints.csv", "POSES.csv"
-    )
-    camera: "partial.Camera" = option("the camera is on the arm, or beside it", default=...)
-    name: str = option("name of the camera's link", "LINK", "camera")
-    near: str = option(
-        "posture near which the views were taken [rad], with poses of the flange in place of "
-        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw); as in --near=-0.3,1.2,..",
-        "Q1,Q2,..",
-        "",
-    )
-    board: tuple[float, float, float, float] = option(
-        "of images: the ChArUco board's squares in a row and a column, and the sides of a square "
-        "and a marker (default: the board of the documentation, 9 6 30 21)",
-        ("COLUMNS", "ROWS", "MM", "MM"),
-        _BOARD,
-    )
-    dictionary: str = option("of images: the board's markers", "NAME", "5X5_100")
-    intrinsics: str = option(
-        "of images: the camera, in pixels (default: found from the images)",
-        "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]",
-        "",
-    )
+    calibration: Path = argument()
+    data: Sequence[Path] = argument()
+    camera: "partial.Camera"
+    name: str = "camera"
+    near: str = ""
+    board: tuple[float, float, float, float] = _BOARD
+    dictionary: str = "5X5_100"
+    intrinsics: str = ""
 
 
 def run_handeye(options: HandeyeOptions, terminal: Terminal) -> int:
