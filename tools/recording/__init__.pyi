@@ -1,4 +1,6 @@
 # keep: BackgroundGuidance
+from .checks import SessionAlarms as SessionAlarms
+from .checks import worth_calibrating as worth_calibrating
 from .guidance import BLOCK as BLOCK
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
@@ -7,9 +9,6 @@ from .guidance_process import goal_for as goal_for
 from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .options import SettledOptions as SettledOptions
-from .quick import worth_calibrating as worth_calibrating
-from .resources import is_scripted as is_scripted
-from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import Before as Before
 from .session_start import recorded_beside as recorded_beside
 from .session_start import with_distance as with_distance

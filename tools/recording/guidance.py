@@ -24,8 +24,8 @@ from ...solver.design import (
     workspace_of,
 )
 from ...solver.robot import Robot, choose_parameters
+from .checks import SessionAlarms
 from .guidance_process import goal_for
-from .session_alarms import SessionAlarms
 from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
@@ -174,11 +174,10 @@ class PoseSelector:
         """Return the parameters' covariance by the fit, or without one by the poses alone."""
         if posterior is not None:
             return from_fit(posterior)
-        known = from_prior(self._model, expected_groups(self._model), SEAT, self._sockets)
-        for socket in range(self._sockets):
-            q = _positions(samples, socket)
-            known = known.with_samples(q, socket) if len(q) else known
-        return self._with_distance(known, samples)
+        known, taken = self._prior([samples])
+        for q, socket in taken:
+            known = known.with_samples(q, socket)
+        return known
 
     def _with_distance(
         self, known: ParameterCovariance, samples: Sequence[Sample], at: int = 0
@@ -190,11 +189,10 @@ class PoseSelector:
         along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
         return known.with_lengths({at: -along, at + 1: along}, CALIPER_DEVIATION)
 
-    def _with_curves(
-        self, samples: Sequence[Sample]
+    def _prior(
+        self, recorded: Sequence[Sequence[Sample]]
     ) -> tuple[ParameterCovariance, list[tuple[np.ndarray, int]]]:
-        """Return the covariance before all samples of all placements, and these by socket."""
-        recorded = [samples, *(placement.samples for placement in self._earlier)]
+        """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
         known = from_prior(self._model, expected_groups(self._model), SEAT, count * len(recorded))
         taken: list[tuple[np.ndarray, int]] = []
@@ -249,8 +247,8 @@ class PoseSelector:
         start = None if position is None else np.array(position)
         rest = self._rest(order)
         if self._curved:
-            route = CurveAnnealing(*self._with_curves(samples), pools, order, start)
-            way = route.way(rest)
+            recorded = [samples, *(placement.samples for placement in self._earlier)]
+            way = CurveAnnealing(*self._prior(recorded), pools, order, start).way(rest)
         else:
             way = plan_poses(known, where, pools, order, start, rest)
         self._route = order, way

@@ -1,5 +1,6 @@
 """Options of a recording session, and those of one in which nothing is left open."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,12 @@ from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW
 from ...solver.calibration import SolveOptions
 from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, option, part
+
+
+def has_keyboard() -> bool:
+    """Return whether standard input is a terminal."""
+    return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+
 
 POSES = 10
 """Poses of a quick session."""
@@ -49,6 +56,11 @@ class RecordOptions(RobotOptions):
     warm_up: float | None = option(between=(0, 1e6))
     temperature: float | None = option(between=(-100, 200))
     notes: str | None = None
+
+    @property
+    def scripted(self) -> bool:
+        """True where a script presses the keys."""
+        return self.keys is not None or not has_keyboard()
 
     def settled(self) -> "SettledOptions":
         """Return the options with defaults, of the recording that is continued if there is one."""

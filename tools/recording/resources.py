@@ -14,31 +14,20 @@ from ...solver.calibration import UsageError
 from ...solver.robot import Robot
 from ..cli import Terminal
 from ..simulation import practice_driver
-from .options import RecordOptions, SettledOptions
+from .options import RecordOptions, SettledOptions, has_keyboard
 
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 
 
-def is_scripted(options: RecordOptions) -> bool:
-    """Return whether a script presses the keys."""
-    return options.keys is not None or not _has_keyboard()
-
-
-def _has_keyboard() -> bool:
-    return sys.stdin is not None and sys.stdin.isatty()  # pyright: ignore[reportUnnecessaryComparison]
-
-
-def _open_keyboard() -> Keyboard:
-    if sys.platform == "win32":
-        import msvcrt
-
-        return ConsoleKeyboard(msvcrt)
-    return Keyboard()
-
-
 def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
     """Return the keyboard where there is a terminal, and the script where there is one."""
-    keyboard = _open_keyboard() if _has_keyboard() else None
+    keyboard = None
+    if has_keyboard() and sys.platform == "win32":
+        import msvcrt
+
+        keyboard = ConsoleKeyboard(msvcrt)
+    elif has_keyboard():
+        keyboard = Keyboard()
     if options.keys is not None:
         try:
             file = stack.enter_context(options.keys.open("rb"))

@@ -19,9 +19,8 @@ from ...recorder.session import Recording, Session
 from ...recorder.stream import JointLimits
 from ...solver.robot import Robot
 from ..cli import DISTANCES, Terminal
+from .checks import similar_models
 from .options import SettledOptions
-from .outlier_checks import similar_models
-from .resources import is_scripted
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
     """Return options with the distance that the operator types, where none is stated."""
     if options.stated or options.sockets < 2:
         return options
-    while not is_scripted(options):
+    while not options.scripted:
         terminal.say(
             "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
         )

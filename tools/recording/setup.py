@@ -12,9 +12,9 @@ from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, Stre
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal, one_arm
+from .checks import gravity_of, outlier_check
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
-from .outlier_checks import gravity_of, outlier_check
 from .page import PageProcess
 from .resources import connect, keys_of, open_log, open_recording
 from .session_start import Before, first_session, recorded_beside, resume_summary_of, with_address
@@ -59,7 +59,7 @@ def record_session(
             stack.enter_context(closing(page))
             session = with_address(session, page.url, options.page_host)
         guided = keyboard is not None and live and not options.no_guide
-        guidance = _guidance(options, robot, stack) if guided else None
+        guidance = stack.enter_context(closing(_guidance(options, robot))) if guided else None
         return Recorder(
             session=session,
             stream=stream,
@@ -83,18 +83,15 @@ def record_session(
         ).run()
 
 
-def _guidance(options: SettledOptions, robot: Robot, stack: ExitStack) -> BackgroundGuidance:
-    settings: dict[str, Any] = {
-        "distance": options.distance,
-        "sockets": options.sockets,
-        "turn": math.inf if options.turn is None else math.radians(options.turn),
-    }
+def _guidance(options: SettledOptions, robot: Robot) -> BackgroundGuidance:
+    turn = math.inf if options.turn is None else math.radians(options.turn)
+    settings: dict[str, Any] = {"distance": options.distance, "sockets": options.sockets}
     if options.calibration is not None:
         settings |= {"calibration": one_arm(options.calibration), "target": options.target}
     else:
         goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings |= {"goal": goal, "earlier": recorded_beside(options.out, robot)}
-    return stack.enter_context(closing(BackgroundGuidance(options, **settings)))
+    return BackgroundGuidance(options, **settings, turn=turn)
 
 
 def _title(options: SettledOptions, robot: Robot) -> str:

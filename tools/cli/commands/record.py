@@ -45,7 +45,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         while True:
             live = outcome.session.live
             here = recorder.Placement(settled.out.name, live, robot.joint_names, settled.distance)
-            if recording.is_scripted(options) and not settled.no_guide:
+            if options.scripted and not settled.no_guide:
                 for alarm in recording.SessionAlarms(robot)([*earlier.placements, here]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
             if not outcome.new_placement or outcome.signal is not None:
@@ -63,7 +63,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             os.dup2(nowhere, stream.fileno())
     if outcome.signal is not None:
         return 128 + outcome.signal
-    if outcome.refused and recording.is_scripted(options):
+    if outcome.refused and options.scripted:
         return 1
     if not options.quick and known is None:
         return 0

@@ -1,13 +1,18 @@
-"""Checks of samples by nominal models: outliers, a wrong model, and gravity."""
+"""Checks of samples while recording: outliers, a wrong model, faults; is the arm worth it?"""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from ...recorder import Sample
-from ...solver.data import Load
+from ...recorder import Placement, Sample, read_placement
+from ...recorder.session import Alarm
+from ...solver import assessment, diagnostics
+from ...solver.data import Load, measure
 from ...solver.robot import BallModel, Robot, gravity_moments, load_robot, shipped_robots
+from .guidance_process import limit_for
 
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
@@ -120,3 +125,79 @@ def _scatter(model: BallModel, q: np.ndarray) -> float:
     points = model.points(np.zeros(0), q)
     away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
     return float(away.mean())
+
+
+CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str, str]] = {
+    "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
+    "drift": ("other", "DRIFTS", "the base drifts, by {size} mm so far; is it tight?"),
+    "ball_sample": ("ball", "NOT SEATED", "sample {first} is {size} mm off"),
+    "ball_bent": ("other", "BALL MOVED", "by {size} mm on its flange since sample {first}; tight?"),
+    "ball_loose": ("other", "LOOSE", "all samples scatter: are ball and base tight?"),
+    "zero_lost": ("other", "LOST A ZERO", "{joint} reads otherwise since sample {first}"),
+    "socket": ("socket", "WRONG SOCKET", "{text}"),
+    "distance": ("other", "DISTANCE?", "the sockets come out {likely} apart, not {given} mm"),
+}
+"""What a key cures, a word or two, and a line for a hand that can cure it, for each fault."""
+
+
+class SessionAlarms:
+    """Faults of the last of some placements, as alarms."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._wrong_model = wrong_model_check(robot)
+        repeats = assessment.repeatability_of(robot, None)
+        self.coarse = diagnostics.is_coarse(repeats)
+        """True for an arm of servos, whose zeros may be off by degrees."""
+        self._check = diagnostics.LiveCheck(robot, repeats)
+
+    def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
+        """Return the alarms, the most probable fault first."""
+        here, last = placements[-1].samples, len(placements) - 1
+        if here and (wrong := self._wrong_model(here)):
+            return (Alarm("other", "WRONG ARM?", wrong),)
+        found = [f for f in self._check.faults(placements) if f.placement == last]
+        return tuple(_alarm(fault) for fault in found)
+
+
+def _alarm(fault: "diagnostics.Fault") -> Alarm:
+    found = fault.hypothesis
+    told = {
+        key: assessment.millimetres(value, 1) if isinstance(value, float) else value
+        for key, value in {"likely": "?", "given": "?", "size": "?", **found.parameters}.items()
+    }
+    told |= {"first": fault.samples[0], "text": found.text.partition(",")[0]}
+    cause, words, form = CAUSES[found.name]
+    return Alarm(cause, words, form.format_map(told), fault.samples, fault.socket or 0)
+
+
+FAILED = 1
+"""Exit status of what is surely wrong."""
+
+
+def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
+    """Return a text on the arm's error in recorded poses, or what is wrong, and exit status."""
+    placement = read_placement(folder).for_joints(robot.joint_names)
+    if odd := wrong_model_check(robot)(placement.samples):
+        return odd[0].upper() + odd[1:], FAILED
+    measured = measure(placement, robot, sockets=1)
+    known = assessment.repeatability_of(robot, None)
+    survey = diagnostics.inspect_all(
+        robot,
+        [measured],
+        zeros=diagnostics.is_coarse(known),
+        repeatability=known,
+    )
+    found = assessment.judge([assessment.checks_row(survey.diagnostics)], causes=survey.hypotheses)
+    if found.status == "fail":
+        return f"Verdict: {found.title}. {found.text}", found.exit_status
+    balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
+    away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
+    error, good = float(away.mean()), limit_for(robot)
+    verdict = "worth calibrating" if error > good else "as good as a calibration would make it"
+    return (
+        f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
+        f"{len(away)} poses, {1e3 * away.max():.2f} mm at most). A calibrated arm of this kind "
+        f"keeps within {1e3 * good:.2f} mm: {verdict}. Its size was not looked at; that takes two "
+        "sockets.",
+        0,
+    )
