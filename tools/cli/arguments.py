@@ -41,10 +41,12 @@ def argument(**more: Any) -> Any:
     return option(..., positional=True, **more)
 
 
-def part(options: type[Any], *names: str, group: str | None = None) -> Any:
+def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
     """Field of a dataclass that holds another one, of which the options named are offered."""
-    every = tuple(one.name for one in fields(options))
-    return field(default_factory=options, metadata={"names": names or every, "group": group})
+    every = [one.name for one in fields(options)]
+    return field(
+        default_factory=options, metadata={"names": names.split() or every, "group": group}
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,7 +195,6 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _help(about: Mapping[str, Any], default: Any) -> str:
-    """Return the help of an option, with its default."""
     text: str = about["text"].replace("{}", str(about.get("usual")))
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
@@ -202,7 +203,6 @@ def _help(about: Mapping[str, Any], default: Any) -> str:
 
 
 def _check_range(one: "Field[Any]", value: Any) -> None:
-    """Refuse a number outside the range of an option."""
     if "between" not in one.metadata or value is None:
         return
     low, high = one.metadata["between"]

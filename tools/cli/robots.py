@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -225,25 +226,30 @@ def one_arm(file: Path) -> Path:
     return files[""]
 
 
-def for_each_arm(options: Any, terminal: Terminal, run: Callable[[Any, Terminal], int]) -> int:
-    """Run a verb, and return its exit status; of several robots the worst.
+def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:
+    """Verb that runs for each robot of a calibration, and returns the worst exit status.
 
     Each has placements of its own, ``NAME:PATH``, and writes what is named after it.
     """
-    files = calibration.calibration_files(options.calibration)
-    if "" in files:
-        return run(replace(options, calibration=files[""]), terminal)
-    kept, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
-    data = split_by_robot(options.data, (), files)[0] if hasattr(options, "data") else None
-    for kept.name, file in files.items():
-        own: dict[str, Any] = {"calibration": file}
-        if out is not None:
-            file_out = out.with_name(f"{out.stem}_{kept.name}{out.suffix}")
-            own["out"] = file_out if out.suffix else out / kept.name
-        if data is not None:
-            own["data"] = data[kept.name]
-        if data is None or own["data"]:
-            terminal.say(f"Robot {kept.name}")
-            statuses.append(run(replace(options, **own), kept))
-    terminal.emit({"robots": kept.robots})
-    return assessment.worst(statuses)
+
+    @wraps(run)
+    def run_all(options: Any, terminal: Terminal) -> int:
+        files = calibration.calibration_files(options.calibration)
+        if "" in files:
+            return run(replace(options, calibration=files[""]), terminal)
+        kept, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
+        data = split_by_robot(options.data, (), files)[0] if hasattr(options, "data") else None
+        for kept.name, file in files.items():
+            own: dict[str, Any] = {"calibration": file}
+            if out is not None:
+                file_out = out.with_name(f"{out.stem}_{kept.name}{out.suffix}")
+                own["out"] = file_out if out.suffix else out / kept.name
+            if data is not None:
+                own["data"] = data[kept.name]
+            if data is None or own["data"]:
+                terminal.say(f"Robot {kept.name}")
+                statuses.append(run(replace(options, **own), kept))
+        terminal.emit({"robots": kept.robots})
+        return assessment.worst(statuses)
+
+    return run_all

@@ -115,7 +115,6 @@ def similar_models(robot: Robot) -> Callable[[Sequence[float]], str | None]:
 
 @lru_cache(maxsize=8)
 def _shipped(joints: int) -> tuple[Robot, ...]:
-    """Return the shipped robots with so many joints."""
     robots = [load_robot(name) for name in shipped_robots()]
     return tuple(robot for robot in robots if len(robot.actuated) == joints)
 

@@ -155,12 +155,10 @@ class PoseSelector:
         return known.error(where) > goal
 
     def _plateaued(self, count: int) -> bool:
-        """Return whether the last few samples hardly lowered the predicted error."""
         before = self._history.get(count - PLATEAU_SAMPLES, np.inf)
         return before < np.inf and self._history[count] > (1 - PLATEAU) * before
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
-        """Return a fit to the samples; None if there are too few, or it does not converge."""
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
@@ -270,7 +268,6 @@ class PoseSelector:
     def _lifted(
         self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
     ) -> bool:
-        """Return whether the ball must leave its socket on the way to a pose."""
         start = samples[-1].position if position is None else position
         return not self._reach.seated(np.array(start), np.array([target]))[0]
 
@@ -289,7 +286,6 @@ class PoseSelector:
 
 
 def _run(samples: Sequence[Sample], socket: int) -> int:
-    """Return how many of the last samples lie in a socket."""
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))
 
 

@@ -123,7 +123,6 @@ class BackgroundGuidance(WorkerProcess):
 
 
 def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
-    """Answer requests in the worker."""
     from .guidance import PoseSelector
     from .zero_guidance import ZeroSelector
 

@@ -49,7 +49,7 @@ class RecordOptions(RobotOptions):
     quick: bool = False
     calibration: Path | None = option(usual=HELD)
     load: SolveOptions = part(
-        SolveOptions, "payload", "gravity", group="load, for noticing a hand on the arm"
+        SolveOptions, "payload gravity", "load, for noticing a hand on the arm"
     )
     operator: str | None = None
     serial_number: str | None = None

@@ -155,7 +155,6 @@ class Handler(BaseHTTPRequestHandler):
 
 
 def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
-    """Serve in the worker."""
     import numpy as np
 
     from ...solver.design import skeleton

@@ -66,7 +66,6 @@ class ZeroSelector(PoseSelector):
         )
 
     def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
-        """Return the covariance after some samples."""
         known = self._with_distance(self._first, samples)
         for sample in samples:
             known = known.with_samples(np.array([sample.position]), sample.socket)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from ...solver.assessment import Options, fixed, short_names
 from ...solver.calibration import Calibration
-from ...solver.results import CalibrationDocument, Document, encode, refuse_existing, write_files
+from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
@@ -98,7 +98,7 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
 def render(
-    template: str, document: Document, data: Mapping[str, object] | None = None, **values: object
+    template: str, document: object, data: Mapping[str, object] | None = None, **values: object
 ) -> str:
     """Return a page by its template; it also holds the document's figures, and data, as JSON."""
     embedded: dict[str, Markup] = {}
@@ -107,15 +107,13 @@ def render(
         for sign in "<>&":  # so that nothing can end the script element around it
             text = text.replace(sign, f"\\u{ord(sign):04x}")
         embedded[name] = Markup(text)  # noqa: S704  no sign of HTML is left in it
-    figure = partial(figure_value, document)
-    html = (
-        figures.environment().get_template(template).render(figure=figure, data=embedded, **values)
-    )
+    page = figures.environment().get_template(template)
+    html = page.render(figure=partial(figure_value, document), data=embedded, **values)
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", html)
 
 
 def figure_value(
-    document: Document, path: str, *, scale: float = 1e3, digits: int = 3, sign: str = ""
+    document: object, path: str, *, scale: float = 1e3, digits: int = 3, sign: str = ""
 ) -> Markup:
     """Return a number of a document times a scale, marked with its path in the JSON file."""
     value: Any = document
@@ -131,21 +129,12 @@ _NUMBER = "\0"
 """Stands for the error that the task allows while the sentences are written."""
 
 
-class AnswersFrom(Document, kw_only=True, frozen=True):
-    """Answers where the task allows an error of at least this much."""
+def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
+    """Return the answers for any error that the task may allow, the first for the smallest.
 
-    allowed: float
-    """[m]."""
-    answers: list[Answer]
-    """At each placement."""
-    use: tuple[str, ...]
-    """The answer in words, cut where the error that the task allows is to stand."""
-    map: tuple[str, ...]
-    """The sentence below the map, likewise."""
-
-
-def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
-    """Return the answers for any error that the task may allow, the first for the smallest."""
+    Each from an error ``allowed`` [m] on: the answers at each placement, the answer in words, and
+    the sentence below the map, both cut where the error is to stand.
+    """
     changes = {0.0}  # tolerances at which the answer for a placement changes [m]
     for row in report.placements:
         if row.role == "test":
@@ -153,15 +142,15 @@ def answers_by_tolerance(report: ReportDocument) -> list[AnswersFrom]:
             mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
             changes |= {mostly, max(mostly, errors.max)}
     called = [row.called for row in report.answers.use.rows]
-    steps: list[AnswersFrom] = []
+    steps: list[dict[str, object]] = []
     for allowed in sorted(changes):
         answers: list[Answer] = [figures.answer_at(row, allowed) for row in report.placements]
         texts = (
             figures.use_text(called, answers, _NUMBER, report.verdict.status),
             map_sentence(report, answers, _NUMBER),
         )
-        use, below = (tuple(text.split(_NUMBER, 1)) for text in texts)
-        steps.append(AnswersFrom(allowed=allowed, answers=answers, use=use, map=below))
+        use, below = (text.split(_NUMBER, 1) for text in texts)
+        steps.append({"allowed": allowed, "answers": answers, "use": use, "map": below})
     return steps
 
 
@@ -187,19 +176,9 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
     )
 
 
-class Found(Document, kw_only=True, frozen=True):
-    """One thing found with the calibrated arm held: words, and its figures."""
-
-    title: str
-    lines: tuple[str, ...]
-    """As the terminal says them."""
-    result: dict[str, Any]
-    """As ``--json`` has it."""
-
-
 def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> str:
     """Return the page of one thing found with the calibrated arm held, in the terminal's words."""
-    found = Found(title=title, lines=tuple(lines), result=dict(result))
+    found = {"title": title, "lines": lines, "result": result}
     return render("found.html.j2", found, found=found)
 
 

@@ -40,14 +40,7 @@ class CheckOptions(RobotOptions, OutputOptions):
     data: Sequence[Path] = argument()
     settings: SolveOptions = part(
         SolveOptions,
-        "distance",
-        "known",
-        "distance_deviation",
-        "zeros",
-        "payload",
-        "gravity",
-        "repeatability_mm",
-        "flange_poses",
+        "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses",
     )
 
 
@@ -125,7 +118,6 @@ def run_check(options: CheckOptions, terminal: Terminal) -> int:
 
 
 def _row(one: "diagnostics.Inspection") -> dict[str, Any]:
-    """Return what one placement shows, for JSON."""
     return {
         "name": one.measured.name,
         "samples": list(one.measured.counts),
@@ -137,7 +129,6 @@ def _row(one: "diagnostics.Inspection") -> dict[str, Any]:
 
 
 def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") -> list[str]:
-    """Return what was seen, a line each."""
     lines = [f"{finding.level}: {finding}" for finding in shared]
     for one in survey.placements:
         measured = one.measured
@@ -176,15 +167,12 @@ class ValidateOptions(OutputOptions):
 
     calibration: Path = argument()
     data: Sequence[Path] = argument()
-    settings: SolveOptions = part(SolveOptions, "distance", "repeatability_mm", "flange_poses")
+    settings: SolveOptions = part(SolveOptions, "distance repeatability_mm flange_poses")
 
 
+@for_each_arm
 def run_validate(options: ValidateOptions, terminal: Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
-    return for_each_arm(options, terminal, _validate)
-
-
-def _validate(options: ValidateOptions, terminal: Terminal) -> int:
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot

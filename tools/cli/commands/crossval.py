@@ -37,9 +37,7 @@ class CrossvalOptions(RobotOptions, WorkerOptions, JsonOption):
     data: Sequence[Path] = argument()
     bootstrap: int = 0
     settings: SolveOptions = part(
-        SolveOptions,
-        *("method", "distance", "known", "distance_deviation", "zeros", "type_prior", "payload"),
-        "gravity",
+        SolveOptions, "method distance known distance_deviation zeros type_prior payload gravity"
     )
 
 
@@ -107,7 +105,6 @@ def _figures(metrics: "data.Metrics | None") -> Mapping[str, float | None]:
 
 
 def _mean(metrics: "Sequence[data.Metrics | None]") -> Mapping[str, float | None]:
-    """Return the mean figures of those fits that settled."""
     given = [m for m in metrics if m is not None]
     return _figures(data.mean_metrics(given) if given else None)
 
@@ -174,7 +171,7 @@ class FleetOptions(RobotOptions, WorkerOptions, OutputOptions):
 
     folder: Path = argument()
     out: Path = option(...)
-    calibration: SolveOptions = part(SolveOptions, "method", "distance", "repeatability_mm")
+    calibration: SolveOptions = part(SolveOptions, "method distance repeatability_mm")
 
 
 def run_fleet(options: FleetOptions, terminal: Terminal) -> int:

@@ -1,6 +1,5 @@
 """``mukca emulate``: a controller that speaks the real bytes, to try things without a robot."""
 
-import importlib
 import math
 import signal
 import sys
@@ -10,20 +9,16 @@ from pathlib import Path
 
 from ....drivers.arms import Fault
 from ....errors import MukcaError
+from ... import emulators
 from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
 from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
 
 EMULATORS = {
-    "damiao": "can_arms:DamiaoEmulator",
-    "dynamixel": "servos:DynamixelEmulator",
-    "feetech": "servos:FeetechEmulator",
-    "franka": "udp_arms:FrankaEmulator",
-    "kinova": "can_arms:KinovaEmulator",
-    "kuka": "udp_arms:KukaEmulator",
-    "piper": "can_arms:PiperEmulator",
-    "ur": "tcp_arms:UrEmulator",
-    "xarm": "tcp_arms:XArmEmulator",
+    name.removesuffix("Emulator").lower(): name
+    for name in dir(emulators)
+    if name.endswith("Emulator") and name != "Emulator"
 }
+"""Class of each controller, on the face of the emulators."""
 LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
@@ -72,9 +67,7 @@ def run_emulate(options: EmulateOptions, terminal: Terminal) -> int:
 
 def open_emulator(options: EmulateOptions) -> Emulator:
     """Return the emulator that was asked for, listening."""
-    module, _, name = EMULATORS[options.controller].partition(":")
-    loaded = importlib.import_module(f"...emulators.{module}", __package__)
-    kind: type[Emulator] = getattr(loaded, name)
+    kind: type[Emulator] = getattr(emulators, EMULATORS[options.controller])
     version = options.version or next(iter(kind.VERSIONS))
     if version not in kind.VERSIONS:
         raise MukcaError(

@@ -32,12 +32,9 @@ class ExportOptions(PayloadOptions, JsonOption):
     force: bool = False
 
 
+@for_each_arm
 def run_export(options: ExportOptions, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
-    return for_each_arm(options, terminal, _run)
-
-
-def _run(options: ExportOptions, terminal: Terminal) -> int:
     tools = _tools(options.tool)
     held = calibration.load_calibration(options.calibration)
     if held.document.distorted:
@@ -62,7 +59,6 @@ def _run(options: ExportOptions, terminal: Terminal) -> int:
 
 
 def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Return the places of tools by their names."""
     tools: dict[str, tuple[float, ...]] = {}
     for word in words:
         name, _, place = word.partition("=")

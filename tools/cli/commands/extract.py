@@ -101,7 +101,6 @@ def run_extract(options: ExtractOptions, terminal: Terminal) -> int:
 
 
 def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
-    """Print one line for each rest."""
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
     rows = [
         (

@@ -209,7 +209,6 @@ def _expanded(words: str) -> list[str]:
 
 
 def _sum(words: str, names: Sequence[str], numbers: np.ndarray, where: str) -> np.ndarray:
-    """Return a column, or a sum or difference of several."""
     name = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
     if not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words) or not names:
         raise UsageError(

@@ -40,12 +40,9 @@ class ReportOptions(OutputOptions):
     json: bool = False
 
 
+@for_each_arm
 def run_report(options: ReportOptions, terminal: Terminal) -> int:
     """Write the report, and show it in short."""
-    return for_each_arm(options, terminal, _report)
-
-
-def _report(options: ReportOptions, terminal: Terminal) -> int:
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(

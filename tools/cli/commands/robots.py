@@ -38,19 +38,20 @@ def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:
     robots = [describe(name) for name in models.shipped_robots()]
     terminal.emit({"robots": robots})
     width = max(len(one["name"]) for one in robots)
-    for one in robots if options.licences and not options.json else ():
-        licences = ", ".join(one["licences"]) or "no licence noted; the figures and names are from:"
-        terminal.say(f"{one['name']:{width}}  {licences}")
-        terminal.say(*(f"{'':{width}}    {source}" for source in one["sources"]))
-    for one in robots if not (options.licences or options.json) else ():
+    for one in robots if not options.json else ():
         repeats = one["repeatability"]
         known = f", repeats to {1e3 * repeats:g} mm" if repeats else ""
-        terminal.say(
-            f"{one['name']:{width}}  {one['title']}",
-            f"{'':{width}}  {one['joints']} joints, reach {one['reach']:.2f} m{known}; "
-            f"{one['driver']}",
-            f"{'':{width}}  from {one['source']}",
-        )
+        lines = [
+            one["title"],
+            f"{one['joints']} joints, reach {one['reach']:.2f} m{known}; {one['driver']}",
+            f"from {one['source']}",
+        ]
+        if options.licences:
+            licences = ", ".join(one["licences"])
+            lines = [licences or "no licence noted; the figures and names are from:"]
+            lines += [f"  {source}" for source in one["sources"]]
+        heads = [one["name"], *[""] * len(lines[1:])]
+        terminal.say(*(f"{h:{width}}  {line}" for h, line in zip(heads, lines, strict=True)))
     return 0
 
 

@@ -141,25 +141,23 @@ def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
             off = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
         if frame.name == "base":
             lines.append(f"Frame base: the robot's own{off}.")
-            continue
-        if not frame.turn_known:
+        elif not frame.turn_known:
             lines.append(
                 f"Frame {frame.name}: direction unknown{off}; it needs three places or more that "
                 "are not on one line."
             )
-            continue
-        place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
-        deviation = millimetres(max(frame.xyz_deviation))
-        turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
-        lines.append(
-            f"Frame {frame.name} stands at {place} mm (+- {deviation}), turned "
-            f"{turned} deg (+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{off}."
-        )
+        else:
+            place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
+            turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+            lines.append(
+                f"Frame {frame.name} stands at {place} mm "
+                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {turned} deg "
+                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{off}."
+            )
     return lines
 
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
-    """Lines on the files and their use."""
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:

@@ -6,7 +6,7 @@ import sys
 import textwrap
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -38,9 +38,7 @@ def run_stream(options: StreamOptions, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = options.driver.partition(":")
-    with ExitStack() as stack:
-        driver = Reconnecting(lambda: open_driver(name, address))
-        stack.callback(driver.close)
+    with closing(Reconnecting(lambda: open_driver(name, address))) as driver:
         monitor = Monitor(driver, options.count, options.seconds)
         if options.json:
             monitor.write_json(terminal)
@@ -91,30 +89,28 @@ class Monitor:
     def _states(self) -> Iterator[JointState | None]:
         """Yield states to the end; None where none came soon."""
         while self._left > 0 and clock.now() < self._end:
-            yield self._read()
+            asked = clock.now()
+            try:
+                self._state = self._driver.read(READ_SECONDS)
+            except DriverError as error:
+                if error.reason is not Reason.SILENT:
+                    raise
+                yield None
+                continue
+            self._count(asked, clock.now())
+            yield self._state
 
-    def _read(self) -> JointState | None:
-        """Read one state; None if none came soon."""
-        asked = clock.now()
-        try:
-            state = self._driver.read(READ_SECONDS)
-        except DriverError as error:
-            if error.reason is not Reason.SILENT:
-                raise
-            return None
-        self._arrival = clock.now()
+    def _count(self, asked: float, arrival: float) -> None:
         # A state that was not waited for was there already: it says nothing about when it came,
         # and the next one's interval is not counted either.
-        waited = self._arrival - asked > WAITED_SECONDS
+        waited = arrival - asked > WAITED_SECONDS
         if waited and self._waited:
-            self._intervals.append(self._arrival - self._arrivals[-1])
-        self._waited = waited
-        self._arrivals.append(self._arrival)
-        while self._arrivals[0] < self._arrival - WINDOW_SECONDS:
+            self._intervals.append(arrival - self._arrival)
+        self._waited, self._arrival = waited, arrival
+        self._arrivals.append(arrival)
+        while self._arrivals[0] < arrival - WINDOW_SECONDS:
             self._arrivals.popleft()
         self._left -= 1
-        self._state = state
-        return state
 
     def _as_json(self, state: JointState) -> dict[str, Any]:
         return {

@@ -47,7 +47,6 @@ def _data_answer(
     wrong: Sequence[int],
     samples: Sequence[assessment.SampleErrors],
 ) -> types.DataAnswer:
-    """Return the answer whether the recordings look sound."""
     placements, checks = found.placements, found.predictions.document.checks
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]

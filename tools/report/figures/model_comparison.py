@@ -199,7 +199,6 @@ def compare(
 
 
 def _mean_difference(rows: Sequence[Difference]) -> Difference:
-    """Return the mean difference over placements, and its noise."""
     means = np.array([row.mean for row in rows])
     noise = float(np.linalg.norm([row.noise for row in rows])) / len(rows)
     if len(rows) > 1:

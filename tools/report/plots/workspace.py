@@ -109,7 +109,6 @@ def _frames(arms: ArmsDocument) -> list[_Frame]:
 
 
 def _draw_arms(panel: Panel, flat: np.ndarray, arms: ArmsDocument) -> None:
-    """Draw the arms' postures and the sockets that several of them visited."""
     for i, arm in enumerate(arms.arms):
         for posture in arm.postures:
             panel.line((np.array(posture) @ flat).tolist(), f"arm model-{i % COLOURS}")
