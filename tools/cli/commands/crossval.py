@@ -71,27 +71,25 @@ def summary(
     metrics: "list[list[results.PlacementErrors] | None]",
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    by_kind: dict[str, list[list[results.PlacementErrors] | None]] = {}
-    for job, row in zip(work, metrics, strict=True):
-        by_kind.setdefault(job.kind, []).append(row)
-    rows = by_kind["left_out"]
-    left_out = [None if row is None else row[i].calibrated for i, row in enumerate(rows)]
-    by_urdf = [None if row is None else row[i].loaded for i, row in enumerate(rows)]
-    matrix = [row and _means(row) for row in by_kind["alone"]]
+    left_out, lone, bootstrap = (
+        [row for job, row in zip(work, metrics, strict=True) if job.kind == kind]
+        for kind in ("left_out", "alone", "bootstrap")
+    )
+    full = [row[i].calibrated if row else None for i, row in enumerate(left_out)]
+    loaded = [row[i].loaded if row else None for i, row in enumerate(left_out)]
     result: dict[str, Any] = {
         "left_out": [
-            {"name": name, **_figures(m), "loaded": _figures(loaded)}
-            for name, m, loaded in zip(names, left_out, by_urdf, strict=True)
+            {"name": name, **_figures(corrected), "loaded": _figures(alone)}
+            for name, corrected, alone in zip(names, full, loaded, strict=True)
         ],
-        "summary": {**_mean(left_out), "loaded": _mean(by_urdf)},
-        "cross_placement": {"names": names, "matrix": matrix},
+        "summary": {**_mean(full), "loaded": _mean(loaded)},
+        "cross_placement": {"names": names, "matrix": [row and _means(row) for row in lone]},
     }
-    drawn = [row for row in by_kind.get("bootstrap", []) if row is not None]
+    drawn = [_means(row) for row in bootstrap if row is not None]
     if len(drawn) > 1:
-        errors = zip(*map(_means, drawn), strict=True)
         result["bootstrap"] = [
-            {"name": name, "standard_deviation": stdev(those)}
-            for name, those in zip(names, errors, strict=True)
+            {"name": name, "standard_deviation": stdev(each)}
+            for name, each in zip(names, zip(*drawn, strict=True), strict=True)
         ]
     return result
 

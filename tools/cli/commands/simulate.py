@@ -100,8 +100,8 @@ def _load_mujoco() -> None:
     wish = os.environ.get("MUJOCO_GL", "")
     os.environ["MUJOCO_GL"] = "disable"
     try:
-        importlib.import_module("mujoco")
-        importlib.import_module("pinocchio")
+        for module in ("mujoco", "pinocchio"):
+            importlib.import_module(module)
     except ImportError as error:
         raise _missing(error) from None
     finally:
