@@ -7,22 +7,10 @@ import numpy as np
 
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice, Alarm
+from ...solver import design
 from ...solver.bayes.inference import Posterior
 from ...solver.bayes.model import Noise, extend
 from ...solver.data import CALIPER_DEVIATION
-from ...solver.design import (
-    CurveAnnealing,
-    ParameterCovariance,
-    Reach,
-    Workspace,
-    curve_advice,
-    expected_groups,
-    from_fit,
-    from_prior,
-    next_base_advice,
-    plan_poses,
-    workspace_of,
-)
 from ...solver.robot import Robot, choose_parameters
 from .checks import SessionAlarms
 from .guidance_process import goal_for
@@ -71,11 +59,11 @@ class PoseSelector:
         self._robot = robot
         self._distance = distance
         self._given, self._goal = goal, goal_for(robot) if goal is None else goal
-        self._sockets, self._curved = sockets, bool(curve_advice(robot))
+        self._sockets, self._curved = sockets, bool(design.curve_advice(robot))
         self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
         self._nominal = np.zeros(self._model.size)
-        self._reach = Reach(robot)
+        self._reach = design.Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
         self._alarms = SessionAlarms(robot)
         self._told: tuple[tuple[Sample, ...], tuple[Alarm, ...]] = ((), ())
@@ -98,7 +86,9 @@ class PoseSelector:
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
         known = self._covariance(samples, posterior)
-        where = workspace_of(self._model, self._nominal if posterior is None else posterior.x)
+        where = design.workspace_of(
+            self._model, self._nominal if posterior is None else posterior.x
+        )
         rigid = known.error(where)
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
@@ -141,8 +131,8 @@ class PoseSelector:
 
     def _exhausted(
         self,
-        known: ParameterCovariance,
-        where: Workspace,
+        known: design.ParameterCovariance,
+        where: design.Workspace,
         samples: Sequence[Sample],
         gain: float,
         goal: float,
@@ -168,18 +158,18 @@ class PoseSelector:
 
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None
-    ) -> ParameterCovariance:
+    ) -> design.ParameterCovariance:
         """Return the parameters' covariance by the fit, or without one by the poses alone."""
         if posterior is not None:
-            return from_fit(posterior)
+            return design.from_fit(posterior)
         known, taken = self._prior([samples])
         for q, socket in taken:
             known = known.with_samples(q, socket)
         return known
 
     def _with_distance(
-        self, known: ParameterCovariance, samples: Sequence[Sample], at: int = 0
-    ) -> ParameterCovariance:
+        self, known: design.ParameterCovariance, samples: Sequence[Sample], at: int = 0
+    ) -> design.ParameterCovariance:
         """Return the same with the measured distance of a placement's sockets, the first ``at``."""
         first, second = (self._centre(samples, k) for k in (0, 1))
         if self._sockets < 2 or first is None or second is None:
@@ -189,10 +179,12 @@ class PoseSelector:
 
     def _prior(
         self, recorded: Sequence[Sequence[Sample]]
-    ) -> tuple[ParameterCovariance, list[tuple[np.ndarray, int]]]:
+    ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
         """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
-        known = from_prior(self._model, expected_groups(self._model), SEAT, count * len(recorded))
+        known = design.from_prior(
+            self._model, design.expected_groups(self._model), SEAT, count * len(recorded)
+        )
         taken: list[tuple[np.ndarray, int]] = []
         for i, some in enumerate(recorded):
             known = self._with_distance(known, some, count * i)
@@ -216,9 +208,9 @@ class PoseSelector:
         known = self._covariance(samples, self._fitted(samples, counts))
         centres = [self._centre(samples, k) for k in (0, 1)]
         here = np.array([c for c in centres if c is not None])
-        where = workspace_of(self._model, known.x)
-        lines = next_base_advice(known, where, self._reach, here, self._distance)
-        curves = curve_advice(self._robot) if len(self._earlier) < CURVES else ""
+        where = design.workspace_of(self._model, known.x)
+        lines = design.next_base_advice(known, where, self._reach, here, self._distance)
+        curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
         return (*lines, curves) if curves else lines
 
     def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
@@ -229,8 +221,8 @@ class PoseSelector:
 
     def _next(
         self,
-        known: ParameterCovariance,
-        where: Workspace,
+        known: design.ParameterCovariance,
+        where: design.Workspace,
         samples: Sequence[Sample],
         order: list[int],
         position: Sequence[float] | None,
@@ -246,9 +238,9 @@ class PoseSelector:
         rest = self._rest(order)
         if self._curved:
             recorded = [samples, *(placement.samples for placement in self._earlier)]
-            way = CurveAnnealing(*self._prior(recorded), pools, order, start).way(rest)
+            way = design.CurveAnnealing(*self._prior(recorded), pools, order, start).way(rest)
         else:
-            way = plan_poses(known, where, pools, order, start, rest)
+            way = design.plan_poses(known, where, pools, order, start, rest)
         self._route = order, way
         poses = pools[order[0]]
         best = int(np.argmax(known.variance_reduction(poses, order[0], where.shape)))

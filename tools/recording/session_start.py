@@ -6,15 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...recorder import (
-    METADATA,
-    SAMPLES,
-    Placement,
-    RecordingError,
-    Sample,
-    read_metadata,
-    read_placement,
-)
+from ... import recorder
 from ...recorder.session import Recording, Session
 from ...recorder.stream import JointLimits
 from ...solver.robot import Robot
@@ -27,9 +19,9 @@ from .options import SettledOptions
 class Before:
     """All that was recorded with this arm before, in the same run."""
 
-    moved: tuple[Sample, ...] = ()
+    moved: tuple[recorder.Sample, ...] = ()
     """Samples since the base moved."""
-    placements: tuple[Placement, ...] = ()
+    placements: tuple[recorder.Placement, ...] = ()
     """In the order of recording."""
 
 
@@ -64,7 +56,7 @@ def first_session(
     robot: Robot,
     joints: tuple[JointLimits, ...],
     recording: Recording,
-    moved: Sequence[Sample],
+    moved: Sequence[recorder.Sample],
 ) -> Session:
     """Return the session as an earlier start left it, with samples of a base that moved."""
     content = recording.content
@@ -98,17 +90,17 @@ def said_distance(options: SettledOptions) -> str:
     return known if options.stated else "at an unknown distance"
 
 
-def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
+def recorded_beside(out: Path, robot: Robot) -> tuple[recorder.Placement, ...]:
     """Return the other placements beside one that were recorded with a model, the oldest first."""
-    found: list[Placement] = []
-    for file in out.parent.glob(f"*/{SAMPLES}"):
-        same = file.parent / METADATA
+    found: list[recorder.Placement] = []
+    for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
+        same = file.parent / recorder.METADATA
         if file.parent.resolve() == out.resolve() or not same.is_file():
             continue
         try:
-            if read_metadata(same).get("model_sha256") == robot.sha256:
-                found.append(read_placement(file.parent).for_joints(robot.joint_names))
-        except RecordingError:
+            if recorder.read_metadata(same).get("model_sha256") == robot.sha256:
+                found.append(recorder.read_placement(file.parent).for_joints(robot.joint_names))
+        except recorder.RecordingError:
             continue
     return tuple(sorted(found, key=lambda placement: placement.samples[0].time or 0.0))
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...errors import MukcaError
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice
-from ...solver.assessment import LEAST_SAMPLES, Verdict
+from ...solver.assessment import LEAST_SAMPLES
 from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import ExtendedModel
 from ...solver.bayes.results import scale
@@ -24,28 +24,16 @@ WORKSPACE = "predicted_distance"
 class Sufficiency:
     """The part of a verdict that rests on how much was recorded."""
 
-    verdict: Verdict
     predicted: float
     """Predicted error of distances in the workspace, as the verdict has it [m]."""
     asked: float | None
     """The limit on it [m]; None where nothing is known of the arm's repeatability."""
-
-    fewest: int
-    """Samples in a socket of the last placement."""
+    enough: bool
+    """True where no row fails, and none says that the data are not enough."""
     sized: bool
     """True where the arm's size would still be believed if it were off by a deviation more."""
-
-    @property
-    def enough(self) -> bool:
-        """True where no row fails, and none says that the data are not enough."""
-        verdict = self.verdict
-        sound = verdict.status != "fail" and verdict.kind != "not_enough"
-        return sound and self.fewest >= LEAST_SAMPLES
-
-    @property
-    def fails(self) -> str:
-        """The first reason of a FAIL; empty where there is none."""
-        return self.verdict.text.partition(". ")[0] if self.verdict.status == "fail" else ""
+    fails: str
+    """The first reason of a FAIL; empty where there is none."""
 
 
 def sufficiency_of(
@@ -59,11 +47,14 @@ def sufficiency_of(
     row = next((row for row in solved.verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:
         return None
-    fewest = int(np.bincount(placements[-1].sockets)[:2].min())
+    failed = solved.verdict.status == "fail"
+    enough = not failed and solved.verdict.kind != "not_enough"
+    enough = enough and np.bincount(placements[-1].sockets)[:2].min() >= LEAST_SAMPLES
     size = solved.document.scale
     known = size.deviation or 0.0 if size else 0.0
     sized = size is None or size_level(abs(size.value) + known, known) is None
-    return Sufficiency(solved.verdict, row.found, row.limit, fewest, sized)
+    why = solved.verdict.text.partition(". ")[0] if failed else ""
+    return Sufficiency(row.found, row.limit, bool(enough), sized, why)
 
 
 def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterior | None:

@@ -72,7 +72,7 @@ def test_error_curves_are_known_of_types_that_have_them(name, curves, monkeypatc
     """Samples of earlier placements are known as well, in sockets of their own."""
     robot, seen = load_robot(name), []
     route = SimpleNamespace(way=lambda _: np.zeros((24, 6)))
-    module = "mukca.tools.recording.guidance"
+    module = "mukca.solver.design"
     monkeypatch.setattr(f"{module}.CurveAnnealing", lambda *given: seen.append(given) or route)
     monkeypatch.setattr(f"{module}.plan_poses", lambda *_: np.zeros((24, 6)))
     q = Reach(robot).poses(np.array([0.5, 0.0, 0.1]), 5).tolist()

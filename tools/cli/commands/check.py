@@ -8,18 +8,7 @@ from typing import Any
 from ....recorder import read_placements
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
-from .. import (
-    OutputOptions,
-    RobotOptions,
-    Terminal,
-    argument,
-    for_each_arm,
-    measure_all,
-    one_arm,
-    part,
-    survey_of,
-    table,
-)
+from ... import cli
 from .report import emit_with_page, metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
@@ -31,22 +20,22 @@ POINTS_HINT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckOptions(RobotOptions, OutputOptions):
+class CheckOptions(cli.RobotOptions, cli.OutputOptions):
     """Options of ``mukca check``."""
 
     robot: str = ""
     calibration: Path | None = None
     stood: str = ""
-    data: Sequence[Path] = argument()
-    settings: SolveOptions = part(
+    data: Sequence[Path] = cli.argument()
+    settings: SolveOptions = cli.part(
         SolveOptions,
         "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses",
     )
 
 
-def _what_changed(options: CheckOptions, file: Path, terminal: Terminal) -> int:
+def _what_changed(options: CheckOptions, file: Path, terminal: cli.Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
-    since = calibration.load_calibration(one_arm(file))
+    since = calibration.load_calibration(cli.one_arm(file))
     settings = options.settings.validated()
     allowed = metres(settings.repeatability_mm)
     placements, stood = read_placements(*options.data), options.stood
@@ -61,7 +50,7 @@ def _what_changed(options: CheckOptions, file: Path, terminal: Terminal) -> int:
     return found.verdict.exit_status
 
 
-def run_check(options: CheckOptions, terminal: Terminal) -> int:
+def run_check(options: CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
@@ -69,7 +58,7 @@ def run_check(options: CheckOptions, terminal: Terminal) -> int:
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
-    placements, survey = survey_of(options.data, robot, settings, sockets=1)
+    placements, survey = cli.survey_of(options.data, robot, settings, sockets=1)
     warnings = [line for measured in placements for line in measured.warnings]
     terminal.warn(*warnings)
     known = settings.distances
@@ -162,23 +151,23 @@ def _amount(
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValidateOptions(OutputOptions):
+class ValidateOptions(cli.OutputOptions):
     """Options of ``mukca validate``."""
 
-    calibration: Path = argument()
-    data: Sequence[Path] = argument()
-    settings: SolveOptions = part(SolveOptions, "distance repeatability_mm flange_poses")
+    calibration: Path = cli.argument()
+    data: Sequence[Path] = cli.argument()
+    settings: SolveOptions = cli.part(SolveOptions, "distance repeatability_mm flange_poses")
 
 
-@for_each_arm
-def run_validate(options: ValidateOptions, terminal: Terminal) -> int:
+@cli.for_each_arm
+def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
     settings = options.settings
     flange = settings.flange_poses
-    data = measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
+    data = cli.measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
     for m in data:
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
         terminal.warn(*beyond)
@@ -203,9 +192,11 @@ def run_validate(options: ValidateOptions, terminal: Terminal) -> int:
     return found.verdict.exit_status
 
 
-def show_errors(errors: "calibration.Errors", terminal: Terminal) -> None:
+def show_errors(errors: "calibration.Errors", terminal: cli.Terminal) -> None:
     """Show the nominal and the calibrated errors of each placement, and the summaries."""
     rows = errors.table()
     bold = [number for number, (summed, _) in enumerate(rows) if summed]
     cells = [cells for _, cells in rows]
-    terminal.console.print(table(errors.title, calibration.HEADS, cells, bold=bold, no_wrap=True))
+    terminal.console.print(
+        cli.table(errors.title, calibration.HEADS, cells, bold=bold, no_wrap=True)
+    )

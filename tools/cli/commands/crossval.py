@@ -11,19 +11,7 @@ from ....solver import assessment, calibration, data, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from ....solver.results import encode, write_files
-from ... import fleet
-from .. import (
-    JsonOption,
-    OutputOptions,
-    RobotOptions,
-    Terminal,
-    WorkerOptions,
-    argument,
-    option,
-    part,
-    survey_of,
-    table,
-)
+from ... import cli, fleet
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -31,22 +19,22 @@ _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": No
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrossvalOptions(RobotOptions, WorkerOptions, JsonOption):
+class CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     """Options of ``mukca crossval``."""
 
-    data: Sequence[Path] = argument()
+    data: Sequence[Path] = cli.argument()
     bootstrap: int = 0
-    settings: SolveOptions = part(
+    settings: SolveOptions = cli.part(
         SolveOptions, "method distance known distance_deviation zeros type_prior payload gravity"
     )
 
 
-def run_crossval(options: CrossvalOptions, terminal: Terminal) -> int:
+def run_crossval(options: CrossvalOptions, terminal: cli.Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
     robot, settings = options.load_robot(), options.settings.validated()
     if options.bootstrap == 1 or options.bootstrap < 0:
         raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
-    placements, survey = survey_of(options.data, robot, settings)
+    placements, survey = cli.survey_of(options.data, robot, settings)
     if len(placements) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
     terminal.warn(*map(str, survey.diagnostics))
@@ -135,7 +123,7 @@ def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
     )
 
 
-def show(result: Mapping[str, Any], terminal: Terminal) -> None:
+def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     """Print the errors left out, and the matrix, in mm; and the advice."""
     spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
     heads = ["placement", *calibration.HEADS[2:], "MAE of the URDF alone"]
@@ -149,7 +137,7 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
         cells += ["" if spread is None else f"+- {millimetres(spread)}"] if spreads else []
         rows.append([row["name"], *cells])
     title = "errors in mm of each placement, trained on all others"
-    terminal.console.print(table(title, heads, rows))
+    terminal.console.print(cli.table(title, heads, rows))
     names: list[str] = result["cross_placement"]["names"]
     rows = []
     matrix = result["cross_placement"]["matrix"]
@@ -159,20 +147,20 @@ def show(result: Mapping[str, Any], terminal: Terminal) -> None:
         rows.append([f"{i + 1} {name}", *cells])
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
     numbers = [str(i + 1) for i in range(len(names))]
-    terminal.console.print(table(title, ["", *numbers], rows))
+    terminal.console.print(cli.table(title, ["", *numbers], rows))
     terminal.say(result["advice"])
 
 
 @dataclass(frozen=True, kw_only=True)
-class FleetOptions(RobotOptions, WorkerOptions, OutputOptions):
+class FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
     """Options of ``mukca fleet``."""
 
-    folder: Path = argument()
-    out: Path = option(...)
-    calibration: SolveOptions = part(SolveOptions, "method distance repeatability_mm")
+    folder: Path = cli.argument()
+    out: Path = cli.option(...)
+    calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
 
 
-def run_fleet(options: FleetOptions, terminal: Terminal) -> int:
+def run_fleet(options: FleetOptions, terminal: cli.Terminal) -> int:
     """Calibrate all arms, and write the page."""
     options.check_out()
     items = [_arm(options, folder) for folder in fleet.find_arms(options.folder)]
@@ -212,9 +200,9 @@ def _arm(options: FleetOptions, folder: Path) -> "fleet.ArmFolder":
     )
 
 
-def show_fleet(result: "fleet.FleetDocument", terminal: Terminal) -> None:
+def show_fleet(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
     """Print a row for each arm, and what to do."""
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
-    terminal.console.print(table("", heads, map(fleet.line_of, result.arms), left=(0, 1, 4)))
+    terminal.console.print(cli.table("", heads, map(fleet.line_of, result.arms), left=(0, 1, 4)))
     terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
     terminal.say(f"{fleet.summary_of(result)}.")

@@ -9,38 +9,27 @@ from typing import Any
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import write_files
-from ... import extract
+from ... import cli, extract
 from ...recording import joints_of
-from .. import (
-    DISTANCES,
-    SPREADS,
-    WINDOWS,
-    OutputOptions,
-    RobotOptions,
-    Terminal,
-    argument,
-    option,
-    table,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExtractOptions(RobotOptions, OutputOptions):
+class ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     """Options of ``mukca extract``."""
 
-    log: Path = argument()
-    distance: float = option(0.05, between=DISTANCES)
-    assign: Sequence[str] = option((), repeated=True)
+    log: Path = cli.argument()
+    distance: float = cli.option(0.05, between=cli.DISTANCES)
+    assign: Sequence[str] = cli.option((), repeated=True)
     topic: str | None = None
     joints: str | None = None
     units: str | None = None
     efforts: bool = False
-    window: float = option(WINDOW, between=WINDOWS)
-    still: float | None = option(between=SPREADS, usual=STILL)
+    window: float = cli.option(WINDOW, between=cli.WINDOWS)
+    still: float | None = cli.option(between=cli.SPREADS, usual=STILL)
     out: Path | None = None
 
 
-def run_extract(options: ExtractOptions, terminal: Terminal) -> int:
+def run_extract(options: ExtractOptions, terminal: cli.Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     options.check_out()
     robot = options.load_robot()
@@ -100,7 +89,7 @@ def run_extract(options: ExtractOptions, terminal: Terminal) -> int:
     return 0 if folders else 1
 
 
-def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
+def _show(proposals: "Sequence[extract.Proposal]", terminal: cli.Terminal) -> None:
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
     rows = [
         (
@@ -113,7 +102,7 @@ def _show(proposals: "Sequence[extract.Proposal]", terminal: Terminal) -> None:
         )
         for number, one in enumerate(proposals, start=1)
     ]
-    terminal.console.print(table("rests", heads, rows, left=(5,)))
+    terminal.console.print(cli.table("rests", heads, rows, left=(5,)))
 
 
 def _row(proposal: "extract.Proposal") -> dict[str, Any]:

@@ -8,40 +8,29 @@ from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions, UsageError
 from ....solver.results import OutputError, write_files
-from ... import report
+from ... import cli, report
 from ...report import figures
-from .. import (
-    MILLIMETRES,
-    OutputOptions,
-    Terminal,
-    argument,
-    for_each_arm,
-    measure_all,
-    one_arm,
-    option,
-    table,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReportOptions(OutputOptions):
+class ReportOptions(cli.OutputOptions):
     """Options of ``mukca report``."""
 
-    calibration: Path = argument()
-    repeatability_mm: float | None = option(between=MILLIMETRES)
-    limit_mae_mm: float | None = option(between=MILLIMETRES)
-    limit_distance_mm: float | None = option(between=MILLIMETRES)
-    limit_between_mm: float | None = option(between=MILLIMETRES)
+    calibration: Path = cli.argument()
+    repeatability_mm: float | None = cli.option(between=cli.MILLIMETRES)
+    limit_mae_mm: float | None = cli.option(between=cli.MILLIMETRES)
+    limit_distance_mm: float | None = cli.option(between=cli.MILLIMETRES)
+    limit_between_mm: float | None = cli.option(between=cli.MILLIMETRES)
     known: Sequence[str] = ()
-    tolerance_mm: float = option(0.5, between=MILLIMETRES)
+    tolerance_mm: float = cli.option(0.5, between=cli.MILLIMETRES)
     out: Path | None = None
     force: bool = False
     open: bool = False
     json: bool = False
 
 
-@for_each_arm
-def run_report(options: ReportOptions, terminal: Terminal) -> int:
+@cli.for_each_arm
+def run_report(options: ReportOptions, terminal: cli.Terminal) -> int:
     """Write the report, and show it in short."""
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
@@ -87,8 +76,8 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
 
 
 def emit_with_page(
-    options: OutputOptions,
-    terminal: Terminal,
+    options: cli.OutputOptions,
+    terminal: cli.Terminal,
     lines: Sequence[str],
     result: Mapping[str, object],
     outputs: Mapping[str, str] | None = None,
@@ -104,7 +93,7 @@ def emit_with_page(
     terminal.emit({**result, "outputs": written})
 
 
-def open_page(file: Path, terminal: Terminal) -> None:
+def open_page(file: Path, terminal: cli.Terminal) -> None:
     """Show a page in the web browser; where there is no screen, as over SSH, only say so."""
     import os
     import sys
@@ -117,25 +106,25 @@ def open_page(file: Path, terminal: Terminal) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareOptions(OutputOptions):
+class CompareOptions(cli.OutputOptions):
     """Options of ``mukca compare``."""
 
-    calibrations: Sequence[Path] = argument()
+    calibrations: Sequence[Path] = cli.argument()
     data: Sequence[Path] = ()
     distance: float | None = None
     out: Path | None = None
     open: bool = False
 
 
-def run_compare(options: CompareOptions, terminal: Terminal) -> int:
+def run_compare(options: CompareOptions, terminal: cli.Terminal) -> int:
     """Compare, show the tables, and write the page."""
     if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")
     options.check_out()
-    contenders = figures.contenders_of([one_arm(file) for file in options.calibrations])
+    contenders = figures.contenders_of([cli.one_arm(file) for file in options.calibrations])
     if options.data:
         robot = next(iter(contenders.values())).robot
-        data = measure_all(options.data, robot, options.distance, sockets=1)
+        data = cli.measure_all(options.data, robot, options.distance, sockets=1)
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
@@ -149,7 +138,7 @@ def run_compare(options: CompareOptions, terminal: Terminal) -> int:
     return 0
 
 
-def show_comparison(terminal: Terminal, result: "figures.ComparisonDocument") -> None:
+def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument") -> None:
     """Print the errors of every model at every placement, and what is better."""
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
@@ -161,5 +150,5 @@ def show_comparison(terminal: Terminal, result: "figures.ComparisonDocument") ->
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
     bold = (len(rows) - 1,)
-    terminal.console.print(table("MAE in mm; * trained on", heads, rows, bold=bold))
+    terminal.console.print(cli.table("MAE in mm; * trained on", heads, rows, bold=bold))
     terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
