@@ -105,11 +105,7 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> Any:
-    """Return the dataclass of what was typed.
-
-    Raises:
-        UsageError: A number outside the range of its option.
-    """
+    """Return the dataclass of what was typed; a number out of its range is a UsageError."""
     return _read(arguments.options, vars(arguments))
 
 

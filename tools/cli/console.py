@@ -25,12 +25,7 @@ PIPED_WIDTH = 120
 
 
 class Terminal:
-    """Streams of a command.
-
-    Args:
-        json: Standard output carries JSON alone.
-        brief: A verb, as part of another one, says no more than its result.
-    """
+    """Streams of a command; a ``brief`` one is part of another, and says only its result."""
 
     def __init__(self, *, json: bool = False, brief: bool = False) -> None:
         self.json, self.brief = json, brief

@@ -91,12 +91,7 @@ class Server(ThreadingHTTPServer):
         self.page = (Path(__file__).parent / "page.html").read_bytes()
         self.free = threading.Semaphore(MOST)
         super().__init__((host, 0), Handler)
-
-    @property
-    def url(self) -> str:
-        """Address of the page."""
-        host, port = self.server_address[:2]
-        return f"http://{host!s}:{port}/{self.token}/"
+        self.url = "http://{}:{}/{}/".format(*self.server_address[:2], self.token)
 
     def post(self, state: str) -> None:
         """Show another state."""
@@ -119,12 +114,11 @@ class Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Send the page, or events until the browser goes away."""
         root, _, name = self.path.removeprefix("/").partition("/")
-        if not secrets.compare_digest(root.encode(), self.server.token.encode()):
-            self.send_error(404)
-        elif name == "":
+        known = secrets.compare_digest(root.encode(), self.server.token.encode())
+        if known and name == "":
             self._begin("text/html; charset=utf-8")
             self.wfile.write(self.server.page)
-        elif name == "events":
+        elif known and name == "events":
             self._stream()
         else:
             self.send_error(404)

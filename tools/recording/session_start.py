@@ -84,12 +84,6 @@ def first_session(
     return session
 
 
-def said_distance(options: SettledOptions) -> str:
-    """Return how far the sockets are apart, in words."""
-    known = f"{1e3 * options.distance:g} mm apart"
-    return known if options.stated else "at an unknown distance"
-
-
 def recorded_beside(out: Path, robot: Robot) -> tuple[recorder.Placement, ...]:
     """Return the other placements beside one that were recorded with a model, the oldest first."""
     found: list[recorder.Placement] = []
@@ -123,8 +117,9 @@ def resume_summary_of(
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     last = session.samples[-1].time
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
+    apart = f"{1e3 * options.distance:g} mm apart" if options.stated else "at an unknown distance"
     return (
         f"Continues {counts}; the last {when}; in {options.out}",
-        f"Sockets {said_distance(options)}. The ball was last in socket {session.socket}.",
+        f"Sockets {apart}. The ball was last in socket {session.socket}.",
         "Is the base where it was?",
     )

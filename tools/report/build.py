@@ -45,15 +45,7 @@ def build_report(
 ) -> Report[ReportDocument]:
     """Return the report of a calibration; the same calibration and options give the same bytes.
 
-    Args:
-        document: The calibration.
-        source: Its file, for messages.
-        options: Limits, known distances, tolerance.
-
-    Raises:
-        DocumentError: Parts of the document do not fit each other; the line names the key.
-        MeasurementError: Its samples cannot be used.
-        KnownError: A known distance names no socket of the calibration.
+    ``source`` is its file, for a DocumentError, a MeasurementError, or a KnownError.
     """
     figures = report_figures(document, source, options or Options())
     plots = plots_of(figures)

@@ -147,12 +147,7 @@ EXAMPLE = "'q=joint_1..6 [deg]' 'x=x_t+x_dif [mm]'"
 
 
 def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
-    """Return the placement that columns of a CSV file with a header hold, see above.
-
-    Raises:
-        UsageError: A word that is none, a column that is missing, or too little for a placement.
-        RecordingError: The file is no table of numbers.
-    """
+    """Return the placement that columns of a CSV file with a header hold, see above."""
     table = read_table(file)
     numbers, names = np.array(table.rows), list(table.header or ())
     found: dict[str, np.ndarray] = {}

@@ -1,8 +1,10 @@
 """``mukca robots`` and ``drivers``: the models in the package, and the arms that can be read."""
 
+import json
 import re
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from ....drivers import DriverInfo, list_drivers, try_plugin
@@ -10,20 +12,8 @@ from ....solver import assessment
 from ....solver import robot as models
 from .. import JsonOption, Terminal
 
-DRIVERS = {
-    **dict.fromkeys(("panda", "fr3"), "franka:HOST"),
-    "iiwa14": "kuka:HOST",
-    **dict.fromkeys(("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur20"), "ur:HOST"),
-    **dict.fromkeys(("gen3", "gen3_lite"), "kinova:kortex://HOST"),
-    "piper": "piper:can0",
-    "openarm": "damiao:can0",
-    **dict.fromkeys(("xarm6", "xarm7", "lite6", "uf850"), "xarm:HOST"),
-    **{name: f"feetech:PORT?arm={name}" for name in ("so101", "so100")},
-    **{name: f"dynamixel:PORT?arm={name}" for name in ("vx300s", "wx250s", "koch")},
-}
-"""Driver of each robot; any can be read by way of ROS."""
-CONFIGURATIONS = 256
-ROUNDS = 3
+KNOWN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("robots.json").read_bytes())
+"""Driver of each robot; and how far its ball comes from its second joint, about [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,39 +56,13 @@ def describe(name: str) -> dict[str, Any]:
         "name": name,
         "title": title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
         "joints": len(robot.actuated),
-        "reach": reach(robot),
-        "driver": DRIVERS.get(name, "ros:HOST"),
+        "reach": KNOWN[name]["reach"],
+        "driver": KNOWN[name]["driver"],
         "repeatability": arm.repeatability if arm else None,
         "source": sources[0].partition(": ")[2] if sources else "",
         "sources": sources,
         "licences": sorted(set(re.findall(r"BSD-[23]-Clause|Apache-2\.0|MIT", rest))),
     }
-
-
-def reach(robot: "models.Robot") -> float:
-    """Return how far the ball comes from the second joint [m], about: the best of a search."""
-    import numpy as np
-
-    model = models.BallModel(robot, [])
-    lower = np.array([max(j.lower, -np.pi) for j in robot.actuated])
-    upper = np.array([min(j.upper, np.pi) for j in robot.actuated])
-    positions = models.workspace(robot, CONFIGURATIONS)
-    positions[:, 0] = 0.0 if lower[0] < 0 < upper[0] else lower[0]
-    q = np.eye(1, len(lower))[0] * positions[0, 0]
-    frames = models.link_frames(robot.joints, robot.origins.ravel(), q)
-    second = robot.joints.index(robot.actuated[1])
-    centre = np.asarray(frames[second][1]).ravel()
-
-    def distances(q: "np.ndarray") -> "np.ndarray":
-        return np.linalg.norm(model.points(np.empty(0), q) - centre, axis=1)
-
-    best = positions[np.argmax(distances(positions))]
-    for _ in range(ROUNDS):
-        for joint in range(1, len(best)):
-            tries = np.tile(best, (CONFIGURATIONS, 1))
-            tries[:, joint] = np.linspace(lower[joint], upper[joint], CONFIGURATIONS)
-            best = tries[np.argmax(distances(tries))]
-    return float(distances(np.tile(best, (CONFIGURATIONS, 1)))[0])
 
 
 def run_drivers(options: JsonOption, terminal: Terminal) -> int:

@@ -83,12 +83,10 @@ def _worst(
     sample: assessment.SampleErrors, placement: assessment.PlacementReport
 ) -> types.WorstSample:
     error, mean = sample.error(), placement.calibrated.mean_absolute_error
-    return types.WorstSample(
+    return types.WorstSample.filled(
+        sample,
         where=sample.where or f"{placement.name}, sample {sample.number}",
         name=placement.name,
-        socket=sample.socket,
-        number=sample.number,
-        weight=sample.weight,
         error=error,
         ratio=error / mean if mean > 0 else 0.0,
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....solver import assessment
-from ....solver.data import as_point, evaluate
+from ....solver.data import Measurement, as_point, evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.results import CalibrationDocument, Model
 from ....solver.robot import Joint, Robot, RowFunction, all_parameters, link_frames
@@ -37,11 +37,18 @@ def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
     if not any(map(find, files)) and not re.search("<(box|cylinder|sphere)", text):
         return ()
     import trimesh
+    import yourdfpy  # pyright: ignore[reportMissingTypeStubs]
 
+    for name in ("yourdfpy", "trimesh"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     frames = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
     shapes: dict[int, list[Any]] = {}
     try:
-        for frame, mesh in _shapes(_load(text, find), frames):
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            urdf: Any = yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
+                io.BytesIO(text.encode()), filename_handler=find, load_meshes=True
+            )
+        for frame, mesh in _shapes(urdf, frames):
             shapes.setdefault(frame, []).append(mesh)
     except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
         logging.getLogger(__name__).info("no meshes: %s", error)
@@ -51,32 +58,17 @@ def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
     return tuple(_link_mesh(frame, mesh) for frame, mesh in meshes.items())
 
 
-def _load(text: str, find: Callable[[str], str]) -> Any:
-    import yourdfpy  # pyright: ignore[reportMissingTypeStubs]
-
-    for name in ("yourdfpy", "trimesh"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        return yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
-            io.BytesIO(text.encode()), filename_handler=find, load_meshes=True
-        )
-
-
 def _finder(folder: Path) -> Callable[[str], str]:
     """Return a search for mesh files: beside the model, or, for ``package://``, above it."""
 
     def find(fname: str) -> str:
         scheme, _, rest = fname.rpartition("://")
-        if scheme in ("", "file"):
-            candidates = [folder / rest]
-        else:
-            inside = Path(*Path(rest).parts[1:])
+        inside, candidates = Path(*Path(rest).parts[1:]), [folder / rest]
+        if scheme not in ("", "file"):
             candidates = [up / part for up in folder.resolve().parents for part in (rest, inside)]
             candidates.append(folder / inside)
-        for file in candidates:
-            if file.is_file() and file.stat().st_size <= LARGEST_FILE:
-                return str(file)
-        return ""
+        found = (f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE)
+        return str(next(found, ""))
 
     return find
 
@@ -128,22 +120,17 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     owners = np.repeat(np.arange(len(placements)), [len(each.samples) for each in placements])
     q = np.concatenate([m.positions for m in measured])
     true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
-    apart = np.concatenate(
-        [
-            np.linalg.norm(each.points.nominal - each.points.calibrated, axis=1)
-            for each in placements
-        ]
-    )
+    points = [each.points for each in placements]
+    apart = np.linalg.norm(np.concatenate([p.nominal - p.calibrated for p in points]), axis=1)
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = _frames(robot, robot.origins, q[rows])
     calibrated = _frames(robot, calibration.model.origins(calibration.values), true[rows])
     places = calibrated[..., 3]
-    reach = float(np.abs(places).max())
+    reach, mean = float(np.abs(places).max()), float(apart.mean())
+    factor = 1.0  # that makes the difference visible, if it can be
+    if mean >= 1e-7:
+        factor = max(1.0, assessment.nice_above(SHOWN_SHIFT * reach / mean / 2))
     meshes = link_meshes(predictions.document.model, robot)
-    mean = float(apart.mean())  # and the round factor that makes it visible
-    factor = (
-        max(1.0, assessment.nice_above(SHOWN_SHIFT * reach / mean / 2)) if mean >= 1e-7 else 1.0
-    )
     shown = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
     return types.ArmDrawing(
         joints=tuple(joint.name for joint in robot.joints),
@@ -209,31 +196,30 @@ def cross_placement(
     predictions: assessment.Predictions, regularization: float | None
 ) -> types.CrossPlacement | None:
     """Return the errors everywhere by models trained on each placement alone; None for only one."""
-    if len(predictions.placements) < 2:
+    placements = predictions.placements
+    if len(placements) < 2:
         return None
     # By Eq. (5), some 10 ms each, with the joint origins that the calibration itself had free.
     chosen = {parameter.name for parameter in predictions.calibration.parameters}
     problem = build_problem(
         predictions.robot,
-        [placement.measured for placement in predictions.placements],
+        [placement.measured for placement in placements],
         parameters=[p for p in all_parameters(predictions.robot) if p.name in chosen],
         regularization=REGULARIZATION if regularization is None else regularization,
     )
     return types.CrossPlacement(
         method="Eq. (5)",
-        names=tuple(placement.name for placement in predictions.placements),
-        matrix=tuple(_row(problem, placement) for placement in predictions.placements),
+        names=tuple(placement.name for placement in placements),
+        matrix=tuple(_row(problem, placement.measured) for placement in placements),
     )
 
 
-def _row(problem: Problem, trained_on: assessment.PlacementPrediction) -> tuple[float, ...] | None:
-    if not trained_on.measured.has_distance:
+def _row(problem: Problem, trained_on: Measurement) -> tuple[float, ...] | None:
+    if not trained_on.has_distance:
         return None
     try:
-        x = solve(replace(problem, training=(trained_on.measured,))).x
+        x = solve(replace(problem, training=(trained_on,))).x
     except MukcaError:
         return None
-    return tuple(
-        evaluate(problem.model.points(x, m.positions), m).mean_absolute_error
-        for m in problem.training
-    )
+    each = [evaluate(problem.model.points(x, m.positions), m) for m in problem.training]
+    return tuple(errors.mean_absolute_error for errors in each)

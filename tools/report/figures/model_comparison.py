@@ -15,10 +15,8 @@ from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
 NOMINAL = "nominal"
-STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
-"""Half the width of a 95 % interval in standard errors, for 1 to 9 degrees of freedom."""
-MANY = 2.2
-"""Likewise for more."""
+STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.2)
+"""Half the width of a 95 % interval in standard errors, for 1 to 9 degrees of freedom, and more."""
 
 
 class ComparisonError(MukcaError):
@@ -106,9 +104,7 @@ class ComparisonDocument(Document, kw_only=True, frozen=True):
 def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
     """Return the calibrations in some files, by the shortest names that tell their folders apart.
 
-    Raises:
-        DocumentError: A file is no calibration.
-        ComparisonError: They are not of the same joints.
+    Those of other joints are a ComparisonError.
     """
     if len(set(files)) < len(files):
         raise ComparisonError("a calibration is named twice; name each only once")
@@ -204,7 +200,7 @@ def _mean_difference(rows: Sequence[Difference]) -> Difference:
     if len(rows) > 1:
         # Errors of one placement go together, so the spread between placements counts where it
         # is larger than the samples alone would give.
-        factor = STUDENT[len(rows) - 2] if len(rows) - 2 < len(STUDENT) else MANY
+        factor = STUDENT[min(len(rows), len(STUDENT) + 1) - 2]
         noise = max(noise, factor * float(means.std(ddof=1)) / len(rows) ** 0.5)
     return _beyond(means.mean(), noise)
 

@@ -19,7 +19,6 @@ class Step(Document, kw_only=True, frozen=True):
 
     text: str
     command: str
-    """To copy."""
     expected: str = ""
     """Its expected benefit, in words."""
     before: float | None = None
@@ -71,7 +70,6 @@ class WorstSample(Document, kw_only=True, frozen=True):
     where: str
     """File and line."""
     name: str
-    """Of its placement."""
     socket: int
     number: int
     """Its place among the samples of its socket, from 1."""
@@ -208,9 +206,5 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
 
 
 def read_report(file: Path) -> ReportDocument:
-    """Read a ``report.json``.
-
-    Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key.
-    """
+    """Read a ``report.json``; a DocumentError names the key that is missing or damaged."""
     return read(file, ReportDocument, REPORT)

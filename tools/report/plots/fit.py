@@ -157,8 +157,7 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     panel.bars(predicted, found, "link")
     panel.dots(predicted, "predicted", "predicted")
     panel.dots(found, [f"calibrated {row.role}" for row in rows], "found")
-    if repeatability:
-        panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
+    panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
     ratios = [(b / a, name) for a, b, name in zip(predicted, found, names, strict=True)]
     name, layout = "predicted-found", "half"
     return plot(name, panel, layout=layout, ratios=ratios, repeatability=repeatability)

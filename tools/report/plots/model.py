@@ -171,8 +171,7 @@ def joints(report: ReportDocument) -> Plot | None:
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
-    if repeatability:
-        panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability)
+    panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
     most = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
     return plot("joints", panel, layout="half", most=most, repeatability=repeatability)
 
