@@ -1,18 +1,25 @@
-"""Start of a session: anew, as an earlier one left it, or with samples of a base that moved."""
+"""Start of a session: its keys, driver and files; anew, or as an earlier one left it."""
 
 import math
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ... import recorder
+from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Recording, Session
-from ...recorder.stream import JointLimits
-from ...solver.robot import Robot
+from ...recorder.stream import JointLimits, Stream
+from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
+from ...solver import calibration
+from ...solver import robot as robots
 from ..cli import DISTANCES, Terminal
+from ..simulation import practice_driver
 from .checks import similar_models
-from .options import SettledOptions
+from .options import RecordOptions, SettledOptions, has_keyboard
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,7 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
 
 def first_session(
     options: SettledOptions,
-    robot: Robot,
+    robot: robots.Robot,
     joints: tuple[JointLimits, ...],
     recording: Recording,
     moved: Sequence[recorder.Sample],
@@ -84,7 +91,7 @@ def first_session(
     return session
 
 
-def recorded_beside(out: Path, robot: Robot) -> tuple[recorder.Placement, ...]:
+def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
     """Return the other placements beside one that were recorded with a model, the oldest first."""
     found: list[recorder.Placement] = []
     for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
@@ -123,3 +130,81 @@ def resume_summary_of(
         f"Sockets {apart}. The ball was last in socket {session.socket}.",
         "Is the base where it was?",
     )
+
+
+NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
+
+
+def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
+    """Return the keyboard where there is a terminal, and the script where there is one."""
+    keyboard = None
+    if has_keyboard() and sys.platform == "win32":
+        import msvcrt
+
+        keyboard = ConsoleKeyboard(msvcrt)
+    elif has_keyboard():
+        keyboard = Keyboard()
+    if options.keys is not None:
+        try:
+            file = stack.enter_context(options.keys.open("rb"))
+        except OSError as error:
+            raise calibration.UsageError(f"--keys {options.keys}: {error.strerror}") from None
+        return keyboard, Script(file.fileno(), str(options.keys))
+    if keyboard:
+        return keyboard, None
+    if options.auto:
+        raise calibration.UsageError("--auto needs a terminal, for the keys between two sockets")
+    if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
+        raise calibration.UsageError(
+            "standard input is closed; run it in a terminal, or use --keys FILE"
+        )
+    return None, Script(sys.stdin.fileno())
+
+
+def connect(text: str, robot: robots.Robot) -> Reconnecting:
+    """Open ``NAME[:ADDRESS]`` as a driver that connects again by itself."""
+    name, _, address = text.partition(":")
+    if name == "mock" and "fault=" in address:
+        return Reconnecting(practice_driver(address, robot))
+    return Reconnecting(lambda: open_driver(name, address, robot.joint_names))
+
+
+def open_recording(
+    options: SettledOptions, robot: robots.Robot, joints: tuple[JointLimits, ...], still: float
+) -> Recording:
+    """Open the file of the samples, with what was noted of this start."""
+    given: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
+    return Recording(
+        options.out,
+        recorder.Metadata(
+            robot=robot.name,
+            joints=robot.joint_names,
+            units=tuple(joint.unit for joint in joints),
+            distance=options.distance if options.stated else None,
+            measured=options.measured,
+            sockets=options.sockets,
+            model_sha256=robot.sha256,
+            robot_name=options.robot_name or "",
+            session={
+                "driver": options.driver,
+                "window": options.window,
+                "still": still,
+                **{name: value for name, value in given.items() if value is not None},
+            },
+        ),
+    )
+
+
+@contextmanager
+def open_log(
+    stream: Stream, options: SettledOptions, robot: robots.Robot, terminal: Terminal
+) -> Generator[None, None, None]:
+    """Log every state to a file beside the samples."""
+    log = recorder.StreamLog(recorder.next_log_file(options.out), robot.joint_names)
+    stream.log = log
+    try:
+        yield
+    finally:
+        log.close()
+        if log.trouble:
+            terminal.warn(log.trouble)

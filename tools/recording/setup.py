@@ -12,12 +12,11 @@ from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, Stre
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal, one_arm
+from . import session_start
 from .checks import gravity_of, outlier_check
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
 from .page import PageProcess
-from .resources import connect, keys_of, open_log, open_recording
-from .session_start import Before, first_session, recorded_beside, resume_summary_of, with_address
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
@@ -32,32 +31,32 @@ def record_session(
     options: SettledOptions,
     robot: Robot,
     terminal: Terminal,
-    before: Before | None = None,
+    before: session_start.Before | None = None,
 ) -> Outcome:
     """Record at one placement until the operator finishes, after others of the same run."""
-    earlier = before or Before()
+    earlier = before or session_start.Before()
     joints, keys = joints_of(robot), keys_with(options.key)
     with ExitStack() as stack:
-        keyboard, script = keys_of(options, stack)
+        keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
         if sys.stdout.isatty():
             terminal.say(f"connecting to {options.driver} ...")
             sys.stdout.flush()
-        driver = stack.enter_context(connect(options.driver, robot))
+        driver = stack.enter_context(session_start.connect(options.driver, robot))
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(open_recording(options, robot, joints, still))
+        recording = stack.enter_context(session_start.open_recording(options, robot, joints, still))
         if options.keep_stream:
-            stack.enter_context(open_log(stream, options, robot, terminal))
+            stack.enter_context(session_start.open_log(stream, options, robot, terminal))
         live = script is None
         monitor = StreamMonitor(
             joints, window=options.window, still=still, live=live, resolution=driver.resolution
         )
-        session = first_session(options, robot, joints, recording, earlier.moved)
+        session = session_start.first_session(options, robot, joints, recording, earlier.moved)
         page = PageProcess(options, options.page_host) if options.page else None
         if page is not None:
             stack.enter_context(closing(page))
-            session = with_address(session, page.url, options.page_host)
+            session = session_start.with_address(session, page.url, options.page_host)
         guided = keyboard is not None and live and not options.no_guide
         guidance = stack.enter_context(closing(_guidance(options, robot))) if guided else None
         return Recorder(
@@ -77,7 +76,7 @@ def record_session(
             sound=options.sound != "off",
             guidance=guidance,
             observer=page,
-            resume_summary=resume_summary_of(recording, session, options)
+            resume_summary=session_start.resume_summary_of(recording, session, options)
             if keyboard and live
             else (),
         ).run()
@@ -90,7 +89,7 @@ def _guidance(options: SettledOptions, robot: Robot) -> BackgroundGuidance:
         settings |= {"calibration": one_arm(options.calibration), "target": options.target}
     else:
         goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
-        settings |= {"goal": goal, "earlier": recorded_beside(options.out, robot)}
+        settings |= {"goal": goal, "earlier": session_start.recorded_beside(options.out, robot)}
     return BackgroundGuidance(options, **settings, turn=turn)
 
 

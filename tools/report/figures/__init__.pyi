@@ -2,6 +2,9 @@
 from .answers import FAR as FAR
 from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
+from .answers import environment as environment
+from .answers import lines as lines
+from .answers import text as text
 from .answers import use_text as use_text
 from .collect import report_figures as report_figures
 from .model_comparison import ComparisonDocument as ComparisonDocument
@@ -12,9 +15,6 @@ from .model_comparison import contenders_of as contenders_of
 from .model_comparison import shared_data as shared_data
 from .recommendations import as_options as as_options
 from .recommendations import steps as steps
-from .texts import environment as environment
-from .texts import lines as lines
-from .texts import text as text
 from .types import Answer as Answer
 from .types import CrossPlacement as CrossPlacement
 from .types import PlotCaption as PlotCaption

@@ -8,8 +8,7 @@ import numpy as np
 from ....solver.assessment import nice_above, short_names
 from ...experiments import ModelTrials, SimulationDocument
 from ..figures import ComparisonDocument, ErrorsAtPlacement, comparison_sentence
-from .figure import Axis, Panel, named_rows
-from .plot import COLOURS, Plot, plot
+from .figure import COLOURS, Axis, Panel, Plot, named_rows, plot
 
 
 def comparison_plots(result: ComparisonDocument) -> list[Plot]:

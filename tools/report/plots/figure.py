@@ -1,14 +1,15 @@
-"""Panels of a plot as SVG text: axes, lines, dots, bars and the dashed lines of limits."""
+"""Plots of a page: panels as SVG text, and the sentence that says what they show here."""
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import ArrayLike
 
-from ....solver.assessment import nice_above
+from ....solver.assessment import ModelName, nice_above
+from ..figures import PlotCaption, ReportDocument, lines
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
@@ -245,3 +246,48 @@ def named_rows(
             line = {"x1": 4, "x2": panel.right, "y1": y - pitch / 2, "y2": y - pitch / 2}
             panel.add("line", **line, class_="grid")
     return panel
+
+
+MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
+COLOURS = 6
+"""Marks ``model-0``, ... that the style sheet has; more models or arms take them again."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One plot of a page."""
+
+    caption: PlotCaption
+    legend: tuple[tuple[str, str], ...]
+    """Class of the mark, and its words."""
+    panels: tuple[Panel, ...]
+    layout: str
+    """Class of the style sheet that lays out the panels."""
+    scene: str
+    """Name of a view that the page's script draws instead of panels."""
+    controls: Mapping[str, object] = field(default_factory=dict[str, object])
+    """Values that the template needs for the plot's controls."""
+
+
+Maker = Callable[[ReportDocument], Plot | None]
+"""Draws a plot from a report's figures; None where they hold nothing to draw."""
+
+
+def plot(
+    name: str,
+    *panels: Panel,
+    layout: str = "",
+    scene: str = "",
+    controls: Mapping[str, object] | None = None,
+    **values: object,
+) -> Plot:
+    """Return a plot whose caption is a block of the captions, written with these values.
+
+    A caption is a title; lines of the legend, ``- mark: words; mark: words``; and a sentence.
+    """
+    title, *rest = lines("captions.txt.j2", name.replace("-", "_"), **values)
+    marks = [mark for line in rest if line.startswith("- ") for mark in line[2:].split("; ")]
+    legend = tuple((mark, words) for mark, _, words in (one.partition(": ") for one in marks))
+    sentence = " ".join(line for line in rest if not line.startswith("- "))
+    caption = PlotCaption(id=name, title=title, sentence=sentence)
+    return Plot(caption, legend, panels, layout, scene, controls or {})

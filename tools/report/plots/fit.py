@@ -8,8 +8,7 @@ import numpy as np
 
 from ....solver.assessment import short_names
 from ..figures import ReportDocument
-from .figure import LINE, Axis, Panel, named_rows
-from .plot import MODELS, Plot, plot
+from .figure import LINE, MODELS, Axis, Panel, Plot, named_rows, plot
 
 _SMALLEST = 1e-3
 """Below this the curves are not followed [mm]."""

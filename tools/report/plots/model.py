@@ -7,8 +7,7 @@ import numpy as np
 from ....solver.assessment import Coverage, short_names
 from ....solver.results import Coefficient, JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
-from .figure import Axis, Panel, named_rows
-from .plot import Plot, plot
+from .figure import Axis, Panel, Plot, named_rows, plot
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
 """Factor and unit on the screen, by SI unit."""

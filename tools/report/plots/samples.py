@@ -4,10 +4,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....solver.assessment import ModelName, SampleErrors, area, nice_above
+from ....solver.assessment import ModelName, SampleErrors, area, nice_above, short_names
+from ....solver.results import Role
 from ..figures import FAR, Answer, ReportDocument, text
-from .figure import Axis, Panel, named_rows, to_scale
-from .plot import MODELS, Plot, lengths, names_of, plot
+from .figure import MODELS, Axis, Panel, Plot, named_rows, plot, to_scale
+
+
+def _names_of(report: ReportDocument) -> list[str]:
+    """Return the placements' names, as short as they can be."""
+    return short_names([row.name for row in report.placements])
+
+
+def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
+    """Return the error of each sample [m], of one role or of all, shape (N,)."""
+    return np.array(
+        [
+            row.error(model)
+            for row in report.samples
+            if role is None or report.placements[row.placement].role == role
+        ]
+    )
+
 
 WINDOW = 7
 """Samples in a running centre."""
@@ -17,7 +34,7 @@ FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 def errors_in_3d(report: ReportDocument) -> Plot:
     """Every sample round its socket, nominal and calibrated side by side, to one scale."""
-    largest = [float(lengths(report, m).max(initial=0.0)) for m in MODELS]
+    largest = [float(_lengths(report, m).max(initial=0.0)) for m in MODELS]
     half = nice_above(max(*largest, 1e-6), FINE)
     placements = [(i, row.name) for i, row in enumerate(report.placements)]
     return plot(
@@ -35,7 +52,7 @@ def errors_in_3d(report: ReportDocument) -> Plot:
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes; for paper."""
     large, small = (
-        nice_above(1e3 * float(lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
+        nice_above(1e3 * float(_lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
     )
     limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
     if 0 < limit < 1.4 * small:  # it is drawn, all of it
@@ -79,12 +96,12 @@ def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, tit
 def order(report: ReportDocument) -> Plot:
     """The calibrated error of each sample in the order of recording, and the running centre."""
     means = [row.calibrated.mean_absolute_error for row in report.placements]
-    errors = lengths(report, "calibrated")
+    errors = _lengths(report, "calibrated")
     top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
     own = np.array([means[row.placement] for row in report.samples])
     return plot(
         "order",
-        *(_order_panel(report, i, name, top) for i, name in enumerate(names_of(report))),
+        *(_order_panel(report, i, name, top) for i, name in enumerate(_names_of(report))),
         worst=report.answers.data.worst[0],
         beyond=int(np.sum(errors / np.maximum(own, 1e-12) > FAR)),
         count=len(errors),
@@ -133,7 +150,7 @@ HALF = 0.16
 
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
-    rows, names = report.placements, names_of(report)
+    rows, names = report.placements, _names_of(report)
     before = [1e3 * row.nominal.mean_absolute_error for row in rows]
     after = [1e3 * row.calibrated.mean_absolute_error for row in rows]
     x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
@@ -161,7 +178,7 @@ def table_map(report: ReportDocument) -> Plot:
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
     panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
     answers: list[Answer] = [row.answer for row in report.answers.use.rows]
-    named = list(zip(names_of(report), answers, strict=True))
+    named = list(zip(_names_of(report), answers, strict=True))
     for i, (row, (name, answer)) in enumerate(zip(rows, named, strict=True)):
         x, y = panel.x(-row.position[1]), panel.y(row.position[0])
         mark = {"class_": f"answer {answer.split(' ')[0]}", "data_placement": i}
@@ -191,7 +208,7 @@ def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
     role, judged = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
-    values = {model: np.sort(1e3 * lengths(report, model, role)) for model in MODELS}
+    values = {model: np.sort(1e3 * _lengths(report, model, role)) for model in MODELS}
     tolerance = 1e3 * report.tolerance
     x = Axis.logarithmic([tolerance, *np.concatenate(list(values.values()))], "error, mm")
     panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()

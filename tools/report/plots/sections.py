@@ -2,7 +2,7 @@
 
 from ..figures import ReportDocument
 from . import fit, model, samples, workspace
-from .plot import Maker, Plot
+from .figure import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ("Three questions", (samples.table_map,)),

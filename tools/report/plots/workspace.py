@@ -9,8 +9,7 @@ from ....solver.data import IDENTITY, Pose
 from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
-from .figure import Axis, Panel, to_scale
-from .plot import COLOURS, Plot, plot
+from .figure import COLOURS, Axis, Panel, Plot, plot, to_scale
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
