@@ -4,7 +4,6 @@ With ``--json`` standard output carries JSON alone and everything for people goe
 error; without it, people read standard output.
 """
 
-import json as _json
 import os
 import sys
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterable, Sequence
+    from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 
     from rich.console import Console
     from rich.table import Table
@@ -63,18 +62,13 @@ class Terminal:
         """Write lines about something that may be wrong, or is, to standard error."""
         sys.stderr.writelines(f"{level}: {' '.join(text.split())}\n" for text in texts)
 
-    def emit(self, value: "dict[str, Any] | Document") -> None:
+    def emit(self, value: "Mapping[str, Any] | Document") -> None:
         """Write one JSON object on one line, if JSON is asked for; a NaN is a ValueError."""
-        if not self.json:
-            return
-        if isinstance(value, dict):
-            text = _json.dumps(value, allow_nan=False)
-        else:
+        if self.json:
             from ...solver.results import encode
 
-            text = encode(value).decode()
-        sys.stdout.write(text + "\n")
-        sys.stdout.flush()
+            sys.stdout.write(encode(value).decode() + "\n")
+            sys.stdout.flush()
 
 
 def table(

@@ -107,13 +107,13 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    report = build_report(document, calibration.source)
+    report, files = build_report(document, calibration.source)
     outputs: dict[str, str] = {}
     if not document.distorted:
-        outputs = calibration.save(arm.out / name, force=True, pages=lambda _: report.files)
+        outputs = calibration.save(arm.out / name, force=True, pages=lambda _: files)
     summary = document.summary.test or document.summary.train
     assert summary is not None  # something was trained on
-    verdict = report.figures.verdict
+    verdict = report.verdict
     return FleetSession(
         name=name,
         placements=len(document.placements),
@@ -126,7 +126,7 @@ def _session(
         kind=verdict.kind,
         scope=verdict.scope,
         text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
-        todo=report.figures.todo[0] if report.figures.todo else None,
+        todo=report.todo[0] if report.todo else None,
         drift=drift,
         parameters=document.parameters,
         curves=document.curves,

@@ -4,46 +4,26 @@ import base64
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import msgspec
 from markupsafe import Markup
 
 from ...solver.assessment import Options, fixed, short_names
 from ...solver.calibration import Calibration
-from ...solver.results import CalibrationDocument, encode, refuse_existing, write_files
+from ...solver.results import CalibrationDocument, Document, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
 
-Figures = TypeVar("Figures", ReportDocument, ComparisonDocument)
-
-
-@dataclass(frozen=True)
-class Report(Generic[Figures]):
-    """A report, or a comparison: its figures, and the page that shows them."""
-
-    figures: Figures
-    html: str
-    name: str = "report"
-
-    @property
-    def files(self) -> dict[str, bytes]:
-        """The files to write, by name."""
-        return {
-            f"{self.name}.html": self.html.encode("utf-8", "replace"),
-            f"{self.name}.json": encode(self.figures) + b"\n",
-        }
-
 
 def build_report(
     document: CalibrationDocument, source: str, options: Options | None = None
-) -> Report[ReportDocument]:
-    """Return the report of a calibration; the same calibration and options give the same bytes.
+) -> tuple[ReportDocument, dict[str, bytes]]:
+    """Return the report of a calibration, and its files by name, the same bytes each time.
 
     ``source`` is its file, for a DocumentError, a MeasurementError, or a KnownError.
     """
@@ -55,12 +35,17 @@ def build_report(
         for plot in group
     )
     figures = msgspec.structs.replace(figures, plots=captions)
-    return Report(figures, report_page(figures, plots))
+    return figures, _files("report", figures, report_page(figures, plots))
+
+
+def _files(name: str, figures: Document, html: str) -> dict[str, bytes]:
+    page, data = html.encode("utf-8", "replace"), encode(figures) + b"\n"
+    return {f"{name}.html": page, f"{name}.json": data}
 
 
 def report_files(calibration: Calibration) -> dict[str, bytes]:
     """Return the report's files, by name, with the limits that fit the arm."""
-    return build_report(calibration.document, calibration.source).files
+    return build_report(calibration.document, calibration.source)[1]
 
 
 def write_report(
@@ -174,8 +159,8 @@ def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> s
     return render("found.html.j2", found, found=found)
 
 
-def build_comparison(result: ComparisonDocument) -> Report[ComparisonDocument]:
-    """Return the comparison of calibrations, with its plots."""
+def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
+    """Return the files of a comparison of calibrations, with its plots, by name."""
     plots = comparison_plots(result)
     result = msgspec.structs.replace(result, plots=tuple(plot.caption for plot in plots))
     html = render(
@@ -186,7 +171,7 @@ def build_comparison(result: ComparisonDocument) -> Report[ComparisonDocument]:
         plots=plots,
         names=short_names([row.name for row in result.placements]),
     )
-    return Report(result, html, "compare")
+    return _files("compare", result, html)
 
 
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:

@@ -74,10 +74,8 @@ def show_verdict(
         console.print(Text(f"   {step.command}"), soft_wrap=True)
         console.print(Text(f"   Expected: {step.expected}."))
     if limits.repeatability is not None:
-        repeatability = f"{1e3 * limits.repeatability:g} mm"
-        console.print(
-            Text(f"The arm's repeatability: {repeatability} ({limits.repeatability_source}).")
-        )
+        words = f"{1e3 * limits.repeatability:g} mm ({limits.repeatability_source})"
+        console.print(Text(f"The arm's repeatability: {words}."))
 
 
 def _placements(console: "Console", report: ReportDocument) -> "Table":

@@ -70,13 +70,9 @@ def run_check(options: CheckOptions, terminal: cli.Terminal) -> int:
         given = settings.load, known, settings.deviation
         predicted = design.predicted_error(robot, placements, *given, zeros=bool(settings.zeros))
     hint = diagnostics.next_placement(robot, survey) if survey.placements else POINTS_HINT
-    points = [
-        f"{m.name}: {sum(m.counts)} points that an instrument measured"
-        for m in placements
-        if m.kind == "points"
-    ]
-    amount = _amount(placements, predicted, broken=broken)
-    lines = [*_seen(survey, shared), *points, amount, hint]
+    measured = [f"{m.name}: {sum(m.counts)}" for m in placements if m.kind == "points"]
+    points = [f"{words} points that an instrument measured" for words in measured]
+    lines = [*_seen(survey, shared), *points, _amount(placements, predicted, broken=broken), hint]
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
     rows = [assessment.checks_row(findings), assessment.distance_row(assumed)]

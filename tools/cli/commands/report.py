@@ -42,17 +42,17 @@ def run_report(options: ReportOptions, terminal: cli.Terminal) -> int:
         known=known,
         tolerance=options.tolerance_mm / 1e3,
     )
-    built = report.build_report(document, str(options.calibration), limits)
+    found, files = report.build_report(document, str(options.calibration), limits)
     folder = options.calibration.parent if options.out is None else options.out
-    new = write_report(folder, built.files, force=options.force)
-    report.show(terminal.console, built.figures)
+    new = write_report(folder, files, force=options.force)
+    report.show(terminal.console, found)
     file = folder / "report.html"
     words = "and report.json beside it, the same figures for scripts"
     terminal.say(f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}")
     if options.open:
         open_page(file, terminal)
-    terminal.emit(built.figures)
-    return built.figures.verdict.exit_status
+    terminal.emit(found)
+    return found.verdict.exit_status
 
 
 def metres(millimetres: float | None) -> float | None:
@@ -130,7 +130,7 @@ def run_compare(options: CompareOptions, terminal: cli.Terminal) -> int:
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
     if options.out is not None:
-        written = write_files(options.out, report.build_comparison(result).files)["compare.html"]
+        written = write_files(options.out, report.build_comparison(result))["compare.html"]
         terminal.say(f"Wrote {written}")
         if options.open:
             open_page(written, terminal)
