@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,6 @@ from ...solver import calibration
 from ...solver import robot as robots
 from ..cli import DISTANCES, Terminal
 from ..simulation import practice_driver
-from .checks import similar_models
 from .options import RecordOptions, SettledOptions, has_keyboard
 
 
@@ -60,7 +59,7 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
 
 def first_session(
     options: SettledOptions,
-    robot: robots.Robot,
+    similar: Callable[[Sequence[float]], str | None],
     joints: tuple[JointLimits, ...],
     recording: Recording,
     moved: Sequence[recorder.Sample],
@@ -79,7 +78,7 @@ def first_session(
         socket=min(socket, options.sockets - 1),
         samples=(*content.samples, *moved),
         withdrawn=content.withdrawn,
-        similar_models=similar_models(robot),
+        similar_models=similar,
     )
     for remark in recording.remarks:
         session = session.with_message(remark, alarm=True)

@@ -13,7 +13,7 @@ from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal, one_arm
 from . import session_start
-from .checks import gravity_of, outlier_check
+from .checks import gravity_of, outlier_check, similar_models
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
 from .page import PageProcess
@@ -52,7 +52,9 @@ def record_session(
         monitor = StreamMonitor(
             joints, window=options.window, still=still, live=live, resolution=driver.resolution
         )
-        session = session_start.first_session(options, robot, joints, recording, earlier.moved)
+        session = session_start.first_session(
+            options, similar_models(robot), joints, recording, earlier.moved
+        )
         page = PageProcess(options, options.page_host) if options.page else None
         if page is not None:
             stack.enter_context(closing(page))
