@@ -1,8 +1,4 @@
-"""Streams of the verbs, and tables: text for people, and one JSON object.
-
-With ``--json`` standard output carries JSON alone and everything for people goes to standard
-error; without it, people read standard output.
-"""
+"""Streams of the verbs, and tables; with ``--json`` people's text goes to standard error."""
 
 import os
 import sys

@@ -138,15 +138,13 @@ class PoseSelector:
         goal: float,
     ) -> bool:
         """Return whether more samples here would hardly help, and not reach the goal either."""
-        if gain >= MIN_GAIN and not self._plateaued(len(samples)):
+        before = self._history.get(len(samples) - PLATEAU_SAMPLES, np.inf)
+        plateau = before < np.inf and self._history[len(samples)] > (1 - PLATEAU) * before
+        if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
             known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
         return known.error(where) > goal
-
-    def _plateaued(self, count: int) -> bool:
-        before = self._history.get(count - PLATEAU_SAMPLES, np.inf)
-        return before < np.inf and self._history[count] > (1 - PLATEAU) * before
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:

@@ -33,16 +33,14 @@ class Before:
 
 def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions:
     """Return options with the distance that the operator types, where none is stated."""
-    if options.stated or options.sockets < 2:
-        return options
-    while not options.scripted:
+    while not (options.stated or options.sockets < 2 or options.scripted):
         terminal.say(
             "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
         )
         try:
             typed = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
         except EOFError:
-            break
+            typed = ""
         if not typed:
             break
         try:
@@ -108,10 +106,9 @@ def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement,
 def with_address(session: Session, url: str, host: str) -> Session:
     """Return the session with messages on the page's address."""
     session = session.with_message(f"page: {url}")
-    if host in ("127.0.0.1", "localhost", "::1"):
-        return session
     warning = "whoever knows this address can watch, from anywhere in the network"
-    return session.with_message(warning, alarm=True)
+    alone = host in ("127.0.0.1", "localhost", "::1")
+    return session if alone else session.with_message(warning, alarm=True)
 
 
 def resume_summary_of(

@@ -105,17 +105,15 @@ def _title(options: SettledOptions, robot: Robot) -> str:
 @contextmanager
 def _undisturbed() -> Generator[None, None, None]:
     """Keep the library's log off the screen, and garbage collection off all that is loaded."""
-    log, handler = logging.getLogger("mukca"), logging.NullHandler()
-    propagate, frozen = log.propagate, gc.get_freeze_count() > 0
-    log.addHandler(handler)
-    log.propagate = False
+    log = logging.getLogger("mukca")
+    before, frozen = (log.handlers, log.propagate), gc.get_freeze_count() > 0
+    log.handlers, log.propagate = [*log.handlers, logging.NullHandler()], False
     gc.collect()  # it stops reading for 0.1 s
     gc.freeze()
     try:
         yield
     finally:
-        log.removeHandler(handler)
-        log.propagate = propagate
+        log.handlers, log.propagate = before
         if not frozen:
             gc.unfreeze()
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ...solver.assessment import Limits, Verdict
     from .figures import Step
 
+BARS = 24
+"""Of a placement's errors, each the largest of a stretch, at most."""
 _BARS = "▁▂▃▄▅▆▇█"
 _STYLES = {
     "pass": "green",
@@ -96,12 +98,8 @@ def _placements(console: "Console", report: ReportDocument) -> "Table":
             Text(use.answer, _STYLES.get(use.answer, "")),
         ]
         errors = [each.error("geometric") for each in report.samples if each.placement == i]
-        rows.append([*cells, *([sparkline(np.array(errors), top)] if curves else [])])
+        parts = np.array_split(errors, min(BARS, len(errors)))
+        levels = (int(len(_BARS) * max(part) / top) for part in parts)
+        bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)
+        rows.append([*cells, *([bars] if curves else [])])
     return table("", heads, rows, left=(0, 1, 5, 6))
-
-
-def sparkline(values: np.ndarray, top: float, width: int = 24) -> str:
-    """Return a row of bars, the largest value of each stretch against ``top``."""
-    if len(values) > width:
-        values = np.array([part.max() for part in np.array_split(values, width)])
-    return "".join(_BARS[min(int(len(_BARS) * value / top), len(_BARS) - 1)] for value in values)

@@ -138,15 +138,14 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
         rows.append([row["name"], *cells])
     title = "errors in mm of each placement, trained on all others"
     terminal.console.print(cli.table(title, heads, rows))
-    names: list[str] = result["cross_placement"]["names"]
+    names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
     rows = []
-    matrix = result["cross_placement"]["matrix"]
     for i, (name, errors) in enumerate(zip(names, matrix, strict=True)):
         cells = [millimetres(error) for error in errors or [None] * len(names)]
         cells[i] = f"({cells[i]})"
         rows.append([f"{i + 1} {name}", *cells])
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
-    numbers = [str(i + 1) for i in range(len(names))]
+    numbers = map(str, range(1, len(names) + 1))
     terminal.console.print(cli.table(title, ["", *numbers], rows))
     terminal.say(result["advice"])
 
@@ -183,7 +182,11 @@ def run_fleet(options: FleetOptions, terminal: cli.Terminal) -> int:
     if learned.types:
         files["elasticity.json"] = encode(learned, indent=1)
     written = write_files(options.out, files)
-    show_fleet(result, terminal)
+    heads = ("arm", "last session", "nominal", "calibrated", "verdict")
+    rows = map(fleet.line_of, result.arms)
+    terminal.console.print(cli.table("", heads, rows, left=(0, 1, 4)))
+    terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
+    terminal.say(f"{fleet.summary_of(result)}.")
     if learned.types:
         terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
     terminal.say(f"Report: {written['fleet.html']}")
@@ -198,11 +201,3 @@ def _arm(options: FleetOptions, folder: Path) -> "fleet.ArmFolder":
     return fleet.ArmFolder(
         folder.resolve(), (options.out / folder.name).resolve(), robot, options.calibration
     )
-
-
-def show_fleet(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
-    """Print a row for each arm, and what to do."""
-    heads = ("arm", "last session", "nominal", "calibrated", "verdict")
-    terminal.console.print(cli.table("", heads, map(fleet.line_of, result.arms), left=(0, 1, 4)))
-    terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
-    terminal.say(f"{fleet.summary_of(result)}.")

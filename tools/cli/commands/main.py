@@ -1,7 +1,6 @@
 """The command line: from arguments to a verb, and from errors to exit statuses.
 
-Exit status: 0 done; 1 it ran and the result fails its limits; 2 bad usage or bad input;
-130 interrupted. Verbs are imported only when they are used, so that ``mukca --help`` is instant.
+0 done; 1 the result fails its limits; 2 bad usage or bad input; 130 interrupted.
 """
 
 import argparse

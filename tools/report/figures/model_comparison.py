@@ -176,7 +176,7 @@ def compare(
             a=a,
             b=b,
             placements=rows,
-            summary=_mean_difference([rows[i] for i in fair]) if fair else None,
+            summary=_overall([rows[i] for i in fair]) if fair else None,
             apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
             curves=agreement(curves[a], curves[b]),
         )
@@ -194,7 +194,7 @@ def compare(
     )
 
 
-def _mean_difference(rows: Sequence[Difference]) -> Difference:
+def _overall(rows: Sequence[Difference]) -> Difference:
     means = np.array([row.mean for row in rows])
     noise = float(np.linalg.norm([row.noise for row in rows])) / len(rows)
     if len(rows) > 1:
