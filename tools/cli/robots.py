@@ -113,11 +113,18 @@ def split_by_robot(
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
     no robot, or to train on and named for the test too, is a UsageError.
     """
-    trained, tested = _by_robot(train, robots), _by_robot(test, robots)
+    trained, given = _by_robot(train, robots), _by_robot(test, robots)
+    tested: dict[str, list[Path]] = {name: [] for name in robots}
     left_out: list[str] = []
-    for name in robots:
-        tested[name], lines = _held_out(trained[name], tested[name])
-        left_out += lines
+    for name, paths in given.items():
+        known = {path.resolve() for path in recorder.find_placements(trained[name])}
+        for path, placement in ((p, one) for p in paths for one in recorder.find_placements([p])):
+            if placement.resolve() not in known:
+                tested[name].append(placement)
+            elif placement == path:
+                raise UsageError(f"{path}: trained on, so it cannot be held out as well")
+            else:
+                left_out.append(f"{placement}: trained on, so left out of the test")
     return trained, tested, left_out
 
 
@@ -142,22 +149,6 @@ def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, 
                 )
             by_robot[owner].append(folder)
     return by_robot
-
-
-def _held_out(train: Sequence[Path], test: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """Held-out placements without those trained on, and a line for each of these."""
-    trained = {path.resolve() for path in recorder.find_placements(train)}
-    kept: list[Path] = []
-    left_out: list[str] = []
-    for path in test:
-        for placement in recorder.find_placements([path]):
-            if placement.resolve() not in trained:
-                kept.append(placement)
-            elif placement == path:
-                raise UsageError(f"{path}: trained on, so it cannot be held out as well")
-            else:
-                left_out.append(f"{placement}: trained on, so left out of the test")
-    return kept, left_out
 
 
 def measure_all(

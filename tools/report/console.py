@@ -1,6 +1,6 @@
 """The report in short, for the terminal: the verdict, the placements, the answers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,7 +50,7 @@ def show(console: "Console", report: ReportDocument) -> None:
 
 
 def show_verdict(
-    console: "Console", verdict: "Verdict", limits: "Limits", todo: "Sequence[Step]"
+    console: "Console", verdict: "Verdict", limits: "Limits", todo: "Iterable[Step]"
 ) -> None:
     """Print the verdict, limit by limit."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")

@@ -1,9 +1,12 @@
 """Derivatives against finite differences, torques against Pinocchio."""
 
+import json
+
 import casadi as ca
 import numpy as np
 import pinocchio
 import pytest
+from project import ROOT
 
 from mukca.solver.robot import (
     BallModel,
@@ -15,6 +18,7 @@ from mukca.solver.robot import (
     parse_robot,
     scan,
     shipped_robots,
+    workspace,
 )
 
 PRISMATIC = """<robot name="crane"><link name="w"/><link name="a"><inertial><mass value="2"/>
@@ -125,3 +129,16 @@ def test_words_name_joints_groups_components_and_patterns(panda):
     assert len(names(free=["panda_joint?.yaw"])) == 8
     assert len(names(fix=["*.rpy"])) == 24
     assert len(names(fix=["panda_joint1", "ball_joint.roll"])) == 41
+
+
+def test_the_reach_that_mukca_robots_lists_is_come_near_to_and_never_exceeded():
+    listed = json.loads((ROOT / "tools/cli/commands/robots.json").read_bytes())
+    assert set(listed) == set(shipped_robots())
+    for name, known in listed.items():
+        robot = load_robot(name)
+        q = workspace(robot, 500)
+        q[:, 0] = q[0, 0]
+        frames = link_frames(robot.joints, robot.origins.ravel(), q[0])
+        second = ca.DM(frames[robot.joints.index(robot.actuated[1])][1]).full().ravel()
+        far = np.linalg.norm(BallModel(robot, []).points(np.empty(0), q) - second, axis=1).max()
+        assert 0.8 * known["reach"] < far < 1.002 * known["reach"], name

@@ -22,6 +22,7 @@ READ_SECONDS = 0.2
 WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
 SCREEN_SECONDS = 0.1
 LINE_SECONDS = 1.0
+COUNTS = ("missed", "rejected", "drops", "status")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,10 +118,9 @@ class Monitor:
             "stamp": state.stamp,
             "position": [_finite(angle) for angle in state.position],
             "effort": state.effort and [_finite(effort) for effort in state.effort],
-            "missed": self._driver.missed,
-            "rejected": self._driver.rejected,
-            "drops": self._driver.drops,
-            "status": self._driver.status,
+            **{
+                key: getattr(self._driver, key) for key in ("missed", "rejected", "drops", "status")
+            },
         }
 
     def line(self) -> str:

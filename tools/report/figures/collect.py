@@ -185,7 +185,7 @@ def report_figures(
         provenance=types.ReportProvenance.filled(document.provenance, settings=document.settings),
         command=solve_command(document),
         rests_on=found.verdict.rests_on,
-        todo=steps(found),
+        todo=tuple(steps(found)),
         answers=answers_of(found, samples, options.tolerance),
         arm=arm_drawing(predictions),
         plots=(),

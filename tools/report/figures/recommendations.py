@@ -21,12 +21,10 @@ _SPAN = 0.5
 """A distance in the workspace [m]."""
 
 
-def steps(found: assessment.Assessment) -> tuple[Step, ...]:
-    """Return the next steps for a calibration, best first; none where the verdict is PASS."""
-    return () if found.verdict.status == "pass" else tuple(_steps(found))
-
-
-def _steps(found: assessment.Assessment) -> Iterator[Step]:
+def steps(found: assessment.Assessment) -> Iterator[Step]:
+    """Yield the next steps for a calibration, best first; none where the verdict is PASS."""
+    if found.verdict.status == "pass":
+        return
     document, placements = found.predictions.document, found.placements
     status = {row.name: row.status for row in found.verdict.limits}
     wrong = placements_with_errors(placements, document.checks)
@@ -36,7 +34,7 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
         folders = [row.folder for row in document.data]
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
-        yield Step(text=text, command=command, expected=words)
+        yield Step(text, command, words)
         yield from _leave_out(found, wrong)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
         yield from _measure(document, placements)
@@ -54,11 +52,11 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
     if any(row.status == "not evaluated" and row.found is not None for row in limits):
         text = "Say how well the arm repeats, from its data sheet"
         again = solve_command(document, given={"repeatability_mm": "MM"})
-        yield Step(text=text, command=again, expected="a verdict, not a smaller error")
+        yield Step(text, again, "a verdict, not a smaller error")
     if all(row.kind == "points" for row in placements):
         text = "Measure more points, in poses as varied as can be, and hold some of them out by"
         words = "an error that nothing was fitted to"
-        yield Step(text=f"{text} --test", command=solve_command(document), expected=words)
+        yield Step(f"{text} --test", solve_command(document), words)
         return
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
@@ -77,7 +75,7 @@ def _measure(
     text = "Measure the sockets' distance, and type what you read"
     command = solve_command(document, given={"distance": "MEASURED"})
     if scale is None:
-        yield Step(text=text, command=command, expected="an arm of the right size")
+        yield Step(text, command, "an arm of the right size")
         return
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before, after = (value * _SPAN for value in (abs(scale.value), deviation))
@@ -87,7 +85,7 @@ def _measure(
             f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
             f"{mm(after)}; if you read the same, a length of the model is wrong"
         )
-    yield Step(text=text, command=command, expected=words, before=before, after=after)
+    yield Step(text, command, words, before, after)
 
 
 def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
@@ -95,21 +93,15 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     rows = () if document.outlook is None else document.outlook.forecasts
     forecasts = {row.placement: row.distance_deviation for row in rows}
     if document.uncertainty is None or name not in forecasts:
-        expected = "not told by this method: only --method auto forecasts"
-        if document.method == "auto":
-            expected = "not told: the place is out of the arm's reach"
-        return Step(text=text, command=command, expected=expected)
+        out = document.method == "auto"
+        why = "the place is out of the arm's reach" if out else "only --method auto forecasts"
+        return Step(text, command, f"not told{'' if out else ' by this method'}: {why}")
     before, after = document.uncertainty.distance_deviation.median, forecasts[name]
-    own = document.arm_name  # several arms have a workspace each
-    distances = f"distances in {own}'s own workspace" if own else "distances"
-    return Step(
-        text=text,
-        command=command,
-        expected=f"the predicted error of {distances}, trained on it too, falls from "
-        f"{mm(before)} to {mm(after)}",
-        before=before,
-        after=after,
-    )
+    # several arms have a workspace each
+    own = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
+    falls = f"falls from {mm(before)} to {mm(after)}"
+    words = f"the predicted error of distances{own}, trained on it too, {falls}"
+    return Step(text, command, words, before, after)
 
 
 def _leave_out(found: assessment.Assessment, bad: Sequence[int]) -> Iterator[Step]:
@@ -132,13 +124,10 @@ def _leave_out(found: assessment.Assessment, bad: Sequence[int]) -> Iterator[Ste
 
     with suppress(MukcaError):
         before, after = held_out(trained), held_out(kept)
-        yield Step(
-            text=f"Leave out {joined([names[i] for i in bad])}",
-            command=solve_command(predictions.document, moved=dict.fromkeys(sorted(wrong))),
-            expected=f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}",
-            before=before,
-            after=after,
-        )
+        text = f"Leave out {joined([names[i] for i in bad])}"
+        command = solve_command(predictions.document, moved=dict.fromkeys(sorted(wrong)))
+        words = f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
+        yield Step(text, command, words, before, after)
 
 
 _CHAIN = ("base", "tip", "flange", "ball")

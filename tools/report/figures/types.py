@@ -14,7 +14,7 @@ Answer = Literal["yes", "mostly", "no", "trained on"]
 """``mostly``: 19 of 20 samples; ``trained on``: its errors prove nothing."""
 
 
-class Step(Document, kw_only=True, frozen=True):
+class Step(Document, frozen=True):
     """One thing to do next."""
 
     text: str
