@@ -162,7 +162,7 @@ def _described(
             title = group or (f"method {said.method}" if said.method else "fit")
             about |= {**vars(said), "text": said.help, "group": title}
         else:
-            about |= {**_texts()[owners[name].__name__, name], **one.metadata}
+            about |= {**_texts()[owners[name].__name__.lstrip("_"), name], **one.metadata}
         yield one, kind, {**about, "text": _help(about, one.default)}
 
 

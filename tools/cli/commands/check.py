@@ -20,9 +20,7 @@ POINTS_HINT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckOptions(cli.RobotOptions, cli.OutputOptions):
-    """Options of ``mukca check``."""
-
+class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     robot: str = ""
     calibration: Path | None = None
     stood: str = ""
@@ -33,7 +31,7 @@ class CheckOptions(cli.RobotOptions, cli.OutputOptions):
     )
 
 
-def _what_changed(options: CheckOptions, file: Path, terminal: cli.Terminal) -> int:
+def _what_changed(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
     since = calibration.load_calibration(cli.one_arm(file))
     settings = options.settings.validated()
@@ -50,7 +48,7 @@ def _what_changed(options: CheckOptions, file: Path, terminal: cli.Terminal) -> 
     return found.verdict.exit_status
 
 
-def run_check(options: CheckOptions, terminal: cli.Terminal) -> int:
+def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
@@ -147,16 +145,14 @@ def _amount(
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValidateOptions(cli.OutputOptions):
-    """Options of ``mukca validate``."""
-
+class _ValidateOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     data: Sequence[Path] = cli.argument()
     settings: SolveOptions = cli.part(SolveOptions, "distance repeatability_mm flange_poses")
 
 
 @cli.for_each_arm
-def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
+def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     """Show nominal and calibrated errors on placements; those trained on are marked."""
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)

@@ -29,9 +29,7 @@ ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathOptions(PayloadOptions):
-    """Options of what is on the arm, and of the file to write."""
-
+class _PathOptions(PayloadOptions):
     tool: str | None = None
     out: Path | None = None
     force: bool = False
@@ -50,16 +48,14 @@ class PathOptions(PayloadOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CommandOptions(PathOptions):
-    """Options of ``mukca command``."""
-
+class _CommandOptions(_PathOptions):
     calibration: Path = argument()
     poses: Path = argument()
     start: Sequence[float] | None = None
     prefer: Sequence[float] | None = None
 
 
-def run_command(options: CommandOptions, terminal: Terminal) -> int:
+def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
     import numpy as np
 
@@ -154,7 +150,7 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
 
 @contextmanager
 def written(
-    options: PathOptions, terminal: Terminal, header: Sequence[str], source: Path
+    options: _PathOptions, terminal: Terminal, header: Sequence[str], source: Path
 ) -> "Generator[Callable[..., None]]":
     """Yield what writes rows as CSV, each number so that it reads back exactly.
 
@@ -184,14 +180,12 @@ def written(
 
 
 @dataclass(frozen=True, kw_only=True)
-class PosesOptions(PathOptions):
-    """Options of ``mukca poses``."""
-
+class _PosesOptions(_PathOptions):
     calibration: Path = argument()
     joints: Path = argument()
 
 
-def run_poses(options: PosesOptions, terminal: Terminal) -> int:
+def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion."""
     import numpy as np
 

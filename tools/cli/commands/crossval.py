@@ -19,9 +19,7 @@ _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": No
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
-    """Options of ``mukca crossval``."""
-
+class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     data: Sequence[Path] = cli.argument()
     bootstrap: int = 0
     settings: SolveOptions = cli.part(
@@ -29,7 +27,7 @@ class CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     )
 
 
-def run_crossval(options: CrossvalOptions, terminal: cli.Terminal) -> int:
+def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
     robot, settings = options.load_robot(), options.settings.validated()
     if options.bootstrap == 1 or options.bootstrap < 0:
@@ -151,15 +149,13 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
-    """Options of ``mukca fleet``."""
-
+class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
     folder: Path = cli.argument()
     out: Path = cli.option(...)
     calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
 
 
-def run_fleet(options: FleetOptions, terminal: cli.Terminal) -> int:
+def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     """Calibrate all arms, and write the page."""
     options.check_out()
     items = [_arm(options, folder) for folder in fleet.find_arms(options.folder)]
@@ -194,7 +190,7 @@ def run_fleet(options: FleetOptions, terminal: cli.Terminal) -> int:
     return assessment.worst(arm.exit_status for arm in arms)
 
 
-def _arm(options: FleetOptions, folder: Path) -> "fleet.ArmFolder":
+def _arm(options: _FleetOptions, folder: Path) -> "fleet.ArmFolder":
     robot = options.model_arguments()
     if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
         robot["robot"] = str(Path(options.robot).resolve())

@@ -23,9 +23,7 @@ LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
 @dataclass(frozen=True, kw_only=True)
-class EmulateOptions:
-    """Options of ``mukca emulate``."""
-
+class _EmulateOptions:
     controller: str = argument(choices=sorted(EMULATORS))
     version: str | None = None
     address: str = ""
@@ -41,7 +39,7 @@ class EmulateOptions:
     json: bool = False
 
 
-def run_emulate(options: EmulateOptions, terminal: Terminal) -> int:
+def run_emulate(options: _EmulateOptions, terminal: Terminal) -> int:
     """Emulate until interrupted or terminated."""
     emulator = open_emulator(options)
     if options.wait:
@@ -65,7 +63,7 @@ def run_emulate(options: EmulateOptions, terminal: Terminal) -> int:
     return 0
 
 
-def open_emulator(options: EmulateOptions) -> Emulator:
+def open_emulator(options: _EmulateOptions) -> Emulator:
     """Return the emulator that was asked for, listening."""
     kind: type[Emulator] = getattr(emulators, EMULATORS[options.controller])
     version = options.version or next(iter(kind.VERSIONS))

@@ -17,9 +17,7 @@ LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.item
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExportOptions(PayloadOptions, JsonOption):
-    """Options of ``mukca export``."""
-
+class _ExportOptions(PayloadOptions, JsonOption):
     calibration: Path = argument()
     to: str = option(..., choices=FORMATS)
     out: Path
@@ -33,7 +31,7 @@ class ExportOptions(PayloadOptions, JsonOption):
 
 
 @for_each_arm
-def run_export(options: ExportOptions, terminal: Terminal) -> int:
+def run_export(options: _ExportOptions, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     tools = _tools(options.tool)
     held = calibration.load_calibration(options.calibration)

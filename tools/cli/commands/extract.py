@@ -14,9 +14,7 @@ from ...recording import joints_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExtractOptions(cli.RobotOptions, cli.OutputOptions):
-    """Options of ``mukca extract``."""
-
+class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     log: Path = cli.argument()
     distance: float = cli.option(0.05, between=cli.DISTANCES)
     assign: Sequence[str] = cli.option((), repeated=True)
@@ -29,7 +27,7 @@ class ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     out: Path | None = None
 
 
-def run_extract(options: ExtractOptions, terminal: cli.Terminal) -> int:
+def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     """Find the rests, show what they may be, and write them."""
     options.check_out()
     robot = options.load_robot()

@@ -18,9 +18,7 @@ from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, tab
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
-    """Options of ``mukca plan``."""
-
+class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     placements: int = option(3, between=(1, 8))
     samples: int = option(12, between=(3, 100))
     distance: Sequence[float] = option((0.1, 0.15, 0.05), between=(0.01, 1))
@@ -29,7 +27,7 @@ class PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     force: bool = False
 
 
-def run_plan(options: PlanOptions, terminal: Terminal) -> int:
+def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
         results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
@@ -81,7 +79,7 @@ def _picture(robot: str, planned: "design.Plan") -> bytes:
     return panel.file(_STYLE)
 
 
-def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) -> None:
+def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal) -> None:
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []
@@ -99,9 +97,7 @@ def _show(plans: "list[design.Plan]", options: PlanOptions, terminal: Terminal) 
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrintPartsOptions(OutputOptions):
-    """Options of ``mukca print-parts``."""
-
+class _PrintPartsOptions(OutputOptions):
     out: Path = option(...)
     mount: Sequence[str] | None = None
     format: Sequence[str] = option(("stl", "3mf", "svg"), choices=printables.FORMATS)
@@ -122,7 +118,7 @@ class PrintPartsOptions(OutputOptions):
     grip_mm: tuple[float, float, float] | None = None
 
 
-def run_print_parts(options: PrintPartsOptions, terminal: Terminal) -> int:
+def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:
     """Build, check and write the parts."""
     base, balls = _socket_base(options), _balls(options)
     if find_spec("manifold3d") is None:
@@ -156,7 +152,7 @@ def run_print_parts(options: PrintPartsOptions, terminal: Terminal) -> int:
     return 0
 
 
-def _socket_base(options: PrintPartsOptions) -> printables.SocketBase:
+def _socket_base(options: _PrintPartsOptions) -> printables.SocketBase:
     lengths: dict[str, Any] = {
         "distance": 1000 * options.distance,
         "sockets": options.sockets,
@@ -174,7 +170,7 @@ def _socket_base(options: PrintPartsOptions) -> printables.SocketBase:
     return printables.AnchoredBase(arm=arm, width=plate[0], front=plate[1], **lengths)
 
 
-def _balls(options: PrintPartsOptions) -> Mapping[str, printables.BallPart]:
+def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
     """Return a ball on each mount that was asked for: named ones, the user's own, or else all."""
     mounts: dict[str, printables.Mount] = {}
     if options.bolt_circle_mm is not None:

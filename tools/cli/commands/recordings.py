@@ -22,14 +22,12 @@ from .. import POSITIVE, JsonOption, Terminal, argument, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class InfoOptions(JsonOption):
-    """Options of ``mukca info``."""
-
+class _InfoOptions(JsonOption):
     paths: Sequence[Path] = argument()
     set_distance: float | None = option(between=(1e-3, 10))
 
 
-def run_info(options: InfoOptions, terminal: Terminal) -> int:
+def run_info(options: _InfoOptions, terminal: Terminal) -> int:
     """Read and describe all placements."""
     folders = recorder.find_placements(options.paths)
     if options.set_distance is not None:
@@ -218,9 +216,7 @@ FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConvertOptions:
-    """Options of ``mukca convert``."""
-
+class _ConvertOptions:
     path: Path = argument()
     to: str = option(..., choices=FORMS)
     columns: Sequence[str] = ()
@@ -229,7 +225,7 @@ class ConvertOptions:
     distance: float | None = option(between=POSITIVE)
 
 
-def run_convert(options: ConvertOptions, terminal: Terminal) -> int:
+def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
     folders = [options.path] if options.columns else recorder.find_placements([options.path])

@@ -13,9 +13,7 @@ from ...report import figures
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReportOptions(cli.OutputOptions):
-    """Options of ``mukca report``."""
-
+class _ReportOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     repeatability_mm: float | None = cli.option(between=cli.MILLIMETRES)
     limit_mae_mm: float | None = cli.option(between=cli.MILLIMETRES)
@@ -30,7 +28,7 @@ class ReportOptions(cli.OutputOptions):
 
 
 @cli.for_each_arm
-def run_report(options: ReportOptions, terminal: cli.Terminal) -> int:
+def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     """Write the report, and show it in short."""
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
@@ -85,7 +83,7 @@ def emit_with_page(
     """Write the page of a verb to its --out, in the terminal's words, and emit its result."""
     written = dict(outputs or {})
     if options.out is not None:
-        title = f"mukca {type(options).__name__.removesuffix('Options').lower()}"
+        title = f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
         html = report.found_page(title, lines, result).encode()
         write_report(options.out, {"report.html": html}, force=options.force)
         written["report"] = str(options.out / "report.html")
@@ -106,9 +104,7 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareOptions(cli.OutputOptions):
-    """Options of ``mukca compare``."""
-
+class _CompareOptions(cli.OutputOptions):
     calibrations: Sequence[Path] = cli.argument()
     data: Sequence[Path] = ()
     distance: float | None = None
@@ -116,7 +112,7 @@ class CompareOptions(cli.OutputOptions):
     open: bool = False
 
 
-def run_compare(options: CompareOptions, terminal: cli.Terminal) -> int:
+def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     """Compare, show the tables, and write the page."""
     if options.open and options.out is None:
         raise UsageError("--open needs --out DIR, where the page is written")

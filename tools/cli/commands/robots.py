@@ -17,13 +17,11 @@ KNOWN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("robots.j
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotsListOptions(JsonOption):
-    """Options of ``mukca robots``."""
-
+class _RobotsListOptions(JsonOption):
     licences: bool = False
 
 
-def run_robots(options: RobotsListOptions, terminal: Terminal) -> int:
+def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in models.shipped_robots()]
     terminal.emit({"robots": robots})

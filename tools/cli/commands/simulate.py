@@ -26,9 +26,7 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExperimentOptions(JsonOption):
-    """Options of each experiment."""
-
+class _ExperimentOptions(JsonOption):
     model: str = "calibrated"
     arm: int | None = option(between=SEEDS)
     seed: int = option(0, between=SEEDS)
@@ -37,7 +35,7 @@ class ExperimentOptions(JsonOption):
 
 
 @dataclass(frozen=True, kw_only=True)
-class InsertionOptions(ExperimentOptions):
+class InsertionOptions(_ExperimentOptions):
     """Put a peg into a hole from other postures than that in which it was taught."""
 
     experiment: ClassVar = "insertion"
@@ -47,7 +45,7 @@ class InsertionOptions(ExperimentOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DrawingOptions(ExperimentOptions):
+class DrawingOptions(_ExperimentOptions):
     """Retrace a drawing from other postures than that in which it was shown."""
 
     experiment: ClassVar = "drawing"
@@ -170,14 +168,12 @@ KEYS = "keys.txt"
 
 
 @dataclass(frozen=True, kw_only=True)
-class DemoOptions:
-    """Options of ``mukca demo``."""
-
+class _DemoOptions:
     out: Path = Path("demo")
     force: bool = False
 
 
-def run_demo(options: DemoOptions, terminal: Terminal) -> int:
+def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     """Record three placements of the demo arm, calibrate on one, validate on the others."""
     from ...simulation import demo_bases, simulate_hand
 

@@ -16,15 +16,13 @@ from .check import show_errors
 
 
 @dataclass(frozen=True, kw_only=True)
-class CalibrateOptions(RobotsOptions, OutputOptions):
-    """Options of ``mukca solve``."""
-
+class _CalibrateOptions(RobotsOptions, OutputOptions):
     train: Sequence[Path] = argument()
     test: Sequence[Path] = ()
     settings: SolveOptions = part(SolveOptions)
 
 
-def run_solve(options: CalibrateOptions, terminal: Terminal) -> int:
+def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
     options.check_out()
     found = calibrated(options, terminal)
@@ -59,7 +57,7 @@ def run_solve(options: CalibrateOptions, terminal: Terminal) -> int:
 
 
 def calibrated(
-    options: CalibrateOptions, terminal: Terminal
+    options: _CalibrateOptions, terminal: Terminal
 ) -> "calibration.MultiRobotCalibration | calibration.Calibration":
     """Calibrate by the options, and say what to heed."""
     robots = options.load_robots()

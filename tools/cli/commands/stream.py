@@ -26,16 +26,14 @@ COUNTS = ("missed", "rejected", "drops", "status")
 
 
 @dataclass(frozen=True, kw_only=True)
-class StreamOptions:
-    """Options of ``mukca stream``."""
-
+class _StreamOptions:
     driver: str
     count: int | None = option(between=POSITIVE)
     seconds: float | None = option(between=POSITIVE)
     json: bool = False
 
 
-def run_stream(options: StreamOptions, terminal: Terminal) -> int:
+def run_stream(options: _StreamOptions, terminal: Terminal) -> int:
     """Show states until the end that was asked for, or Ctrl-C."""
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = options.driver.partition(":")

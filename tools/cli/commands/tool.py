@@ -15,9 +15,7 @@ from .report import emit_with_page
 
 
 @dataclass(frozen=True, kw_only=True)
-class ToolOptions(OutputOptions):
-    """Options of ``mukca tool``."""
-
+class _ToolOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     name: str = "tool"
@@ -26,7 +24,7 @@ class ToolOptions(OutputOptions):
     stood: str = ""
 
 
-def run_tool(options: ToolOptions, terminal: Terminal) -> int:
+def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
     """Print the tool's place, and write the calibration with its link."""
     options.check_out()
     held = calibration.load_calibration(one_arm(options.calibration))
@@ -86,9 +84,7 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
 
 
 @dataclass(frozen=True, kw_only=True)
-class RezeroOptions(OutputOptions):
-    """Options of ``mukca rezero``."""
-
+class _RezeroOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     joint: Sequence[str] = ()
@@ -97,7 +93,7 @@ class RezeroOptions(OutputOptions):
     distance: float | None = None
 
 
-def run_rezero(options: RezeroOptions, terminal: Terminal) -> int:
+def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
     """Print each joint's zero, and write the calibration with the new ones."""
     options.check_out()
     found = partial.rezero(
@@ -129,9 +125,7 @@ _BOARD = (9.0, 6.0, 30.0, 21.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class HandeyeOptions(OutputOptions):
-    """Options of ``mukca handeye``."""
-
+class _HandeyeOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     camera: "partial.Camera"
@@ -142,7 +136,7 @@ class HandeyeOptions(OutputOptions):
     intrinsics: str = ""
 
 
-def run_handeye(options: HandeyeOptions, terminal: Terminal) -> int:
+def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     options.check_out()
     held = calibration.load_calibration(one_arm(options.calibration))
@@ -154,7 +148,7 @@ def run_handeye(options: HandeyeOptions, terminal: Terminal) -> int:
     return 3 if found.untold else 0
 
 
-def _views(path: Path, options: HandeyeOptions) -> "list[recorder.Placement]":
+def _views(path: Path, options: _HandeyeOptions) -> "list[recorder.Placement]":
     """Return the views of a CSV file of any name, of a folder of images, or of placements."""
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
