@@ -79,9 +79,7 @@ def state_of(view: View) -> dict[str, Any]:
     }
 
 
-class Server(ThreadingHTTPServer):
-    """Serves the page and its events."""
-
+class _Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, host: str) -> None:
@@ -90,11 +88,10 @@ class Server(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(16)
         self.page = (Path(__file__).parent / "page.html").read_bytes()
         self.free = threading.Semaphore(MOST)
-        super().__init__((host, 0), Handler)
+        super().__init__((host, 0), _Handler)
         self.url = "http://{}:{}/{}/".format(*self.server_address[:2], self.token)
 
     def post(self, state: str) -> None:
-        """Show another state."""
         with self._changed:
             self._state, self._number = state, self._number + 1
             self._changed.notify_all()
@@ -106,10 +103,8 @@ class Server(ThreadingHTTPServer):
             return (None if self._number == number else self._state), self._number
 
 
-class Handler(BaseHTTPRequestHandler):
-    """Answers one browser."""
-
-    server: Server  # pyright: ignore[reportIncompatibleVariableOverride]
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def do_GET(self) -> None:
         """Send the page, or events until the browser goes away."""
@@ -154,7 +149,7 @@ def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
     from ...solver.design import skeleton
 
     places = skeleton(load_robot(**robot))
-    server = Server(host)
+    server = _Server(host)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     pipe.send(server.url)
     while True:

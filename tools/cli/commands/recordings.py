@@ -36,15 +36,14 @@ def run_info(options: _InfoOptions, terminal: Terminal) -> int:
             if not options.json:
                 to = f"to {_length(options.set_distance)} in {folder / recorder.METADATA}"
                 terminal.say(f"distance changed from {_length(before)} {to}")
-    placements = [describe(folder) for folder in folders]
+    placements = [_describe(folder) for folder in folders]
     terminal.emit({"placements": placements})
     for placement in placements if not options.json else []:
         _show(placement, terminal)
     return 0
 
 
-def describe(folder: Path) -> dict[str, Any]:
-    """Return what a placement holds, in SI units."""
+def _describe(folder: Path) -> dict[str, Any]:
     samples = folder / recorder.SAMPLES
     content = recorder.read_samples(samples) if samples.exists() else None
     facts: dict[str, Any] = {

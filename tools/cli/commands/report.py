@@ -7,7 +7,7 @@ from pathlib import Path
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions, UsageError
-from ....solver.results import OutputError, write_files
+from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
 
@@ -60,14 +60,9 @@ def metres(millimetres: float | None) -> float | None:
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
     """Write a report's files, unless they are there already; return if anything was written."""
-    there = {file: file.read_bytes() for name in contents if (file := folder / name).is_file()}
-    new = {name: data for name, data in contents.items() if there.get(folder / name) != data}
-    present = [folder / name for name in new if (folder / name).exists()]
-    if present and not force:
-        raise OutputError(
-            f"{present[0]}: exists and is another report; add --force to overwrite it, or choose "
-            "another folder by --out"
-        )
+    there = {name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()}
+    new = {name: data for name, data in contents.items() if there.get(name) != data}
+    results.refuse_existing(folder, new, force=force)
     if new:
         results.write_files(folder, new)
     return bool(new)

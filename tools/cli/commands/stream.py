@@ -38,7 +38,7 @@ def run_stream(options: _StreamOptions, terminal: Terminal) -> int:
     logging.getLogger("mukca").addHandler(logging.NullHandler())  # drops are told here
     name, _, address = options.driver.partition(":")
     with closing(Reconnecting(lambda: open_driver(name, address))) as driver:
-        monitor = Monitor(driver, options.count, options.seconds)
+        monitor = _Monitor(driver, options.count, options.seconds)
         if options.json:
             monitor.write_json(terminal)
         elif not sys.stdout.isatty():
@@ -53,7 +53,7 @@ def run_stream(options: _StreamOptions, terminal: Terminal) -> int:
     return 0
 
 
-class Monitor:
+class _Monitor:
     """Reader of states, up to a count or a time [s], where one is given."""
 
     def __init__(self, driver: Reconnecting, count: int | None, seconds: float | None) -> None:
@@ -67,7 +67,6 @@ class Monitor:
         self._arrival = clock.now()
 
     def write_json(self, terminal: Terminal) -> None:
-        """Write one JSON object a state."""
         last: str | None = None
         for state in self._states():
             if self._driver.trouble != last:
@@ -122,7 +121,6 @@ class Monitor:
         }
 
     def line(self) -> str:
-        """Return angles and figures in one line."""
         position = self._state.position if self._state else ()
         angles = " ".join(f"{math.degrees(angle):9.3f}" for angle in position)
         return f"{angles} deg  {'; '.join(self._figures())}"
