@@ -39,8 +39,7 @@ class RobotOptions:
 
     def model_arguments(self) -> dict[str, Any]:
         """Arguments of :func:`mukca.load_robot`, by their names."""
-        names = ("robot", "base", "tip", "flange", "ball")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in RobotOptions.__annotations__}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,16 +76,17 @@ def _named(given: Sequence[str]) -> dict[str, str]:
     named: dict[str, str] = {}
     for words in given:
         name, _, robot = words.partition("=")
-        if len(given) == 1:
-            if robot and name.isidentifier():
-                raise UsageError(f"--robot {words}: one robot needs no name; write --robot {robot}")
+        wrong = ""
+        if len(given) == 1 and robot and name.isidentifier():
+            wrong = f"one robot needs no name; write --robot {robot}"
+        elif len(given) == 1:
             return {"": words}
-        if not robot or not name.replace("_", "").replace("-", "").isalnum():
-            raise UsageError(
-                f"--robot {words}: of several robots each needs a name, as in --robot left=panda"
-            )
-        if name in named:
-            raise UsageError(f"--robot {words}: two robots are called {name!r}")
+        elif not robot or not name.replace("_", "").replace("-", "").isalnum():
+            wrong = "of several robots each needs a name, as in --robot left=panda"
+        elif name in named:
+            wrong = f"two robots are called {name!r}"
+        if wrong:
+            raise UsageError(f"--robot {words}: {wrong}")
         named[name] = robot
     return named
 

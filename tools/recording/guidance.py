@@ -62,7 +62,6 @@ class PoseSelector:
         self._sockets, self._curved = sockets, bool(design.curve_advice(robot))
         self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
-        self._nominal = np.zeros(self._model.size)
         self._reach = design.Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
         self._alarms = SessionAlarms(robot)
@@ -86,9 +85,7 @@ class PoseSelector:
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
         known = self._covariance(samples, posterior)
-        where = design.workspace_of(
-            self._model, self._nominal if posterior is None else posterior.x
-        )
+        where = design.workspace_of(self._model, known.x)
         rigid = known.error(where)
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)

@@ -19,11 +19,8 @@ if TYPE_CHECKING:
 
     from ....solver.calibration import Setup
 
-FORMS = (
-    ("x", "y", "z"),
-    ("x", "y", "z", "qx", "qy", "qz", "qw"),
-    ("x", "y", "z", "roll", "pitch", "yaw"),
-)
+PLACE, QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
+FORMS = (PLACE, (*PLACE, *QUATERNION), (*PLACE, "roll", "pitch", "yaw"))
 INPUT = "standard input"
 ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
@@ -190,8 +187,7 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     import numpy as np
 
     held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
-    header = ("x", "y", "z", "qx", "qy", "qz", "qw")
-    with written(options, terminal, header, options.joints) as write:
+    with written(options, terminal, FORMS[1], options.joints) as write:
         for q, wheres in streamed(options.joints, [held.robot.joint_names]):
             with located(wheres, terminal):
                 T = held.flange(q, **setup)

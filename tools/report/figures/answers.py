@@ -144,18 +144,18 @@ def _use_answer(
 ) -> types.UseAnswer:
     """Return the answer whether a task with a tolerance may be done, placement by placement."""
     uncertainty = found.predictions.document.uncertainty
+    answers: list[Answer] = [answer_at(row, tolerance) for row in found.placements]
     rows: list[types.UseAtPlacement] = []
-    for name, row in zip(names, found.placements, strict=True):
+    for name, row, answer in zip(names, found.placements, answers, strict=True):
         y = row.position[1]  # the name may be given from the other side
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
-        where, answer = assessment.area(row.position, brief=True), answer_at(row, tolerance)
+        where = area(row.position, brief=True)
         rows.append(types.UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
     between = next(row for row in found.verdict.limits if row.name == "between_placements")
-    called = [row.called for row in rows]
-    answers: list[Answer] = [row.answer for row in rows]
+    called, status = [row.called for row in rows], found.verdict.status
     return types.UseAnswer(
         rows=tuple(rows),
-        text=use_text(called, answers, f"{1e3 * tolerance:g}", found.verdict.status),
+        text=use_text(called, answers, f"{1e3 * tolerance:g}", status),
         meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
         between=text(_TEXTS, "between", found=between.found, uncertainty=uncertainty),

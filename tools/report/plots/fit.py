@@ -26,17 +26,13 @@ def history(report: ReportDocument) -> Plot | None:
     if not rows:
         return None
     roles = ["train"] if rows[0].test is None else ["train", "test"]
-    curves = {
-        term: {
-            role: [
-                (float(row.iteration), max(1e3 * getattr(one, term) ** 0.5, _SMALLEST))
-                for row in rows
-                if (one := getattr(row, role)) is not None
-            ]
-            for role in roles
-        }
-        for term in _TERMS
-    }
+
+    def curve(term: str, role: str) -> Curve:
+        ends = [(float(row.iteration), getattr(row, role)) for row in rows]
+        each = [(k, getattr(one, term)) for k, one in ends if one is not None]
+        return [(k, max(1e3 * value**0.5, _SMALLEST)) for k, value in each]
+
+    curves = {term: {role: curve(term, role) for role in roles} for term in _TERMS}
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "history",
@@ -75,15 +71,9 @@ def cross_placement(report: ReportDocument) -> Plot | None:
     if matrix is None or not any(matrix.matrix):
         return None
     names = short_names(matrix.names)
-    errors = {
-        i: [max(1e3 * error, 1e-6) for error in row]
-        for i, row in enumerate(matrix.matrix)
-        if row is not None
-    }
-    means = [
-        (float(np.mean([error for j, error in enumerate(row) if j != i])), names[i])
-        for i, row in errors.items()
-    ]
+    rows = {i: row for i, row in enumerate(matrix.matrix) if row is not None}
+    errors = {i: [max(1e3 * error, 1e-6) for error in row] for i, row in rows.items()}
+    means = [(float(np.mean(np.delete(row, i))), names[i]) for i, row in errors.items()]
     limit = 1e3 * (report.limits.mean_absolute_error.value or math.inf)
     panel = _matrix_panel(names, errors, limit)
     values: dict[str, Any] = {"means": means, "failed": len(names) - len(means), "limit": limit}

@@ -17,13 +17,9 @@ def _names_of(report: ReportDocument) -> list[str]:
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
     """Return the error of each sample [m], of one role or of all, shape (N,)."""
-    return np.array(
-        [
-            row.error(model)
-            for row in report.samples
-            if role is None or report.placements[row.placement].role == role
-        ]
-    )
+    roles = [row.role for row in report.placements]
+    rows = [row for row in report.samples if role in (None, roles[row.placement])]
+    return np.array([row.error(model) for row in rows])
 
 
 WINDOW = 7
