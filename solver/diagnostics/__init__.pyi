@@ -1,13 +1,13 @@
 from .columns import CAUSES as CAUSES
+from .configurations import EVERYWHERE as EVERYWHERE
 from .configurations import named as named
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .configurations import size_level as size_level
+from .configurations import where_of as where_of
+from .explain import OF_JOINTS as OF_JOINTS
+from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
-from .hypothesis import EVERYWHERE as EVERYWHERE
-from .hypothesis import OF_JOINTS as OF_JOINTS
-from .hypothesis import cause as cause
-from .hypothesis import where_of as where_of
 from .inspection import Given as Given
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from ..robot import Robot
-from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Kind, Scene, of_zero
+from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Scene, kind_of, of_zero
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
 
 STEPS = 8
@@ -26,23 +26,11 @@ USUAL_OFFSET = np.deg2rad(1.5)
 """Joints may be off by less than this."""
 NEEDED = 1.5
 """The error without an offset that is needed is so many times as large as with it."""
-ADVICE = {
-    "sign": "change the sign in the recording, or of the axis in the model",
-    "swap": "bring the columns into the order of the model's chain",
-    "order": "bring the columns into the order of the model's chain",
-    "zero": "set the joint's zero, or choose the model of this robot's version",
-}
 MUCH = 3.0
 """Noise, beside what is expected, from which any placement may have wrong columns."""
-OF_COLUMNS = {"sign": 0.05, "swap": 0.03, "order": 0.02, "zero": 0.01}
-"""Prior probabilities of mistakes in the columns."""
-TELL = "read one pose at the arm, and compare it with its row"
-"""Step that tells them from others."""
-_KINDS = {
-    n: Kind(n, p, lambda _: "", ADVICE[n], TELL, code="swap" if n == "order" else "")
-    for n, p in OF_COLUMNS.items()
-}
-CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *_KINDS.values())
+OF_COLUMNS = {name: kind_of(name) for name in ("sign", "swap", "order")}
+OF_COLUMNS["zero"] = kind_of("zero_column")
+CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *OF_COLUMNS.values())
 """All that may be told."""
 TOLERANCE = 0.02
 """A right model is off by less than this on average, once the ball's place is fitted [m]."""
@@ -95,7 +83,7 @@ class ColumnHypothesis:
     @property
     def advice(self) -> str:
         """Steps that mend the mistakes."""
-        return "; ".join(ADVICE[kind] for kind in self.mistakes)
+        return "; ".join(OF_COLUMNS[kind].advice for kind in self.mistakes)
 
     def _words(self, kind: str, joints: Sequence[int]) -> str:
         how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind)
@@ -251,6 +239,14 @@ def of_columns(
     return found
 
 
+def _said(text: str, _: object) -> str:
+    return text
+
+
+def _as_it_is(scene: Scene, _: object) -> Scene:
+    return scene
+
+
 def _candidate(
     wrong: ColumnHypothesis, changed: Scene, placement: str | None, before: float
 ) -> Candidate:
@@ -271,13 +267,11 @@ def _candidate(
     }
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
     text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
-    kind = _KINDS[wrong.name]
-    advice, code = wrong.advice, kind.code
+    kind = OF_COLUMNS[wrong.name]
+    told = replace(kind, said=partial(_said, text), advice=wrong.advice, changed=_as_it_is)
     return replace(
         best,
-        kind=Kind(
-            kind.name, kind.prior, lambda _: text, advice, TELL, code, changed=lambda s, _: s
-        ),
+        kind=told,
         block=replace(best.block, parameters=[parameters]),
         log_evidence=best.log_evidence + float(np.log(kind.prior / len(names))),
     )

@@ -17,7 +17,6 @@ from ..data import Known, KnownDistance, Measurement, find_socket
 from ..results import Diagnostic
 from ..robot import Robot
 from .hypotheses import ARMS
-from .hypothesis import row_of, where_of
 
 SUSPECT, WRONG = 0.003, 0.01
 """Shares by which an arm's size may differ from its model's: more than the first is doubtful, more
@@ -29,6 +28,8 @@ LISTED = 5
 """Near-duplicates of a socket that are named one by one."""
 STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
+EVERYWHERE = "all placements"
+"""Place of a diagnostic that concerns several placements."""
 FEWEST, ADVISED = 10, 30
 """Samples in a socket below which it tells little, and that are advised."""
 
@@ -178,3 +179,16 @@ def single_socket_diagnostics(
         for m in measurements
         if m.kind == "sockets" and not m.has_distance and m.name not in scaled
     ]
+
+
+def where_of(measurements: Sequence[Measurement]) -> str:
+    """Return the name of some placements: the folder where it is one."""
+    if len(measurements) > 1:
+        return EVERYWHERE
+    return str(measurements[0].placement.path or measurements[0].name)
+
+
+def row_of(measured: Measurement, socket: int, sample: int) -> str:
+    """Return file and line of a sample, by its number from 0 in its socket."""
+    rows = [s for s in measured.placement.samples if s.socket == socket]
+    return rows[sample].where or f"{measured.name} socket {socket} sample {sample + 1}"

@@ -4,7 +4,7 @@ One cause at a time: the most probable one is put among what may be off, and all
 until nothing is likelier than that the rest is sound.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +14,7 @@ from ..results import Hypothesis, Scale
 from ..robot import Robot, choose_parameters
 from .columns import of_columns
 from .configurations import size_level
-from .hypotheses import ARMS, OF_SIZE, Candidate, Comparison, Scene
-from .hypothesis import listed_of, shares_of
+from .hypotheses import ARMS, KINDS, OF_SIZE, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8
@@ -38,6 +37,12 @@ EXACT = 1e-5
 """Largest error that a fit leaves of fewer samples than it has unknowns [m]: it says nothing."""
 OPEN = ("distance", "scaled", "version")
 """Explanations that leave the arm's size open."""
+SECOND = 0.1
+"""Probability from which the second explanation is told beside the first."""
+TOLD = 1e-3
+"""Probability below which an explanation is not listed."""
+OF_JOINTS = ("sign", "swap", "zero", "model")
+"""Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST, MORE = 8, 20
 """Samples below which any model explains them, and below which only errors are told."""
 
@@ -97,9 +102,9 @@ def explain(
     findings: list[Candidate] = []
     listed: tuple[Hypothesis, ...] = ()
     decided, told, sized = False, set[str](), scene
-    of_size: set[int] = set()
+    of_size, kinds = set[int](), KINDS
     for _ in range(ROUNDS):
-        options = Comparison(scene).candidates
+        options = Comparison(scene, kinds).candidates
         shares = shares_of(options)
         if scene.readings is None and "samples" not in told:
             sound = shares["sound"] >= SURE
@@ -124,6 +129,8 @@ def explain(
         findings += own
         if not decided and first.kind.level == "error":
             listed, decided = listed_of(options, shares), True
+        if first.is_silent:
+            kinds = tuple(kind for kind in kinds if kind is not first.kind)
         before, scene = scene, first.after()
         more = [f for o in others for f in o.after().found[len(before.found) :]]
         scene = replace(scene, found=(*scene.found, *more))
@@ -181,3 +188,44 @@ def _typical(others: Sequence[float]) -> float:
     if len(others) == 1:
         typical = max(typical, UNEXPLAINED / BAD_RATIO)
     return typical if typical < UNEXPLAINED else np.inf
+
+
+def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
+    """Return the probability of each name, by the logarithms of the evidence."""
+    logs = np.array([c.log_evidence for c in candidates])
+    odds: np.ndarray = np.exp(logs - logs.max())
+    shares: dict[str, float] = {}
+    for candidate, share in zip(candidates, (odds / odds.sum()).tolist(), strict=True):
+        name = candidate.kind.name
+        shares[name] = shares.get(name, 0.0) + share
+    return shares
+
+
+def listed_of(
+    candidates: Sequence[Candidate], shares: Mapping[str, float]
+) -> tuple[Hypothesis, ...]:
+    """Return the best explanation of each name, the most probable first."""
+    best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
+    kept = sorted((n for n in best if shares[n] >= TOLD), key=lambda n: -shares[n])
+    return tuple(best[name].hypothesis(shares[name]) for name in kept)
+
+
+def cause(hypotheses: Sequence[Hypothesis]) -> str:
+    """Return the first cause in words, and the second where it may be that; empty for none."""
+    if not hypotheses or hypotheses[0].name == "sound":
+        return ""
+    first, *others = hypotheses
+    words = f"most probable cause ({_percent(first.probability)}): {first.text}; {first.advice}"
+    words += f" (docs: causes/{first.name})"
+    second = next((h for h in others if h.probability > SECOND and h.name != "sound"), None)
+    if second is None:
+        return words
+    tell = first.tell or second.tell
+    return (
+        f"{words}. It cannot be told from this ({_percent(second.probability)}): {second.text}; to "
+        f"tell them, {tell}"
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * min(share, 0.999):.3g} %"

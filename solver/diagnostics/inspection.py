@@ -13,12 +13,13 @@ from .configurations import (
     few_samples,
     motionless_joints,
     named,
+    row_of,
     rulers,
     size_level,
+    where_of,
 )
 from .explain import explain, fitted_alone, scene_of
 from .hypotheses import Candidate
-from .hypothesis import row_of, where_of
 from .robust_fit import RigidModel
 
 SEATED = 0.03

@@ -1,8 +1,9 @@
+from .arm import of_zero as of_zero
 from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .evidence import INDEPENDENT as INDEPENDENT
-from .joints import of_zero as of_zero
 from .kinds import Kind as Kind
+from .kinds import kind_of as kind_of
 from .scene import ARMS as ARMS
 from .scene import BALL as BALL
 from .scene import COARSE as COARSE

@@ -1,11 +1,14 @@
-"""The ball: not seated in one sample, bent from a sample on, or loose in all."""
+"""The ball: not seated, in another socket, bent from a sample on, or loose; all or one placement's.
+
+Samples may lie in another socket than they say, each alone or all that lie there.
+"""
 
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from .base import changes
-from .kinds import Block, Kind, NoisePrior, Parameters, sample_named
+from .kinds import Block, Parameters, sample_named
 from .scene import Scene
 
 LOOSE = 1.2e-3
@@ -13,6 +16,8 @@ LOOSE = 1.2e-3
 LOOSE_HERE, STANDS_OUT, MOST = (3e-4, 1e-3, 4e-3, 0.05), 1.5, 200
 """Noise of a placement beyond that of the others [m]; how much it must leave, beside theirs, to be
 looked at; and the samples that it may have for that."""
+NEARER = 0.3
+"""A sample may lie in another socket if it is nearer to it by this factor."""
 
 
 def one_sample(scene: Scene) -> Iterable[Block]:
@@ -20,10 +25,7 @@ def one_sample(scene: Scene) -> Iterable[Block]:
     for place, rows in enumerate(scene.places):
         count = rows.stop - rows.start
         columns = np.eye(3 * count).reshape(count, 3, 3 * count).transpose(0, 2, 1)
-        names = [
-            {"placement": scene.measurements[place].name, **scene.sample(place, row)}
-            for row in range(count)
-        ]
+        names = [{**scene.named(place), **scene.sample(place, row)} for row in range(count)]
         yield Block(scene.rows(rows), columns, names, (3e-3, 0.1))
 
 
@@ -44,8 +46,7 @@ def standing_out(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
             if len(sizes) > 1
         ]
         if any(apart) and rows.stop - rows.start <= MOST:
-            here = max(left[place], scene.floors[place])
-            yield rows, {"placement": scene.measurements[place].name, "noise_here": here}
+            yield rows, {**scene.named(place), "noise_here": max(left[place], scene.floors[place])}
 
 
 def loose_here(
@@ -54,62 +55,59 @@ def loose_here(
     """Return blocks of placements that scatter more than the others, by each sample's root."""
     for rows, parameters in standing_out(scene):
         count = rows.stop - rows.start
-        own = np.eye(3)[None] if roots is None else roots[rows]
         columns = np.zeros((count, 3, count, 3))
-        columns[np.arange(count), :, np.arange(count)] = own
+        columns[np.arange(count), :, np.arange(count)] = np.eye(3) if roots is None else roots[rows]
         flat = columns.reshape(1, 3 * count, 3 * count)
         yield Block(scene.rows(rows), flat, [parameters], widths)
 
 
-def _noise(p: Parameters) -> str:
-    return f"all samples scatter by {1e3 * p['noise']:.2f} mm: the ball or its base is loose"
+def mixed_up(scene: Scene) -> Iterable[Block]:
+    """Return blocks of samples that may lie in other sockets, each alone and all together."""
+    balls, every = scene.linear[0], np.arange(len(scene.q))
+    away = np.linalg.norm(balls[:, None] - scene.centres[None], axis=2)
+    own = away[every, scene.sockets].copy()
+    away[every, scene.sockets] = np.inf
+    nearest = np.argmin(away, axis=1)
+    doubtful = away.min(axis=1) < NEARER * own
+    by = (scene.centres[nearest] - scene.centres[scene.sockets]) * doubtful[:, None]
+    for place, rows in enumerate(scene.places):
+        there = np.flatnonzero(doubtful[rows])
+        if not len(there):
+            continue
+        single = np.eye(rows.stop - rows.start, dtype=bool)[there if len(there) > 1 else []]
+        masks: np.ndarray = np.vstack([doubtful[rows][None], single])
+        names = [_mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks]
+        shifts = (masks[:, :, None] * by[rows]).reshape(len(masks), -1, 1)
+        yield Block(scene.rows(rows), shifts, names, fixed=True)
 
 
-def _one(p: Parameters) -> str:
-    return (
-        f"{1e3 * p['size']:.1f} mm from socket {p['socket']} in sample "
-        f"{p.get('number') or p['sample'] + 1}: the ball was not seated"
-    )
+def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> Parameters:
+    first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
+    at = scene.places[place].start + rows[0]
+    name, other = scene.labels[int(nearest[at])]
+    of = scene.measurements[place].name
+    away = scene.centres[nearest[at]] - scene.centres[scene.sockets[at]]
+    return {
+        "placement": of,
+        **first,
+        "last": last["sample"],
+        "last_number": last["number"],
+        "samples": len(rows),
+        "other": other,
+        "of": "" if name == of else name,
+        "size": float(np.linalg.norm(away)),
+    }
 
 
-BALL_SAMPLE = Kind(
-    "ball_sample",
-    0.1,
-    _one,
-    "was the ball seated? It hardly counts; delete it if it was not",
-    "record that sample again",
-    code="far",
-    blocks=one_sample,
-    several=True,
-)
-BALL_BENT = Kind(
-    "ball_bent",
-    0.03,
-    lambda p: (
-        f"the ball sits {1e3 * p['size']:.1f} mm elsewhere on its flange from {sample_named(p)} on"
-    ),
-    "tighten or straighten its stem, and record it again",
-    "look whether the ball's stem is tight and straight",
-    blocks=bent,
-)
-BALL_LOOSE_HERE = Kind(
-    "ball_loose",
-    0.03,
-    lambda p: (
-        f"fitted with the others its samples scatter by {1e3 * p['noise_here']:.2f} mm, theirs "
-        f"by {1e3 * p['noise']:.2f} mm: no model explains it as well"
-    ),
-    "tighten ball, sockets and base, and record it again, or leave it out",
-    "push the ball about in its socket by hand",
-    code="floor",
-    blocks=loose_here,
-)
-BALL_LOOSE = Kind(
-    "ball_loose",
-    0.04,
-    _noise,
-    "tighten ball, sockets and base, and record it again",
-    "push the ball about in its socket by hand",
-    noise=lambda scene: NoisePrior(LOOSE, 0.7, below=False),
-    level="warning",
-)
+def lie_elsewhere(p: Parameters) -> str:
+    """Return in words which samples lie in which socket."""
+    of = f" of {p['of']}" if p["of"] else ""
+    if p["samples"] == 1:
+        return f"{sample_named(p)} lies in socket {p['other']}{of}"
+    run = p["samples"] == p["last"] - p["sample"] + 1
+    words = f"{p['samples']} samples, the first {sample_named(p)},"
+    if run and p.get("number"):
+        words = f"samples {p['number']} to {p['last_number']}"
+    elif run:
+        words = f"samples {p['sample'] + 1} to {p['last'] + 1} of socket {p['socket']}"
+    return f"{words} lie in socket {p['other']}{of}, {1e3 * p['size']:.1f} mm from the others"

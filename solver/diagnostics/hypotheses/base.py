@@ -1,11 +1,13 @@
-"""The base: moved from a sample on, at the change of socket, or drifting while recorded."""
+"""The base: moved from a sample on or at the change of socket, drifting; or its distance is wrong.
+
+No recording tells a model that is scaled as a whole from a wrong distance: their evidence is one.
+"""
 
 from collections.abc import Iterable
 
 import numpy as np
 
-from .distance import source_of
-from .kinds import Block, Kind, Parameters, sample_named
+from .kinds import Block, Parameters
 from .scene import DISTANCE_WEIGHT, Scene
 
 SIDE, MOST_CUTS = 2, 100
@@ -14,6 +16,14 @@ MOVES, DRIFTS = (1e-3, 1e-2, 0.2), (5e-4, 5e-3)
 """Typical sizes [m]."""
 FAR = 0.03
 """A larger move is not linear beside the distance of the sockets [m]."""
+SHARES = (0.01, 0.1, 1.0, 10.0)
+"""Typical shares by which a distance is wrong."""
+SOURCES = {
+    "default": "nothing but the default: measure it, and give what you read by --distance MEASURED",
+    "given": "as given: measure it again, and give what you read by --distance MEASURED",
+    "located": "by the sockets' coordinates: measure those again",
+    "recording": "as placement.json has it: measure it again, and mend it there",
+}
 
 
 def changes(
@@ -34,10 +44,10 @@ def changes(
             ranks, after = np.append(0, ranks), np.vstack([times >= 0, after])
         if len(ranks):
             C, k = slopes.shape[2:]
-            columns = slopes[rows].transpose(2, 0, 1, 3).reshape(C, -1, k)
-            first = [scene.first_from(place, rank) for rank in ranks.tolist()]
-            names = [one for one in first for _ in range(C)]
-            yield Block(scene.rows(rows), columns, names, widths, masks=after.astype(float))
+            columns = after[:, None, :, None, None] * slopes[rows].transpose(2, 0, 1, 3)
+            names = [scene.first_from(place, rank) for rank in np.repeat(ranks, C).tolist()]
+            flat = columns.reshape(len(names), -1, k)
+            yield Block(scene.rows(rows), flat, names, widths)
 
 
 def moved(scene: Scene) -> Iterable[Block]:
@@ -46,22 +56,12 @@ def moved(scene: Scene) -> Iterable[Block]:
     return changes(scene, slopes, MOVES, throughout=False)
 
 
-def between(scene: Scene) -> Iterable[Block]:
-    """Return blocks of bases that moved while the ball changed its socket."""
-    for i, ruler, rows in scene.of_rulers(on_base=True):
-        name = scene.labels[ruler.first][0]
-        source = source_of(scene, name)
-        parameters = {**scene.length(i), "placement": name, "source": source}
-        yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [parameters], MOVES)
-
-
 def drifting(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved slowly over a placement."""
     for place, rows in enumerate(scene.places):
         times = scene.times[place]
         columns = (times / max(times.max(), 1) - 0.5)[:, None, None] * np.eye(3)
-        names = [{"placement": scene.measurements[place].name}]
-        yield Block(scene.rows(rows), columns.reshape(1, -1, 3), names, DRIFTS)
+        yield Block(scene.rows(rows), columns.reshape(1, -1, 3), [scene.named(place)], DRIFTS)
 
 
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
@@ -75,41 +75,51 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
     return {**parameters, "size": size}
 
 
-def _moved(p: Parameters) -> str:
-    return f"the base moved by {1e3 * p['size']:.1f} mm before {sample_named(p)}"
+def _of_lengths(scene: Scene, *, on_base: bool) -> Iterable[tuple[slice, float, Parameters]]:
+    """Return known distances of one kind: the row, the distance, and its names and lengths."""
+    first = 3 * len(scene.q)
+    for i, ruler in enumerate(scene.rulers):
+        if ruler.on_base == on_base:
+            a, b = (scene.labels[end] for end in (ruler.first, ruler.second))
+            ends = f"{a[0]}:{a[1]}-{b[0]}:{b[1]}={ruler.distance}"
+            name = {"placement": a[0]} if on_base else {"known": ends}
+            lengths = {"expected": scene.expected[i], "given": ruler.distance}
+            yield slice(first + i, first + i + 1), ruler.distance, {**name, **lengths}
 
 
-def _between(p: Parameters) -> str:
-    return (
-        f"its sockets are {1e3 * p['expected']:.1f} mm apart by the model and the other "
-        f"recordings, not {1e3 * p['given']:.1f}: the base moved, or a file is another's"
-    )
+def between(scene: Scene) -> Iterable[Block]:
+    """Return blocks of bases that moved while the ball changed its socket."""
+    for rows, _, names in _of_lengths(scene, on_base=True):
+        source = SOURCES[scene.measured(names["placement"]).distance_source]
+        column = np.full((1, 1, 1), DISTANCE_WEIGHT)
+        yield Block(rows, column, [{**names, "source": source}], MOVES)
 
 
-BASE_MOVED = Kind(
-    "base_moved",
-    0.06,
-    _moved,
-    "record it again, or keep both parts by --split-moved",
-    "look whether the base sits tight, and record its sockets in turn, 0 1 0 1",
-    code="moved",
-    blocks=moved,
-    values=moved_by,
-)
-BASE_BETWEEN = Kind(
-    "base_between",
-    0.03,
-    _between,
-    "record it again; or its distance is wrong, which is {source}",
-    "measure the distance of its sockets again",
-    code="distance",
-    blocks=between,
-)
-DRIFT = Kind(
-    "drift",
-    0.03,
-    lambda p: f"the base drifted by {1e3 * p['size']:.2f} mm while it was recorded",
-    "fix the base, let the arm warm up, and record it again, its sockets in turn, 0 1 0 1",
-    "record its sockets in turn, 0 1 0 1",
-    blocks=drifting,
-)
+def of_one_socket(scene: Scene) -> Iterable[Block]:
+    """Return blocks of placements whose ball was in one socket throughout."""
+    for rows, distance, names in _of_lengths(scene, on_base=True):
+        yield Block(rows, np.full((1, 1, 1), -DISTANCE_WEIGHT * distance), [names], fixed=True)
+
+
+def of_known(scene: Scene) -> Iterable[Block]:
+    """Return blocks of known distances beside those of bases, each of which may be wrong."""
+    for rows, _, names in _of_lengths(scene, on_base=False):
+        yield Block(rows, np.full((1, 1, 1), DISTANCE_WEIGHT), [names], (1e-3, 0.1))
+
+
+def of_distance(scene: Scene) -> Iterable[Block]:
+    """Return the block of one share by which all distances of bases are too long."""
+    first = 3 * len(scene.q)
+    pairs = zip(scene.expected, scene.rulers, strict=True)
+    columns = np.array([DISTANCE_WEIGHT * length * ruler.on_base for length, ruler in pairs])
+    if columns.any():
+        yield Block(slice(first, first + len(columns)), -columns[None, :, None], [{}], SHARES)
+
+
+def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+    """Return the parameters with the share, and how far apart the sockets would be."""
+    given = next(k.distance for k in scene.rulers if k.on_base)
+    value = float(values[0])
+    likely = given / max(1 + value, 0.1)
+    source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]
+    return {**parameters, "share": value, "given": given, "likely": likely, "source": source}

@@ -41,7 +41,7 @@ class Candidate:
     def parameters(self) -> Parameters:
         """Its names and numbers, and the noise beside it."""
         named = {**self.block.parameters[0], "noise": self.sigma}
-        if not self.block.columns.shape[2]:
+        if not self.block.unknowns:
             return named
         values = self.evidence.posterior(self.block, self.sigma)[0]
         return self.kind.values(self.scene, named, values)
@@ -51,6 +51,12 @@ class Candidate:
         kind, p = self.kind, dict(self.parameters)
         advice = kind.advice.format(**p)
         return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
+
+    @property
+    def is_silent(self) -> bool:
+        """True where nothing follows from it, so that it would be told again."""
+        follows = self.kind.noise or self.kind.changed
+        return not follows and not self.block.columns.size
 
     @property
     def residuals(self) -> set[str]:
@@ -67,8 +73,8 @@ class Candidate:
             return replace(scene, noise=max(scene.noise, self.sigma))
         if kind.changed is not None:
             return kind.changed(scene, block.parameters[0])
-        shift = None if block.shift is None else block.shift[0]
-        one = (block.rows, block.columns[0] * max(block.widths), shift)
+        columns, shift = np.split(block.columns[0], [block.unknowns], axis=1)
+        one = (block.rows, columns * max(block.widths), shift.sum(axis=1))
         return replace(scene, found=(*scene.found, one)).recentred(self.sigma)
 
 
@@ -81,10 +87,8 @@ class Comparison:
         self.scene = scene
         self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share, scene.whitening)
         least = max(scene.noise / 4, 1e-6)
-        trials = np.geomspace(least, LARGEST, int(math.log(LARGEST / least, HALVES)) + 2)
-        base = self.evidence.log_likelihood(trials)
-        last = int(np.argmax(base)) + 2
-        self._trials, self._base = trials[:last], base[:last]
+        count = int(math.log(LARGEST / least, HALVES)) + 2
+        self._trials, self._base = self.evidence.trials(least, LARGEST, count)
         self._close: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.candidates = [c for kind in kinds for c in self._of(kind)]
 
@@ -101,10 +105,9 @@ class Comparison:
         total = sum(len(block.parameters) for block in blocks)
         noise = self._prior(kind)
         prior = self._base + noise.log_density(self._trials)
-        terms = [self.evidence.terms(block) for block in blocks]
         rough: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
-            logs = self.evidence.log_ratios(block, terms[b], self._trials).max(axis=1)
+            logs = self.evidence.log_ratios(block, self._trials).max(axis=1)
             logs = logs + prior[:, None]
             best = np.argmax(logs, axis=0)
             values: list[float] = logs[best, np.arange(len(best))].tolist()
@@ -114,7 +117,7 @@ class Comparison:
         for (b, at), some in itertools.groupby(sorted(r[1:] for r in kept), key=lambda r: r[:2]):
             block, own = blocks[b], [c for *_, c in some]
             trials, base = self._near(at)
-            ratios = self.evidence.log_ratios(block.only(own), terms[b].only(own), trials)
+            ratios = self.evidence.log_ratios(block.only(own), trials)
             logs = _sum_of_exp(ratios, axis=1) + (base + noise.log_density(trials))[:, None]
             found = _sum_of_exp(logs, axis=0) + math.log(STEP * kind.prior / total)
             for c, log, best in zip(own, found.tolist(), np.argmax(logs, axis=0), strict=True):

@@ -9,8 +9,6 @@ with C = sigma^2 I + B B^T and g = A^T C^-1 r. One eigendecomposition of B^T B g
 sigma. Errors of samples in poses alike are alike, so only a share of the residuals counts.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -21,30 +19,11 @@ INDEPENDENT = 0.5
 """Share of the errors that count as independent."""
 
 
-@dataclass(frozen=True)
-class Terms:
-    """Products of the candidates of a block with the residuals and the nuisances."""
-
-    T: np.ndarray
-    """Nuisances times columns, and times the shift if any, shape (n, C, k or k + 1)."""
-    AA: np.ndarray
-    """Columns, and the shift, times themselves, shape (C, k + 1, k + 1)."""
-    Ar: np.ndarray
-    """Columns, and the shift, times residuals, shape (C, k + 1)."""
-
-    def only(self, candidates: Sequence[int]) -> "Terms":
-        """Return those of some of the candidates."""
-        chosen = list(candidates)
-        return Terms(self.T[:, chosen], self.AA[chosen], self.Ar[chosen])
-
-
 class LinearEvidence:
-    """Residuals and nuisances.
+    """Residuals r, shape (R,) [m], and derivatives B by nuisances in their widths, (R, n).
 
-    Residuals r have shape (R,) [m]; their derivatives B by the nuisances, each in units of its
-    prior's width, (R, n). Only a ``share`` of the errors counts as independent. ``whitening`` is
-    the inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3); None
-    where all are noisy alike.
+    Only a ``share`` of the errors counts as independent. ``whitening`` is the inverse root of each
+    sample's covariance beside the noise's square, shape (N, 3, 3); None where all are alike.
     """
 
     def __init__(
@@ -81,39 +60,17 @@ class LinearEvidence:
         spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
         return self._volume - 0.5 * (self.count * np.log(2 * np.pi * s2) + spread + left / s2)
 
-    def terms(self, block: Block) -> Terms:
-        """Return the products by which a block's evidence follows for any noise."""
-        rows, columns = block.rows, block.columns
-        if block.masks is not None:
-            return self._of_changes(block, block.masks)
-        if block.shift is not None:
-            columns = np.concatenate([columns, block.shift[:, :, None]], axis=2)
-        C, R, k = columns.shape
-        flat = self._root * self._white(rows, columns.transpose(1, 0, 2).reshape(R, C * k))
-        T = self._B[rows].T @ flat
-        A = flat.reshape(R, C, k).transpose(1, 2, 0)
-        return Terms(T.reshape(len(T), C, k), A @ A.transpose(0, 2, 1), A @ self.r[rows])
+    def trials(self, least: float, largest: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return noises to try, up to beyond the likeliest without further columns, and ln p(r)."""
+        trials = np.geomspace(least, largest, count)
+        base = self.log_likelihood(trials)
+        last = int(np.argmax(base)) + 2
+        return trials[:last], base[:last]
 
-    def _of_changes(self, block: Block, masks: np.ndarray) -> Terms:
-        """Return the products of columns in some samples each, summed over samples by masks."""
-        (F, N), (C, _, k) = masks.shape, block.columns.shape
-        flat = self._white(block.rows, block.columns.transpose(1, 0, 2).reshape(3 * N, C * k))
-        A = self._root * flat.reshape(N, 3, C * k)
-        B, r = self._B[block.rows].reshape(N, 3, -1), self.r[block.rows].reshape(N, 3)
-        by_candidate = A.reshape(N, 3, C, k).transpose(0, 2, 3, 1)
-
-        def summed(products: np.ndarray, *shape: int) -> np.ndarray:
-            return (masks @ products.reshape(N, -1)).reshape(*shape)
-
-        T = summed(B.transpose(0, 2, 1) @ A, F, -1, C, k).transpose(1, 0, 2, 3)
-        AA = summed(by_candidate @ by_candidate.transpose(0, 1, 3, 2), F * C, k, k)
-        Ar = summed(np.einsum("nick,ni->nck", A.reshape(N, 3, C, k), r), F * C, k)
-        return Terms(T.reshape(len(T), F * C, k), AA, Ar)
-
-    def log_ratios(self, block: Block, terms: Terms, sigma: np.ndarray) -> np.ndarray:
+    def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
-        k = block.columns.shape[2]
-        M, g, gain = self._reduced(terms, sigma, k)
+        k = block.unknowns
+        M, g, gain = self._reduced(block, sigma)
         found: list[np.ndarray] = []
         for width in block.widths if k else ():
             N, left, log = np.eye(k) + width**2 * M, width * g, gain
@@ -127,38 +84,35 @@ class LinearEvidence:
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
-    def posterior(
-        self, block: Block, sigma: float, terms: Terms | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of a block's first candidate, by its widest prior."""
-        k = block.columns.shape[2]
-        M, g, _ = self._reduced(terms or self.terms(block), np.array([sigma]), k)
-        tight = 1 / max(block.widths) ** 2
-        precision: np.ndarray = tight * np.eye(k) + M[0, 0]
+        M, g, _ = self._reduced(block.only([0]), np.array([sigma]))
+        precision: np.ndarray = np.eye(block.unknowns) / max(block.widths) ** 2 + M[0, 0]
         covariance: np.ndarray = np.linalg.inv(precision)
         return covariance.dot(g[0, 0]), covariance
 
     def _reduced(
-        self, terms: Terms, sigma: np.ndarray, k: int
+        self, block: Block, sigma: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A^T C^-1 A, A^T C^-1 r less the shift, and the gain by it, for each noise."""
-        n, C, all_of_them = terms.T.shape
+        """Return A^T C^-1 A and A^T C^-1 r less what is fixed, and the gain by it, by noise."""
+        (C, R, columns), k = block.columns.shape, block.unknowns
+        flat = block.columns.transpose(1, 0, 2).reshape(R, C * columns)
+        flat = self._white(block.rows, flat)
+        T = ((self._root * self._B[block.rows].T) @ flat).reshape(len(self._d2), C, columns)
+        A = flat.reshape(R, C, columns).transpose(1, 2, 0)
         s2 = sigma**2
         f = 1 / (self._d2 + s2[:, None])
-        products = np.empty((len(sigma), C, all_of_them, all_of_them))
+        products = np.tile(self._root**2 * (A @ A.transpose(0, 2, 1)), (len(f), 1, 1, 1))
         if C == 1:
-            T = terms.T[:, 0]
-            products[:, 0] = terms.AA[0] - np.array([T.T @ (own[:, None] * T) for own in f])
+            products[:, 0] -= np.array([T[:, 0].T @ (one[:, None] * T[:, 0]) for one in f])
         else:
-            for a, b in combinations_with_replacement(range(all_of_them), 2):
-                product = f @ (terms.T[:, :, a] * terms.T[:, :, b])
-                products[:, :, a, b] = products[:, :, b, a] = terms.AA[:, a, b] - product
-        along = ((f * self._b) @ terms.T.reshape(n, C * all_of_them)).reshape(
-            len(f), C, all_of_them
-        )
-        Ar = (terms.Ar - along) / s2[:, None, None]
-        AA = products / s2[:, None, None, None]
-        if all_of_them == k:
-            return AA, Ar, np.zeros((len(sigma), C))
-        gain = Ar[:, :, k] - 0.5 * AA[:, :, k, k]
-        return AA[:, :, :k, :k], Ar[:, :, :k] - AA[:, :, :k, k], gain
+            for a, b in combinations_with_replacement(range(columns), 2):
+                products[:, :, a, b] -= f @ (T[:, :, a] * T[:, :, b])
+                products[:, :, b, a] = products[:, :, a, b]
+        along = ((f * self._b) @ T.reshape(len(T), C * columns)).reshape(len(f), C, columns)
+        g = (self._root * (A @ self.r[block.rows]) - along) / s2[:, None, None]
+        M = products / s2[:, None, None, None]
+        if not block.fixed:
+            return M, g, np.zeros((len(sigma), C))
+        gain = g[:, :, k] - 0.5 * M[:, :, k, k]
+        return M[:, :, :k, :k], g[:, :, :k] - M[:, :, :k, k], gain

@@ -1,7 +1,10 @@
-"""A kind of explanation: its prior, its unknowns as columns of a linear model, and its words."""
+"""A kind of explanation: its prior and words (``causes.json``), its unknowns as linear columns."""
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files as resources
+from string import Formatter
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,7 @@ Parameters = Mapping[str, Any]
 
 DECADES = 5.0
 """Logarithm of the range over which less noise is as likely."""
+UNITS = {"mm": 1e3, "deg": 180 / np.pi, "%": 100.0}
 
 
 @dataclass(frozen=True)
@@ -26,24 +30,26 @@ class Block:
     """Of each candidate."""
     widths: Sequence[float] = (1.0,)
     """Standard deviations that the unknowns may have before anything is seen."""
-    shift: np.ndarray | None = None
-    """Part of the residuals that a candidate explains with no unknown, shape (C, R) [m]."""
+    fixed: bool = False
+    """True where the last column is no unknown's, but what a candidate explains with none [m]."""
     bonus: float = 0.0
     """Logarithm of the likelihood of what the residuals do not show, beside that of chance."""
-    masks: np.ndarray | None = None
-    """Samples in which the columns are there, 0 or 1, shape (F, R / 3): each of the C candidates in
-    each of them, those of the first mask first."""
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of a candidate."""
+        return self.columns.shape[2] - self.fixed
 
     def only(self, candidates: Sequence[int]) -> "Block":
         """Return some of the candidates."""
-        chosen = np.array(candidates)
-        shift = None if self.shift is None else self.shift[chosen]
         parameters = [self.parameters[i] for i in candidates]
-        columns = self.columns[chosen % len(self.columns)]
-        if self.masks is not None:
-            there = self.masks[chosen // len(self.columns)]
-            columns = columns * np.repeat(there, 3, axis=1)[:, :, None]
-        return Block(self.rows, columns, parameters, self.widths, shift, self.bonus)
+        columns = self.columns[list(candidates)]
+        return Block(self.rows, columns, parameters, self.widths, self.fixed, self.bonus)
+
+
+def silent(parameters: Parameters, bonus: float = 0.0) -> Block:
+    """Return the one candidate that changes no residuals."""
+    return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class NoisePrior:
     """[m]."""
     width: float
     """Of its logarithm."""
-    below: bool = True
+    below: bool = False
     """True where less noise is as likely."""
 
     def log_density(self, sigma: np.ndarray) -> np.ndarray:
@@ -63,11 +69,6 @@ class NoisePrior:
         if self.below:
             return -0.5 * np.maximum(away, 0) ** 2 - np.log(DECADES)
         return -0.5 * away**2 - 0.5 * np.log(2 * np.pi * self.width**2)
-
-
-def no_columns(scene: Scene) -> Iterable[Block]:
-    """Return the one candidate that adds nothing."""
-    yield Block(slice(0, 0), np.zeros((1, 0, 0)), [{}])
 
 
 def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
@@ -81,26 +82,70 @@ def sample_named(p: Parameters) -> str:
     return f"sample {number}" if number else f"sample {p['sample'] + 1} of socket {p['socket']}"
 
 
+class _Sentences(Formatter):
+    """Sentences with sizes as in {size:.1f mm}, and a word by the sign as in {share:long|short}."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if "|" in format_spec:
+            return format_spec.split("|")[bool(value <= 0)]
+        digits, _, unit = format_spec.partition(" ")
+        if not unit:
+            return format(value, digits)
+        value = UNITS[unit] * (value if digits[0] == "+" else abs(value))
+        return f"{value:{digits}} {unit}"
+
+
 @dataclass(frozen=True)
 class Kind:
     """A kind of explanation; what it says is formatted with its parameters."""
 
     name: str
     prior: float
-    text: Callable[[Parameters], str]
+    form: str
+    """Its sentence, see :class:`_Sentences`."""
     advice: str
-    tell: str = ""
+    tell: str
     """Step that tells it from others."""
-    code: str = ""
-    """Of the diagnostic; empty for its name."""
-    blocks: Callable[[Scene], Iterable[Block]] = no_columns
-    values: Callable[[Scene, Parameters, np.ndarray], Parameters] = sized
+    code: str
+    """Of the diagnostic."""
+    blocks: Callable[[Scene], Iterable[Block]]
+    values: Callable[[Scene, Parameters, np.ndarray], Parameters]
     """Parameters with what was found of the unknowns."""
-    noise: Callable[[Scene], NoisePrior] | None = None
-    """None for that of sound recordings."""
-    several: bool = False
-    """True where each of its candidates is told by itself."""
     level: str = "error"
     """Of the diagnostic."""
+    curable: bool = False
+    """True where a hand can cure it while it records."""
+    noise: Callable[[Scene], NoisePrior] | None = None
+    """None for that of sound recordings."""
+    said: Callable[[Parameters], str] | None = None
+    """Its sentence, where that has not one form."""
+    several: bool = False
+    """True where each of its candidates is told by itself."""
     changed: Callable[[Scene, Parameters], Scene] | None = None
     """The scene where it is right; None for one with its columns among the nuisances."""
+
+    def text(self, p: Parameters) -> str:
+        """Return its sentence."""
+        if self.said is not None:
+            return self.said(p)
+        named = dict(p)
+        if "sample" in p:
+            named |= {"first": sample_named(p), "nth": p.get("number") or p["sample"] + 1}
+        return _Sentences().vformat(self.form, (), named)
+
+
+_WORDS = json.loads((resources(__package__ or "") / "causes.json").read_bytes())
+"""Prior probabilities and words of all explanations, in the order in which they are compared."""
+
+
+def kind_of(
+    key: str,
+    blocks: Callable[[Scene], Iterable[Block]] = lambda scene: (silent({}),),
+    values: Callable[[Scene, Parameters, np.ndarray], Parameters] = sized,
+    noise: Callable[[Scene], NoisePrior] | None = None,
+    **more: Any,
+) -> Kind:
+    """Return the explanation with the words of a key."""
+    words: dict[str, Any] = {"name": key, **_WORDS[key], **more}
+    words.setdefault("code", words["name"])
+    return Kind(**words, blocks=blocks, values=values, noise=noise)

@@ -14,7 +14,7 @@ import numpy as np
 from ...data import Load
 from ...robot import BallModel, gravity_moments
 from .evidence import LinearEvidence
-from .kinds import Block, Kind, NoisePrior, Parameters
+from .kinds import Block, NoisePrior, Parameters, silent
 from .scene import Scene
 
 ALIKE = 0.95
@@ -40,7 +40,7 @@ def mounted(scene: Scene) -> Iterable[Block]:
     options = [" ".join(f"{v:.3g}" for v in (g + 0.0).tolist()) for g in others]
     names = [{"gravity": g.tolist(), "option": o} for g, o in zip(others, options, strict=True)]
     for name, value in zip(names, logs[1:] - logs[0], strict=True):
-        yield Block(slice(0, 0), np.zeros((1, 0, 0)), [name], bonus=float(value))
+        yield silent(name, float(value))
 
 
 def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
@@ -53,10 +53,8 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     by_axes = model.linearise(model.nominal + scene.x[: model.nominal.size], still).by_joints
     columns: list[np.ndarray] = []
     along = [gravity_moments(scene.robot, q, e, scene.load.payload) for e in np.eye(3).tolist()]
-    has_efforts = [
-        np.full(len(one.positions), one.efforts is not None) for one in scene.measurements
-    ]
-    measured = np.concatenate(has_efforts)[some]
+    counts = [len(one.positions) for one in scene.measurements]
+    measured = np.repeat([one.efforts is not None for one in scene.measurements], counts)[some]
     for gravity in directions:
         moments: np.ndarray = np.tensordot(gravity, along, axes=1)
         moments[measured, :m] = scene.torques[some][measured, :m]
@@ -69,47 +67,28 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     B = np.delete(scene.nuisances, slice(before, before + 3 * m), axis=1)
     rows = np.append(3 * some[:, None] + np.arange(3), np.arange(3 * every, len(B)))
     evidence = LinearEvidence(scene.residuals[rows], B[rows])
-    names: list[Parameters] = [{}] * len(columns)
-    block = Block(slice(0, 3 * N), np.array(columns), names)
-    trials = np.geomspace(LEAST * scene.noise, LARGEST, TRIALS)
-    base = evidence.log_likelihood(trials)
-    last = int(np.argmax(base)) + 2
-    trials, base = trials[:last], base[:last]
-    prior = NoisePrior(1.5 * scene.noise, scene.noise_width).log_density(trials)
-    terms = evidence.terms(block)
-    logs = evidence.log_ratios(block, terms, trials)[:, 0]
-    logs = logs + (base + prior)[:, None]
+    nameless: list[Parameters] = [{}] * len(columns)
+    block = Block(slice(0, 3 * N), np.array(columns), nameless)
+    trials, base = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
+    base = base + NoisePrior(1.5 * scene.noise, scene.noise_width, below=True).log_density(trials)
+    logs = evidence.log_ratios(block, trials)[:, 0] + base[:, None]
     found: list[float] = []
     for c, at in enumerate(np.argmax(logs, axis=0).tolist()):
-        one = block.only([c]), float(trials[at]), terms.only([c])
-        mean, covariance = evidence.posterior(*one)
+        mean, covariance = evidence.posterior(block.only([c]), float(trials[at]))
         away = mean / np.sqrt(2 * np.diag(covariance))
-        found.append(
-            float(logs[at, c]) + sum(math.log(max(math.erfc(-a), 1e-30)) for a in away.tolist())
-        )
+        positive = (math.log(max(math.erfc(-a), 1e-30)) for a in away.tolist())
+        found.append(float(logs[at, c]) + sum(positive))
     return np.array(found)
 
 
-def _words(parameters: Parameters) -> str:
+def stands(parameters: Parameters) -> str:
+    """Return in words how the arm is mounted."""
     pairs = zip(parameters["gravity"], "xyz", strict=True)
     axes = [f"{'-' if g < 0 else '+'}{axis}" for g, axis in pairs if round(g)]
-    stands = PLACES.get(axes[0], "is mounted on a wall")
-    stands = stands if len(axes) == 1 else "is mounted on a slope"
-    return f"the arm {stands}: gravity pulls along {' and '.join(axes)} of its base"
+    how = PLACES.get(axes[0], "is mounted on a wall") if len(axes) == 1 else "is mounted on a slope"
+    return f"the arm {how}: gravity pulls along {' and '.join(axes)} of its base"
 
 
 def remounted(scene: Scene, parameters: Parameters) -> Scene:
     """Return the scene of an arm that is mounted so."""
     return replace(scene, load=Load(tuple(parameters["gravity"]), scene.load.payload))
-
-
-MOUNTING = Kind(
-    "mounting",
-    0.02,
-    _words,
-    "say --gravity {option}, if that is how it is mounted",
-    "look how the arm is mounted, and how its base's axes lie",
-    blocks=mounted,
-    changed=remounted,
-    level="warning",
-)

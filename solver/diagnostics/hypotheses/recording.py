@@ -6,7 +6,7 @@ import numpy as np
 
 from .ball import loose_here, standing_out
 from .evidence import INDEPENDENT
-from .kinds import Block, Kind, NoisePrior, Parameters
+from .kinds import Block, NoisePrior, silent
 from .scene import Scene
 
 SAME, COPIED = 2e-3, 0.5
@@ -17,10 +17,6 @@ EXACT = 1e-3
 """Part of a step to which readings are multiples of it."""
 PUSHED = np.geomspace(2e-4, 5e-3, 8)
 """Joint noise of arms that are pushed [rad]."""
-
-
-def _silent(scene: Scene, parameters: Parameters, bonus: float) -> Block:
-    return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
 
 
 def copies(scene: Scene) -> Iterable[Block]:
@@ -36,7 +32,7 @@ def copies(scene: Scene) -> Iterable[Block]:
     for later, earlier in pairs[:1]:
         (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
         names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
-        yield _silent(scene, names, CHANCE)
+        yield silent(names, CHANCE)
 
 
 def steps(scene: Scene) -> np.ndarray:
@@ -61,7 +57,12 @@ def quantised(scene: Scene) -> Iterable[Block]:
     if size > scene.noise:
         gain = _gain(scene, step, np.array([12**-0.5]))
         names = {"step": float(step.max()), "size": size}
-        yield _silent(scene, names, CHANCE / 3 + gain)
+        yield silent(names, CHANCE / 3 + gain)
+
+
+def of_steps(scene: Scene) -> NoisePrior:
+    """Return the belief on the noise of readings in coarse steps."""
+    return NoisePrior(max(scene.noise, _effect(scene, steps(scene))), 0.5)
 
 
 def _effect(scene: Scene, step: np.ndarray) -> float:
@@ -74,7 +75,7 @@ def pushed(scene: Scene) -> Iterable[Block]:
     if scene.zeros or any(standing_out(scene)):
         return  # play does the same; and one placement that stands out is told by itself
     usual = np.ones(scene.q.shape[1])
-    yield _silent(scene, {}, max(_gain(scene, usual, PUSHED), -CHANCE))
+    yield silent({}, max(_gain(scene, usual, PUSHED), -CHANCE))
 
 
 def pushed_here(scene: Scene) -> Iterable[Block]:
@@ -96,56 +97,3 @@ def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
         v = variances * trials[:, None, None] ** 2 + (share * scene.noise) ** 2
         best = max(best, float(-0.5 * (along / v + np.log(v)).sum(axis=(1, 2)).min()))
     return INDEPENDENT * (best - alike)
-
-
-COPIES = Kind(
-    "copies",
-    0.03,
-    lambda p: (
-        f"the samples of socket {p['socket']} are those of socket {p['of_socket']} of "
-        f"{p['of']}, moved by next to nothing: a copy"
-    ),
-    "record it anew: a copy proves nothing",
-    "look where these files come from",
-    blocks=copies,
-    level="warning",
-)
-QUANTISED = Kind(
-    "quantised",
-    0.03,
-    lambda p: (
-        f"the joints read in steps of {p['step']:.3g} rad, which moves the ball by "
-        f"{1e3 * p['size']:.2f} mm"
-    ),
-    "write the angles with all digits that the driver gives",
-    "look at the digits of the file",
-    blocks=quantised,
-    noise=lambda scene: NoisePrior(
-        max(scene.noise, _effect(scene, steps(scene))), 0.5, below=False
-    ),
-    level="warning",
-)
-PUSHED_HERE = Kind(
-    "pushed",
-    0.02,
-    lambda p: (
-        f"the joints scatter as if the arm was pushed: {1e3 * p['noise_here']:.2f} mm at the "
-        f"ball, in the others {1e3 * p['noise']:.2f} mm"
-    ),
-    "record it again, with no hand on the arm, or leave it out",
-    "take some samples with no hand on the arm",
-    code="floor",
-    blocks=pushed_here,
-)
-PUSHED_ARM = Kind(
-    "pushed",
-    0.03,
-    lambda p: (
-        f"the joints scatter as if the arm was pushed ({1e3 * p['noise']:.2f} mm at the ball)"
-    ),
-    "let the arm hang by itself, with no hand on it, before each sample",
-    "take some samples with no hand on the arm",
-    blocks=pushed,
-    noise=lambda scene: NoisePrior(1.2e-3, 0.7, below=False),
-    level="warning",
-)

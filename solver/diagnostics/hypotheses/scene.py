@@ -6,8 +6,8 @@ grow as a whole by no more than arms do.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,7 +71,7 @@ class Scene:
     """Half of the play that joints of servo arms have [rad]."""
     wide: float = 1.0
     """Factor by which elasticity and transmission may be off more than is usual."""
-    found: tuple[tuple[slice, np.ndarray, np.ndarray | None], ...] = field(default=())
+    found: tuple[tuple[slice, np.ndarray, np.ndarray], ...] = ()
     """Rows, columns and shift of what was found already."""
 
     @cached_property
@@ -153,8 +153,7 @@ class Scene:
         of_distances = [n - k.distance for n, k in zip(self.expected, self.rulers, strict=True)]
         r = np.concatenate([of_samples, DISTANCE_WEIGHT * np.array(of_distances)])
         for rows, _, shift in self.found:
-            if shift is not None:
-                r[rows] -= shift
+            r[rows] -= shift
         return r
 
     @cached_property
@@ -166,16 +165,20 @@ class Scene:
     @cached_property
     def nuisances(self) -> np.ndarray:
         """Derivatives of the residuals by what may be off, in its width, shape (3 N + K, n)."""
-        N, K = len(self.q), len(self.rulers)
-        geometry = self._with_distances(self.by_geometry @ self.usual)
-        parts = [self._of_centres(), geometry, self._of_effects(), self._of_calipers()]
-        if self.zeros or self.noise > COARSE:
-            parts.append(self._of_play())
-        for rows, columns, _ in self.found:
-            full = np.zeros((3 * N + K, columns.shape[1]))
+        every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.rulers))
+        coarse = self.zeros or self.noise > COARSE
+        parts = [
+            (slice(0, last.stop), self._of_centres()),
+            (every, self.by_geometry @ self.usual),
+            (every, self._of_effects()),
+            (last, self._of_calipers()),
+            *([(every, self._of_play())] if coarse else []),
+            *((rows, columns) for rows, columns, _ in self.found),
+        ]
+        found = [np.zeros((last.stop, columns.shape[1])) for _, columns in parts]
+        for full, (rows, columns) in zip(found, parts, strict=True):
             full[rows] = columns
-            parts.append(full)
-        return np.hstack(parts)
+        return np.hstack(found)
 
     def _of_centres(self) -> np.ndarray:
         N, S = len(self.q), len(self.centres)
@@ -185,8 +188,8 @@ class Scene:
         for i, k in enumerate(self.rulers):
             away = self.centres[k.second] - self.centres[k.first]
             unit = away / self.expected[i]
-            found[3 * N + i, 3 * k.first : 3 * k.first + 3] += DISTANCE_WEIGHT * CENTRE * unit
-            found[3 * N + i, 3 * k.second : 3 * k.second + 3] -= DISTANCE_WEIGHT * CENTRE * unit
+            for end, way in ((k.first, 1), (k.second, -1)):
+                found[3 * N + i, 3 * end : 3 * end + 3] += way * DISTANCE_WEIGHT * CENTRE * unit
         return found
 
     @cached_property
@@ -205,7 +208,7 @@ class Scene:
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
             wide = self.wide if effect.learned else 1.0
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
-        return self._with_distances(columns * np.concatenate(widths))
+        return columns * np.concatenate(widths)
 
     def _of_play(self) -> np.ndarray:
         """Offsets of the joints in each socket: gears with play rest on one side there."""
@@ -214,32 +217,27 @@ class Scene:
         S, m = len(self.centres), turned.shape[2]
         found = np.zeros((len(turned), 3, S, m))
         found[np.arange(len(turned)), :, self.sockets] = turned
-        return self._with_distances(found.reshape(3 * len(turned), S * m))
+        return found.reshape(3 * len(turned), S * m)
 
     @cached_property
     def whitening(self) -> np.ndarray | None:
-        """Inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3).
-
-        A joint with play that gravity does not load rests on either side.
-        """
+        """Inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3)."""
         if not self.zeros:
             return None
+        # a joint with play that gravity does not load rests on either side
         turned = self.linear[2] * (self.play / self.noise)
         variances, axes = np.linalg.eigh(np.eye(3) + turned @ turned.transpose(0, 2, 1))
         return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
 
     def _of_calipers(self) -> np.ndarray:
-        N, bases = len(self.q), sorted({k.distance for k in self.rulers if k.on_base})
-        found = np.zeros((3 * N + len(self.rulers), len(bases) + len(self.rulers)))
+        bases = sorted({k.distance for k in self.rulers if k.on_base})
+        found = np.zeros((len(self.rulers), len(bases) + len(self.rulers)))
         for i, k in enumerate(self.rulers):
             own = SEAT_DEVIATION if k.on_base else k.deviation
-            found[3 * N + i, len(bases) + i] = DISTANCE_WEIGHT * own
+            found[i, len(bases) + i] = DISTANCE_WEIGHT * own
             if k.on_base:
-                found[3 * N + i, bases.index(k.distance)] = DISTANCE_WEIGHT * k.deviation
+                found[i, bases.index(k.distance)] = DISTANCE_WEIGHT * k.deviation
         return found
-
-    def _with_distances(self, columns: np.ndarray) -> np.ndarray:
-        return np.vstack([columns, np.zeros((len(self.rulers), columns.shape[1]))])
 
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
@@ -255,17 +253,6 @@ class Scene:
         A = B.T @ B + self.noise**2 * np.eye(B.shape[1])
         return (r - B @ np.linalg.solve(A, B.T @ r))[self.all_samples].reshape(-1, 3)
 
-    def of_rulers(self, *, on_base: bool) -> Iterator[tuple[int, Known[int], slice]]:
-        """Return known distances of one kind: index, distance, and the row of its residual."""
-        first = 3 * len(self.q)
-        for i, ruler in enumerate(self.rulers):
-            if ruler.on_base == on_base:
-                yield i, ruler, slice(first + i, first + i + 1)
-
-    def length(self, i: int) -> dict[str, float]:
-        """Return a known distance as the fit has it, and as it is given [m]."""
-        return {"expected": self.expected[i], "given": self.rulers[i].distance}
-
     def rows(self, samples: slice) -> slice:
         """Return the rows of some samples' residuals."""
         return slice(3 * samples.start, 3 * samples.stop)
@@ -274,6 +261,14 @@ class Scene:
     def all_samples(self) -> slice:
         """The rows of all samples' residuals."""
         return slice(0, 3 * len(self.q))
+
+    def measured(self, placement: str) -> Measurement:
+        """Return a placement by its name."""
+        return next(m for m in self.measurements if m.name == placement)
+
+    def named(self, place: int) -> dict[str, str]:
+        """Return the name of a placement, as a parameter of explanations."""
+        return {"placement": self.measurements[place].name}
 
     def sample(self, place: int, row: int) -> dict[str, int]:
         """Return socket, number in it, and number as recorded, if any, of a placement's sample."""
@@ -285,4 +280,4 @@ class Scene:
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""
         row = int(np.argmax(self.times[place] == rank))
-        return {"placement": self.measurements[place].name, **self.sample(place, row)}
+        return {**self.named(place), **self.sample(place, row)}

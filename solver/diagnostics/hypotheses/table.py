@@ -1,69 +1,43 @@
-"""The table of explanations.
+"""The table of explanations, by their keys in ``causes.json``, which has their words.
 
-To add one, write a :class:`.Kind` in a file of its noun: its prior, its unknowns as columns of the
-residuals, its words, and what tells it from others; then add it below, and what it looks like to
-docs/causes/pages.py, which writes its page.
+To add one, write in a file of its noun its unknowns as columns of the residuals; then add it below,
+its words to ``causes.json``, and what it looks like to docs/causes/pages.py, which writes its page.
 """
 
-from .ball import BALL_BENT, BALL_LOOSE, BALL_LOOSE_HERE, BALL_SAMPLE
-from .base import BASE_BETWEEN, BASE_MOVED, DRIFT
-from .distance import DISTANCE, KNOWN, ONE_SOCKET, SCALED
-from .geometry import ANGLE, LENGTH, OTHER_ARM, VERSION_WRONG
-from .joints import GAIN, LAG, ZERO, ZERO_LOST
-from .kinds import Kind, NoisePrior
-from .mounting import MOUNTING
-from .recording import COPIES, PUSHED_ARM, PUSHED_HERE, QUANTISED
-from .socket import SOCKET
+from functools import partial
 
-SOUND = Kind("sound", 1.0, lambda p: "nothing wrong was seen", "")
-UNEXPLAINED = Kind(
-    "unexplained",
-    0.01,
-    lambda p: f"the samples scatter by {1e3 * p['noise']:.2f} mm, and no single cause explains it",
-    "is it this robot's model, with the right --base and --tip, and the joints in order?",
-    "record one more placement with care",
-    code="model",
-    noise=lambda scene: NoisePrior(1e-2, 2.0, below=False),
+from . import arm, ball, base, mounting, recording
+from .kinds import NoisePrior, kind_of
+
+KINDS = (
+    kind_of("sound"),
+    kind_of("distance", base.of_distance, base.share),
+    kind_of("scaled", base.of_distance, base.share),
+    kind_of("one_socket", base.of_one_socket),
+    kind_of("known", base.of_known),
+    kind_of("length", partial(arm.of_number, unit="m", widths=arm.LENGTHS), arm.error),
+    kind_of("angle", partial(arm.of_number, unit="rad", widths=arm.ANGLES), arm.error),
+    kind_of("version", arm.of_version),
+    kind_of("other_arm", arm.of_other_arm),
+    kind_of("zero", arm.of_zero, arm.offset),
+    kind_of("zero_lost", arm.of_lost_zero, arm.offset),
+    kind_of("gain", arm.of_gain, arm.offset),
+    kind_of("lag", arm.of_lag, arm.offset),
+    kind_of("base_moved", base.moved, base.moved_by),
+    kind_of("base_between", base.between),
+    kind_of("drift", base.drifting),
+    kind_of("ball_sample", ball.one_sample, several=True),
+    kind_of("ball_bent", ball.bent),
+    kind_of("ball_loose", noise=lambda _: NoisePrior(ball.LOOSE, 0.7)),
+    kind_of("ball_loose_here", ball.loose_here),
+    kind_of("socket", ball.mixed_up, said=ball.lie_elsewhere),
+    kind_of("mounting", mounting.mounted, said=mounting.stands, changed=mounting.remounted),
+    kind_of("copies", recording.copies),
+    kind_of("quantised", recording.quantised, noise=recording.of_steps),
+    kind_of("pushed", recording.pushed, noise=lambda _: NoisePrior(1.2e-3, 0.7)),
+    kind_of("pushed_here", recording.pushed_here),
+    kind_of("unexplained", noise=lambda _: NoisePrior(1e-2, 2.0)),
 )
-KINDS: tuple[Kind, ...] = (
-    SOUND,
-    DISTANCE,
-    SCALED,
-    ONE_SOCKET,
-    KNOWN,
-    LENGTH,
-    ANGLE,
-    VERSION_WRONG,
-    OTHER_ARM,
-    ZERO,
-    ZERO_LOST,
-    GAIN,
-    LAG,
-    BASE_MOVED,
-    BASE_BETWEEN,
-    DRIFT,
-    BALL_SAMPLE,
-    BALL_BENT,
-    BALL_LOOSE,
-    BALL_LOOSE_HERE,
-    SOCKET,
-    MOUNTING,
-    COPIES,
-    QUANTISED,
-    PUSHED_ARM,
-    PUSHED_HERE,
-    UNEXPLAINED,
-)
-ONLY_SOUND: tuple[Kind, ...] = (SOUND,)
-OF_SIZE: tuple[Kind, ...] = (DISTANCE,)
-CURABLE: tuple[Kind, ...] = (
-    SOUND,
-    DISTANCE,
-    BASE_MOVED,
-    DRIFT,
-    BALL_SAMPLE,
-    BALL_BENT,
-    BALL_LOOSE,
-    ZERO_LOST,
-)
+ONLY_SOUND, OF_SIZE = KINDS[:1], KINDS[1:2]
+CURABLE = tuple(kind for kind in KINDS if kind.curable)
 """Those that a hand can cure while it records."""

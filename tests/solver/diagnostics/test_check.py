@@ -64,6 +64,10 @@ def test_duplicates_and_stuck_joints_are_told(look, placements):
     assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
 
 
+def test_a_copy_is_told_once(look, placements):
+    assert codes(look([*placements[:2], replace(placements[0], name="again")])) == ["copies"]
+
+
 def test_a_placement_that_no_model_explains_is_told(look, placements):
     generator = np.random.default_rng(2)
     loose = [
