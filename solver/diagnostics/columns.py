@@ -80,30 +80,20 @@ class ColumnHypothesis:
         words = " and ".join(self._words(*one) for one in self.mistakes.items())
         return f"{words}: with {' and '.join(mends[kind] for kind in self.mistakes)}"
 
-    @property
-    def advice(self) -> str:
-        """Steps that mend the mistakes."""
-        return "; ".join(OF_COLUMNS[kind].advice for kind in self.mistakes)
-
     def _words(self, kind: str, joints: Sequence[int]) -> str:
-        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind)
         if kind == "swap" and len(joints) > 2:
-            order = ", ".join(str(i + 1) for i in self.order.tolist())
-            return f"the columns look out of order: {order}"
+            return f"the columns look out of order: {', '.join(map(str, self.order + 1))}"
         off = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
-        return f"{_names(self.robot, joints)} {how or f'off by {off} deg'}"
+        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind, f"off by {off} deg")
+        numbers = " and ".join(str(joint + 1) for joint in joints)
+        names = ", ".join(self.robot.joint_names[joint] for joint in joints)
+        look = "joint {} ({}) looks {}" if len(joints) == 1 else "joints {} ({}) look {}"
+        return look.format(numbers, names, how)
 
     def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
         """Return the same with another offset of a joint [rad]."""
         alone = np.arange(len(self.offsets)) == joint
         return replace(self, offsets=np.where(alone, offset, self.offsets))
-
-
-def _names(robot: Robot, joints: Sequence[int]) -> str:
-    numbers = " and ".join(str(joint + 1) for joint in joints)
-    names = ", ".join(robot.joint_names[joint] for joint in joints)
-    many = len(joints) > 1
-    return f"joint{'s' * many} {numbers} ({names}) look{'s' * (not many)}"
 
 
 def unchanged(robot: Robot) -> ColumnHypothesis:
@@ -114,17 +104,15 @@ def unchanged(robot: Robot) -> ColumnHypothesis:
 
 def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
     """Return the hypotheses that so many joints have the other sign."""
-    right = unchanged(robot)
-    for joints in combinations(range(len(robot.actuated)), count):
-        flipped = right.signs.copy()
-        flipped[list(joints)] = -1
-        yield replace(right, signs=flipped)
+    joints, right = np.arange(len(robot.actuated)), unchanged(robot)
+    for some in combinations(joints, count):
+        yield replace(right, signs=np.where(np.isin(joints, some), -1.0, 1.0))
 
 
 def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
     """Return the hypotheses that two columns are exchanged."""
     right = unchanged(robot)
-    for i, j in combinations(range(len(robot.actuated)), 2):
+    for i, j in combinations(right.order.tolist(), 2):
         order = right.order.copy()
         order[[i, j]] = j, i
         yield replace(right, order=order)
@@ -268,7 +256,8 @@ def _candidate(
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
     text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
     kind = OF_COLUMNS[wrong.name]
-    told = replace(kind, said=partial(_said, text), advice=wrong.advice, changed=_as_it_is)
+    advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in wrong.mistakes)
+    told = replace(kind, said=partial(_said, text), advice=advice, changed=_as_it_is)
     return replace(
         best,
         kind=told,

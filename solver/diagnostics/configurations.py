@@ -6,7 +6,7 @@ distance.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Literal
@@ -37,13 +37,10 @@ FEWEST, ADVISED = 10, 30
 def size_level(
     value: float, deviation: float | None
 ) -> Literal["error", "unknown", "warning"] | None:
-    """Return how doubtful an arm's size is; None for not at all.
+    """Return how doubtful an arm's size is, larger by a share ``value``; None for not at all.
 
-    It came out larger by a share ``value``, of some standard deviation where the method says it.
     Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
-    what is known of it, which is 0.6 % with a caliper's distance, has most likely a wrong distance.
-    An arm of servos whose gears have play may be off by more than any arm is, and be known so badly
-    that this says nothing.
+    what is known of it has most likely a wrong distance; one known worse than that says nothing.
     """
     size, known = abs(value), deviation or 0.0
     allowed = DEVIATIONS * math.hypot(known, ARMS)
@@ -87,23 +84,29 @@ def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
     return [(m.name, socket) for m in measurements for socket in m.sockets]
 
 
-def duplicates(_: Robot, measured: Measurement) -> list[Diagnostic]:
-    """Return samples that are nearly the configuration of one before, in the same socket."""
-    found: list[Diagnostic] = []
+def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
+    """Return what a placement by itself lacks: samples, other configurations, joints that moved."""
+    where = where_of([measured])
+    for socket, count in zip(measured.sockets, measured.counts, strict=True):
+        if count < FEWEST:
+            text = f"{count} samples in socket {socket}"
+            advice = f"record {ADVISED - count} more: {ADVISED} are advised, {FEWEST} are the least"
+            yield Diagnostic("warning", "few", where, text, advice)
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         twins = near_duplicates(rows)
         more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
-        found += [
-            Diagnostic(
-                "warning",
-                "duplicate",
-                row_of(measured, socket, later),
-                f"nearly the configuration of sample {first + 1} of socket {socket}{more}",
-                "it adds little: guide the arm to other configurations",
-            )
-            for later, first in list(twins.items())[:LISTED]
-        ]
-    return found
+        for later, first in list(twins.items())[:LISTED]:
+            text = f"nearly the configuration of sample {first + 1} of socket {socket}{more}"
+            advice = "it adds little: guide the arm to other configurations"
+            row = row_of(measured, socket, later)
+            yield Diagnostic("warning", "duplicate", row, text, advice)
+    travels = np.ptp(measured.positions, axis=0).tolist()
+    for joint, travel in zip(robot.joint_names, travels, strict=True):
+        if travel < STILL:
+            moved = f"moved by {np.rad2deg(travel):.1f} deg only"
+            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else moved}"
+            advice = "its parameters stay near nominal: move every joint by 60 deg or more"
+            yield Diagnostic("warning", "still", where, text, advice)
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
@@ -124,42 +127,6 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
         else:
             members.setdefault(tuple(cells[i].tolist()), []).append(i)
     return nearest
-
-
-def motionless_joints(robot: Robot, measured: Measurement) -> list[Diagnostic]:
-    """Return joints that hardly moved in a placement."""
-    travels = np.ptp(measured.positions, axis=0).tolist()
-    return [
-        Diagnostic(
-            "warning",
-            "still",
-            where_of([measured]),
-            f"joint {joint.name!r} "
-            + (
-                "did not move at all"
-                if travel < 1e-9
-                else f"moved by {np.rad2deg(travel):.1f} deg only"
-            ),
-            "its parameters stay near nominal: move every joint by 60 deg or more",
-        )
-        for joint, travel in zip(robot.actuated, travels, strict=True)
-        if travel < STILL
-    ]
-
-
-def few_samples(_: Robot, measured: Measurement) -> list[Diagnostic]:
-    """Return sockets of a placement with too few samples."""
-    return [
-        Diagnostic(
-            "warning",
-            "few",
-            where_of([measured]),
-            f"{count} samples in socket {socket}",
-            f"record {ADVISED - count} more: {ADVISED} are advised, {FEWEST} are the least",
-        )
-        for socket, count in zip(measured.sockets, measured.counts, strict=True)
-        if count < FEWEST
-    ]
 
 
 def single_socket_diagnostics(

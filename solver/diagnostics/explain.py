@@ -92,15 +92,10 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
 def explain(
     model: RigidModel, scene: Scene
 ) -> tuple[list[Candidate], tuple[Hypothesis, ...], Scale | None]:
-    """Return what explains recordings, cause after cause; nothing for very few samples.
-
-    Causes; the explanations where the first cause was found that matters, the most probable first;
-    and the arm's size by known distances, before any fit believes them.
-    """
+    """Return causes, explanations where the first that matters was found, and the arm's size."""
     if len(scene.q) < LEAST:
         return [], (), _scale(scene)[0]
-    findings: list[Candidate] = []
-    listed: tuple[Hypothesis, ...] = ()
+    findings, listed = list[Candidate](), tuple[Hypothesis, ...]()
     decided, told, sized = False, set[str](), scene
     of_size, kinds = set[int](), KINDS
     for _ in range(ROUNDS):
@@ -161,10 +156,9 @@ def _scale(scene: Scene) -> tuple[Scale | None, Candidate | None]:
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
-    """Return the error that each placement leaves when fitted alone, by its name [m].
+    """Return the error that a robust rigid fit to each placement alone leaves, by its name [m].
 
-    It is the mean distance of its samples from their socket, each by its weight, by a robust
-    rigid fit to nothing but them.
+    It is the mean distance of its samples from their socket, each by its weight.
     """
     model = RigidModel(robot, choose_parameters(robot))
     return {m.name: model.fit(samples_of([m])).error for m in measurements}
@@ -176,28 +170,24 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
     It is None for each that leaves about as much as the others. ``floors`` are the errors that each
     leaves when fitted alone [m].
     """
-    typical = [_typical([*floors[:i], *floors[i + 1 :]]) for i in range(len(floors))]
-    return [
-        t if f > BAD_RATIO * max(t, EXACT) else None for f, t in zip(floors, typical, strict=True)
-    ]
-
-
-def _typical(others: Sequence[float]) -> float:
-    """Return the error that a placement should leave by the others' [m]; infinity if unknown."""
-    typical = float(np.median(others)) if others else np.inf
-    if len(others) == 1:
-        typical = max(typical, UNEXPLAINED / BAD_RATIO)
-    return typical if typical < UNEXPLAINED else np.inf
+    found: list[float | None] = []
+    for i, floor in enumerate(floors):
+        others = [*floors[:i], *floors[i + 1 :]]
+        typical = float(np.median(others)) if others else np.inf
+        if len(others) == 1:
+            typical = max(typical, UNEXPLAINED / BAD_RATIO)
+        typical = typical if typical < UNEXPLAINED else np.inf
+        found.append(typical if floor > BAD_RATIO * max(typical, EXACT) else None)
+    return found
 
 
 def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
     """Return the probability of each name, by the logarithms of the evidence."""
     logs = np.array([c.log_evidence for c in candidates])
     odds: np.ndarray = np.exp(logs - logs.max())
-    shares: dict[str, float] = {}
+    shares = dict.fromkeys((c.kind.name for c in candidates), 0.0)
     for candidate, share in zip(candidates, (odds / odds.sum()).tolist(), strict=True):
-        name = candidate.kind.name
-        shares[name] = shares.get(name, 0.0) + share
+        shares[candidate.kind.name] += share
     return shares
 
 
@@ -220,11 +210,8 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
     second = next((h for h in others if h.probability > SECOND and h.name != "sound"), None)
     if second is None:
         return words
-    tell = first.tell or second.tell
-    return (
-        f"{words}. It cannot be told from this ({_percent(second.probability)}): {second.text}; to "
-        f"tell them, {tell}"
-    )
+    words += f". It cannot be told from this ({_percent(second.probability)}): {second.text}"
+    return f"{words}; to tell them, {first.tell or second.tell}"
 
 
 def _percent(share: float) -> str:

@@ -9,10 +9,8 @@ from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measur
 from ..results import Diagnostic, Hypothesis, Scale
 from ..robot import Robot, choose_parameters
 from .configurations import (
-    duplicates,
-    few_samples,
-    motionless_joints,
     named,
+    of_placement,
     row_of,
     rulers,
     size_level,
@@ -36,8 +34,6 @@ MANY = 5.0
 though nothing explains it."""
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that play does not look like."""
-CHECKS = (few_samples, duplicates, motionless_joints)
-"""Checks of single placements that need nothing but the recording."""
 
 
 @dataclass(frozen=True)
@@ -140,20 +136,14 @@ def inspect_all(
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
-        moves = [f.parameters for f, d in own if d.code == "moved" and d.level == "error"]
-        changes = [Change(p["socket"], p["sample"], p["size"]) for p in moves]
-        diagnostics = [d for _, d in own] + [d for check in CHECKS for d in check(robot, m)]
+        at = [f.parameters for f, d in own if d.code == "moved" and d.level == "error"]
+        changes = [Change(p["socket"], p["sample"], p["size"]) for p in at]
+        diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
-        inspections.append(
-            Inspection(
-                m,
-                floors[m.name],
-                tuple(sorted(changes, key=lambda c: (c.socket, c.sample))),
-                tuple(diagnostics),
-                np.median(balls[rows], axis=0),
-            )
-        )
+        moves = tuple(sorted(changes, key=lambda c: (c.socket, c.sample)))
+        middle = np.median(balls[rows], axis=0)
+        inspections.append(Inspection(m, floors[m.name], moves, tuple(diagnostics), middle))
     return Survey(tuple(inspections), shared, scale, hypotheses)
 
 
@@ -175,11 +165,11 @@ def _diagnostic(
 ) -> Diagnostic:
     """Return a finding as a diagnostic: its place, and whether it must be mended."""
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
-    where, level, code, advice = where_of(measurements), kind.level, kind.code, told.advice
-    where = f"--known {p['known']}" if "known" in p else where
+    level, code, advice = kind.level, kind.code, told.advice
+    where = f"--known {p['known']}" if "known" in p else where_of(measurements)
     if "placement" in p:
-        (measured,) = [m for m in measurements if m.name == p["placement"]]
-        single = "socket" in p and "sample" in p
+        measured = next(m for m in measurements if m.name == p["placement"])
+        single = "sample" in p
         where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
     if told.name in ("drift", "base_moved") and (zeros or p["placement"] not in trained):
         usual = (PLAY if zeros else MOST_DRIFT) if told.name == "drift" else SMALLEST_MOVE
@@ -187,13 +177,13 @@ def _diagnostic(
     if told.name == "distance":
         level = "error" if size_level(p["share"], p["deviation"]) == "error" else "warning"
     if told.name == "ball_sample":
-        elsewhere = p["size"] > SEATED
-        level, code = ("error", "elsewhere") if elsewhere else ("warning", code)
-        if elsewhere:
+        level = "warning"
+        if p["size"] > SEATED:
+            level, code = "error", "elsewhere"
             advice = "it was recorded elsewhere: another base position, or another arm; delete it"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
-    return Diagnostic(level, code or kind.name, where, told.text, advice)
+    return Diagnostic(level, code, where, told.text, advice)
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
@@ -217,15 +207,16 @@ def next_placement(robot: Robot, survey: Survey) -> str:
     names = [one.measured.name for one in survey.placements]
     sound = np.array([one.sound and not mistaken for one in survey.placements])
     centres = np.array([one.centre for one in survey.placements])[sound]
-    wrong = [name for name, good in zip(names, sound, strict=True) if not good]
+    wrong, good = (
+        [name for name, fine in zip(names, sound, strict=True) if fine == kept]
+        for kept in (False, True)
+    )
     words = [f"First mend {' and '.join(wrong)}: see the errors."] if wrong else []
-    if not sound.any():
+    if not good:
         return " ".join(words)
-    if len(centres) > 1:
+    if len(good) > 1:
         apart = np.linalg.norm(centres[:, None] - centres, axis=2)
-        pair = np.unravel_index(int(np.argmax(apart)), apart.shape)
-        good = [name for name, fine in zip(names, sound.tolist(), strict=True) if fine]
-        best = " and ".join(good[int(i)] for i in pair)
+        best = " and ".join(good[i] for i in divmod(int(np.argmax(apart)), len(good)))
         words.append(f"To train on two, {best} serve best: they are the most distant.")
     place = farthest_place(centres)
     x, y, z = place.tolist()
@@ -240,16 +231,13 @@ def next_placement(robot: Robot, survey: Survey) -> str:
 
 
 def farthest_place(centres: np.ndarray) -> np.ndarray:
-    """Return a place for a new placement, farthest from those recorded, shape (3,) [m].
+    """Return a place for a new placement, farthest from centres of shape (P, 3) [m], shape (3,).
 
-    Candidates stand as far from the base axis and as high as those recorded, of centres of shape
-    (P, 3) [m] in the base frame, on all sides of the robot but its back.
+    Candidates stand as far from the base axis and as high, on all sides of the robot but its back.
     """
     radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
-    height = float(centres[:, 2].mean())
     angles = np.deg2rad(np.arange(-90, 91, 15))
-    ring = np.stack(
-        [radius * np.cos(angles), radius * np.sin(angles), np.full(len(angles), height)], axis=1
-    )
+    heights = np.full(len(angles), centres[:, 2].mean())
+    ring = np.stack([radius * np.cos(angles), radius * np.sin(angles), heights], axis=1)
     gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
     return ring[int(np.argmax(gaps))]

@@ -8,7 +8,7 @@ by how often sound sessions may pass it (``benchmarks/sessions.py``).
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress, groupby
+from itertools import compress, pairwise
 
 import numpy as np
 
@@ -67,19 +67,13 @@ class Fault:
 def is_coarse(repeatability: float | None) -> bool:
     """Return True where joints may be off by degrees, and have play, as those made of servos do.
 
-    Args:
-        repeatability: Of the arm [m]; None, where nothing is known of it, counts as coarse.
+    An arm of which no repeatability [m] is known counts as coarse.
     """
     return repeatability is None or repeatability > COARSE
 
 
 class LiveCheck:
-    """Check of all samples so far, in some hundredths of a second.
-
-    Args:
-        robot: The nominal robot.
-        repeatability: Of the arm [m]; None where nothing is known of it.
-    """
+    """Check of a nominal robot's samples so far, by its repeatability [m], None if unknown."""
 
     def __init__(self, robot: Robot, repeatability: float | None) -> None:
         zeros = is_coarse(repeatability)
@@ -100,9 +94,8 @@ class LiveCheck:
             return ()
         scene, given = self.scene(placements), placements
         while len(found) < FAULTS:
-            candidates, evidence = self._compared(scene)
-            scene, sound = candidates[0].scene, max(_logs(candidates, sound=True))
-            others = [c for c in candidates if c.kind.name != "sound"]
+            (first, *others), evidence = self._compared(scene)
+            scene, sound = first.scene, first.log_evidence
             logs = [c.log_evidence - sound for c in others]
             if evidence < DOUBT:
                 break
@@ -137,17 +130,13 @@ class LiveCheck:
         return scene_of(self._model, measured, known, self._repeatability, nothing, start)
 
     def _compared(self, scene: Scene) -> tuple[list[Candidate], float]:
-        """Return explanations, and the evidence of faults, over all that the arm may be like.
-
-        The explanations are those beside what is most probable of the arm, whatever happened.
-        """
+        """Return explanations by the likeliest arm, and the evidence of faults over all arms."""
         arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
         every = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
-        fault, sound = (
-            [np.logaddexp.reduce(_logs(one, sound=sound)) for one in every]
-            for sound in (False, True)
-        )
+        # sound is compared first
+        sound = [one[0].log_evidence for one in every]
+        fault = [np.logaddexp.reduce([c.log_evidence for c in one[1:]]) for one in every]
         evidence = np.logaddexp.reduce(fault) - np.logaddexp.reduce(sound)
         return every[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
 
@@ -189,47 +178,37 @@ class LiveCheck:
         return found
 
 
-def _logs(candidates: Sequence[Candidate], *, sound: bool) -> list[float]:
-    """Return the evidence of sound samples, or of each fault."""
-    return [c.log_evidence for c in candidates if (c.kind.name == "sound") == sound]
-
-
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
     """Return samples that may lie in another socket, in the order of recording.
 
     The first ones after a change of socket may lie in the socket before, where the ball was
     forgotten; the last ones before it in the next socket, where the change was told late.
     """
-    blocks = [
-        list(rows)
-        for _, rows in groupby(
-            range(len(placement.samples)), key=lambda i: placement.samples[i].socket
-        )
-    ]
-    labels = [placement.samples[rows[0]].socket for rows in blocks]
-    for b, (rows, label) in enumerate(zip(blocks, labels, strict=True)):
-        if b:
-            for count in range(1, len(rows) + 1):
-                yield range(rows[0], rows[0] + count), labels[b - 1]
-        following = labels[b + 1] if b + 1 < len(labels) else label + 1 if b == 0 else labels[b - 1]
-        for count in range(1, len(rows)):
-            yield range(rows[-1] + 1 - count, rows[-1] + 1), following
+    sockets = [sample.socket for sample in placement.samples]
+    changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
+    for first, end in pairwise([0, *changes, len(sockets)]):
+        before = sockets[first - 1] if first else sockets[0] + 1
+        for last in range(first + 1, end + 1) if first else ():
+            yield range(first, last), before
+        for begin in range(end - 1, first, -1):
+            yield range(begin, end), sockets[end] if end < len(sockets) else before
 
 
 def _forgotten(here: Placement, index: int, rows: range, to: int, noise: float) -> Fault:
     numbers = tuple(_number(here, i) for i in rows)
     label = here.samples[rows[0]].socket
-    which = f"samples {numbers[0]} to {numbers[-1]} lie"
-    which = f"sample {numbers[0]} lies" if len(numbers) == 1 else which
+    many = f"samples {numbers[0]} to {numbers[-1]} lie"
+    which = many if len(numbers) > 1 else f"sample {numbers[0]} lies"
     text = f"{which} in socket {to}, not {label}"
-    parameters: dict[str, float | str | list[float]] = {
-        "placement": here.name,
-        "sample": rows[0],
-        "socket": label,
-        "noise": noise,
-    }
-    advice = "was a change of socket forgotten?"
-    return Fault(Hypothesis("socket", 1.0, parameters, text, advice, ""), index, numbers, 0.0, to)
+    told = Hypothesis(
+        "socket",
+        1.0,
+        {"placement": here.name, "sample": rows[0], "socket": label, "noise": noise},
+        text,
+        "was a change of socket forgotten?",
+        "",
+    )
+    return Fault(told, index, numbers, 0.0, to)
 
 
 def _number(placement: Placement, row: int) -> int:
@@ -238,16 +217,15 @@ def _number(placement: Placement, row: int) -> int:
 
 def _fault(candidate: Candidate, evidence: float) -> Fault:
     """Return a candidate as a fault, with the numbers of its samples in the order of recording."""
-    scene, parameters = candidate.scene, candidate.parameters
+    scene, p = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
-    place = names.index(parameters["placement"]) if "placement" in parameters else len(names) - 1
+    place = names.index(p["placement"]) if "placement" in p else len(names) - 1
     placement, rows = scene.measurements[place].placement, scene.places[place]
-    first = 0
-    if "sample" in parameters:
-        own = scene.sockets[rows] == scene.labels.index((names[place], parameters["socket"]))
-        at = np.flatnonzero(own & (scene.numbers[rows] == parameters["sample"]))[0]
-        first = int(scene.times[place][at])
-    single = candidate.kind.name == "ball_sample"
-    last = first + 1 if single else len(placement.samples)
+    first, last = 0, len(placement.samples)
+    if "sample" in p:
+        own = scene.sockets[rows] == scene.labels.index((names[place], p["socket"]))
+        first = int(scene.times[place][np.argmax(own & (scene.numbers[rows] == p["sample"]))])
+    if candidate.kind.name == "ball_sample":
+        last = first + 1
     numbers = tuple(_number(placement, i) for i in range(first, last))
     return Fault(candidate.hypothesis(), place, numbers, evidence)

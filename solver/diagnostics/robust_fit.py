@@ -122,10 +122,9 @@ class RigidFit:
 
 
 class RigidModel:
-    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets.
+    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too.
 
-    Offsets are unknowns of their own: not all origins can be turned about their joint's axis by
-    small changes of their numbers (pitch of 90 degrees).
+    Not all origins can be turned about their joint's axis by small changes of their numbers.
     """
 
     def __init__(
@@ -148,19 +147,13 @@ class RigidModel:
         return self._model.predict(x, q, np.tile(0 * q, 3))
 
     def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
-        """Return the weighted mean errors by the nominal model, its ball put right [m].
-
-        They are of some samples, read in several ways.
-        """
+        """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
         joints = np.arange(len(self.robot.actuated) if self.zeros else 0)
         every = np.tile(joints, (len(variants), 1))
         return self._seeds(variants, every, JOINT_OFFSET.typical_shift)[1].tolist()
 
     def nominal_offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
-        """Return the best offsets of some joints by the nominal model, to first order [rad].
-
-        As many joints for each way to read the samples, shape (V, J).
-        """
+        """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
         return self._seeds(variants, joints, MAX_OFFSET)[0][:, 3:]
 
     def _seeds(
@@ -205,10 +198,9 @@ class RigidModel:
         start: np.ndarray | None = None,
         linear: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> RigidFit:
-        """Return the fit to some samples, at least one in each socket.
+        """Return the fit to some samples, from unknowns ``start``, or the nominal ones.
 
-        From unknowns ``start``, or the nominal ones. With the balls and their derivatives there,
-        ``linear``, all is taken as linear, which costs little.
+        With the balls and their derivatives there, ``linear``, all is taken as linear.
         """
         few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
         P, widths = self._prior, self.widths
