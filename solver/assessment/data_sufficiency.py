@@ -101,10 +101,8 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
 def _turned_least(coverage: Coverage) -> str:
     """Return which joint turned least, where that was little."""
     turned = travels(coverage)
-    name = min(turned, key=lambda joint: turned[joint], default="")
-    if not name or turned[name] >= WELL_TURNED:
-        return ""
-    return f" ({name} turned by {math.degrees(turned[name]):.0f} deg only)"
+    least, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
+    return f" ({name} turned by {math.degrees(least):.0f} deg only)" * (least < WELL_TURNED)
 
 
 def rows_of_the_fit(
@@ -157,8 +155,7 @@ def samples_row(
 ) -> LimitResult:
     """Return whether enough samples lie in each socket, or an instrument measured enough points.
 
-    ``tied`` if distances between placements were given to the fit, so that two sockets of any
-    count.
+    With ``tied`` sockets, distances between placements were given, so that any two count.
     """
     by_socket, title = any(m.kind == "sockets" for m in trained), ""
     what, part, advice = "sample", "in a socket ", "record at least {} in each, better 30"
@@ -169,7 +166,10 @@ def samples_row(
     def most(placements: Sequence[Measurement], *, together: bool) -> int:
         counts = [m.counts for m in placements]
         every = tuple(n for own in counts for n in own)
-        return _second([every] if together else counts) if by_socket else sum(every)
+        if not by_socket:
+            return sum(every)
+        # two sockets, at the best placement
+        return max((sorted(n)[-2] for n in ([every] if together else counts) if n[1:]), default=0)
 
     found = most(trained, together=tied), most(held_out, together=False)
     leasts, roles = (LEAST_SAMPLES, LEAST_HELD_OUT), ("trained on", "held out")
@@ -181,11 +181,6 @@ def samples_row(
     more = " or more in each socket" if by_socket else ""
     text = f"{plural(found[0], what)}{more} trained on"
     return limit_row("samples", "pass", text, title=title)
-
-
-def _second(sockets: Sequence[tuple[int, ...]]) -> int:
-    """Return how many samples two sockets of some placement have, at the best placement."""
-    return max((sorted(counts)[-2] if len(counts) > 1 else 0 for counts in sockets), default=0)
 
 
 def _held(predictions: Predictions) -> list[str]:

@@ -1,7 +1,7 @@
 """Errors of samples, placements and roles, and of distances that were measured from outside."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -88,10 +88,6 @@ def quantiles(errors: np.ndarray) -> Quantiles:
     return Quantiles(median=median, p95=high, max=float(np.max(errors)))
 
 
-def _share_within(errors: np.ndarray, tolerance: float) -> float:
-    return float(np.mean(errors <= tolerance))
-
-
 def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
     """Return the file's summaries, and quantiles over all samples of each role."""
 
@@ -105,7 +101,7 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
             placements=len(placements),
             samples=len(errors.nominal),
             quantiles=errors.each(quantiles),
-            within_tolerance=errors.each(lambda those: _share_within(those, tolerance)),
+            within_tolerance=errors.each(lambda those: float(np.mean(those <= tolerance))),
         )
 
     given = predictions.document.summary
@@ -114,7 +110,7 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
     """Return the errors of all samples of some placements, by each model [m]."""
-    models = MODELS if placements[0].points.geometric is not None else MODELS[:2]
+    models = MODELS[: 2 + (placements[0].points.geometric is not None)]
     return ByModel(**{m: np.concatenate([p.errors(m) for p in placements]) for m in models})
 
 
@@ -130,7 +126,7 @@ def placement_reports(predictions: Predictions, tolerance: float) -> tuple[Place
             position=as_point(placement.position),
             sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
             quantiles=errors.each(quantiles),
-            within_tolerance=_share_within(errors.loaded, tolerance),
+            within_tolerance=float(np.mean(errors.loaded <= tolerance)),
         )
         reports.append(one)
     return tuple(reports)
@@ -138,27 +134,21 @@ def placement_reports(predictions: Predictions, tolerance: float) -> tuple[Place
 
 def sample_errors(predictions: Predictions, most: int) -> tuple[SampleErrors, ...]:
     """Return the deviation of every sample from its socket's mean, thinned out to ``most``."""
-    rows = [
-        row
-        for i, placement in enumerate(predictions.placements)
-        for row in _deviations(i, placement)
-    ]
+    rows: list[SampleErrors] = []
+    for index, placement in enumerate(predictions.placements):
+        places = (i for count in placement.measured.counts for i in range(1, count + 1))
+        for i, (sample, place) in enumerate(zip(placement.samples, places, strict=True)):
+            number = f"sample {sample.number}, " * bool(sample.number)
+            one = SampleErrors.filled(
+                placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8))),
+                placement=index,
+                socket=sample.socket,
+                number=sample.number or place,
+                where=number + short_where(sample.where),
+                weight=sample.weight,
+            )
+            rows.append(one)
     return tuple(rows[:: -(-len(rows) // most)])
-
-
-def _deviations(index: int, placement: PlacementPrediction) -> Iterator[SampleErrors]:
-    numbers: dict[int, int] = {}
-    for i, sample in enumerate(placement.samples):
-        numbers[sample.socket] = numbers.get(sample.socket, 0) + 1
-        by_model = placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8)))
-        yield SampleErrors.filled(
-            by_model,
-            placement=index,
-            socket=sample.socket,
-            number=sample.number or numbers[sample.socket],
-            where=f"sample {sample.number}, " * bool(sample.number) + short_where(sample.where),
-            weight=sample.weight,
-        )
 
 
 class KnownDistanceErrors(Document, kw_only=True, frozen=True):
@@ -194,24 +184,22 @@ def known_distance_errors(
     labels = [(one.name, socket) for one, socket in sockets]
     # What the fit was told proves nothing; it can be told only of what it was trained on.
     fitted = bool(predictions.document.settings.get("known"))
+    models = MODELS[: 2 + (placements[0].points.geometric is not None)]
     rows: list[KnownDistanceErrors] = []
     for each in known:
-        a, b = (
-            find_socket(labels, end, where="known distance: ") for end in (each.first, each.second)
+        ends = each.first, each.second
+        a, b = (find_socket(labels, end, where="known distance: ") for end in ends)
+        off: dict[str, float] = {}
+        for model in models:
+            centres = np.concatenate([one.centres(model) for one in placements])
+            off[f"{model}_error"] = float(np.linalg.norm(centres[b] - centres[a])) - each.distance
+        one = KnownDistanceErrors(
+            a="{}:{}".format(*labels[a]),
+            b="{}:{}".format(*labels[b]),
+            distance=each.distance,
+            standard_deviation=each.deviation,
+            in_fit=fitted and sockets[a][0].role == sockets[b][0].role == "train",
+            **off,
         )
-        off = {
-            f"{model}_error": float(np.linalg.norm(centres[b] - centres[a])) - each.distance
-            for model in MODELS[: 2 + (placements[0].points.geometric is not None)]
-            for centres in [np.concatenate([one.centres(model) for one in placements])]
-        }
-        rows.append(
-            KnownDistanceErrors(
-                a="{}:{}".format(*labels[a]),
-                b="{}:{}".format(*labels[b]),
-                distance=each.distance,
-                standard_deviation=each.deviation,
-                in_fit=fitted and sockets[a][0].role == sockets[b][0].role == "train",
-                **off,
-            )
-        )
+        rows.append(one)
     return tuple(rows)

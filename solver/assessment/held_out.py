@@ -36,20 +36,13 @@ LEAST = 10
 
 
 def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
-    """Return the held-out placements that prove something, and in words why others do not.
-
-    Those are copies, or parts of placements that were trained on.
-    """
-    reasons = {
-        held.name: [
-            words
-            for trained in predictions.of_role("train")
-            if (words := _trained_already(held, trained))
-        ]
-        for held in predictions.of_role("test")
-    }
-    proving = [name for name, words in reasons.items() if not words]
-    return proving, [words[0] for words in reasons.values() if words]
+    """Return the held-out placements that prove something, and in words why others do not."""
+    proving, others = list[str](), list[str]()
+    for held in predictions.of_role("test"):
+        words = (_trained_already(held, one) for one in predictions.of_role("train"))
+        why = next(filter(None, words), "")
+        (others if why else proving).append(why or held.name)
+    return proving, others
 
 
 def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) -> str:
@@ -132,25 +125,14 @@ def error_rows(
 ) -> list[LimitResult]:
     """Return whether errors by what is loaded are within their limits, or why they are ``missing``.
 
-    Those by the ``full`` model stand beside, where that is another. With ``by_instrument`` all is
-    held against points that an instrument measured.
+    Those by the ``full`` model stand beside, where that is another.
     """
-    return [
-        _length_row(
-            "mean_absolute_error",
-            limits.mean_absolute_error,
-            loaded and loaded.mean_absolute_error,
-            full and full.mean_absolute_error,
-            missing,
-        ),
-        _length_row(
-            "distance_error",
-            limits.distance_error,
-            loaded and loaded.distance_error,
-            full and full.distance_error,
-            missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET,
-        ),
-    ]
+    no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
+    rows: list[LimitResult] = []
+    for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
+        reached, beside = (one and getattr(one, name) for one in (loaded, full))
+        rows.append(_length_row(name, getattr(limits, name), reached, beside, why))
+    return rows
 
 
 def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitResult:
@@ -163,14 +145,9 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
     def mean(model: ModelName) -> float:
         return sum(abs(row.error(model)) for row in rows) / len(rows)
 
-    two = bool(rows) and rows[0].geometric_error is not None
-    return _length_row(
-        "between_placements",
-        limit,
-        mean("geometric") if rows else None,
-        mean("calibrated") if two else None,
-        missing,
-    )
+    loaded = mean("geometric") if rows else None
+    full = mean("calibrated") if rows and rows[0].geometric_error is not None else None
+    return _length_row("between_placements", limit, loaded, full, missing)
 
 
 def _length_row(
@@ -191,9 +168,7 @@ def _length_row(
 def drift_rows(predictions: Predictions) -> list[LimitResult]:
     """Return whether the ball drifts in the sockets of any placement, trained on or held out.
 
-    A base that creeps, a table that gives way, or a zero that warms up moves the ball steadily.
-    Where the samples hold their order, the fit weighs that itself. Elsewhere, and of what was held
-    out, :func:`steady_drift` does.
+    Where a fit's samples hold their order, it weighs that itself; else :func:`steady_drift` does.
     """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     weighed = predictions.document.posterior is not None

@@ -145,9 +145,8 @@ def predicted_limit(limit: float) -> float:
 def known_arm(model: Robot | Model) -> str | None:
     """Return the shipped robot that a model's names stand for, if exactly one of ARMS does."""
     for name in (model.name, Path(model.source).stem):
-        plain = _plain(name)
         # no longer number either: a ur30 is no ur3
-        inside = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", plain)]
+        inside = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", _plain(name))]
         whole = [robot for robot in inside if not any(robot != b and robot in b for b in inside)]
         if len(whole) == 1:
             return whole[0] if whole[0] in ARMS else None
@@ -163,7 +162,7 @@ def repeatability_of(robot: Robot, given: float | None) -> float | None:
 
 
 def _plain(name: str) -> str:
-    return "".join(letter for letter in name.lower() if letter.isalnum())
+    return "".join(filter(str.isalnum, name.lower()))
 
 
 @dataclass(frozen=True)

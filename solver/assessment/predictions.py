@@ -1,28 +1,19 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
-from ..data import (
-    Measurement,
-    Pose,
-    fit_frames,
-    measure,
-    socket_centres,
-    targets,
-)
+from ..data import Measurement, Pose, fit_frames, measure, socket_centres, targets
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
     Document,
     DocumentError,
     ModelName,
-    PlacementErrors,
-    PlacementSamples,
     RecordedSample,
     Role,
     calibrated_robot,
@@ -139,9 +130,7 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     trained = [(p, m) for row, m, p in rows if row.role == "train"]
     frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in trained]) for name in MODELS}
     placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
-    _check_parts(document, source)
-    for placement, errors in zip(placements, document.placements, strict=True):
-        _check_errors(placement, errors, source)
+    _check(document, placements, source)
     return Predictions(document, calibration, tuple(placements))
 
 
@@ -152,25 +141,25 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
         DocumentError: A sample has not one number a joint; the line names the key.
         MeasurementError: A placement cannot be used.
     """
-    return [_measurement(row, i, robot, source) for i, row in enumerate(document.data)]
+    joints, found = len(robot.joint_names), list[Measurement]()
+    for i, row in enumerate(document.data):
+        if not row.samples:
+            raise misfit(source, f"data[{i}].samples", "none; calibrate again")
+        for k, sample in enumerate(row.samples):
+            for key, values in (("position", sample.position), ("effort", sample.effort)):
+                if values is not None and len(values) != joints:
+                    path = f"data[{i}].samples[{k}].{key}"
+                    raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
+        measured = measure(row.placement(robot.joint_names), robot, sockets=1)
+        moved = np.array([sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket])
+        found.append(replace(measured, moved=moved) if np.any(moved) else measured)
+    return found
 
 
-def _measurement(row: PlacementSamples, i: int, robot: Robot, source: str) -> Measurement:
-    joints = len(robot.joint_names)
-    for k, sample in enumerate(row.samples):
-        for key, values in (("position", sample.position), ("effort", sample.effort)):
-            if values is not None and len(values) != joints:
-                path = f"data[{i}].samples[{k}].{key}"
-                raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
-    if not row.samples:
-        raise misfit(source, f"data[{i}].samples", "none; calibrate again")
-    measured = measure(row.placement(robot.joint_names), robot, sockets=1)
-    moved = [sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket]
-    return replace(measured, moved=np.array(moved)) if np.any(moved) else measured
-
-
-def _check_parts(document: CalibrationDocument, source: str) -> None:
-    """See that samples, errors and summaries are of the same placements."""
+def _check(
+    document: CalibrationDocument, placements: Sequence[PlacementPrediction], source: str
+) -> None:
+    """See that samples, errors and summaries are of the same placements, and follow from them."""
     recorded = [(row.name, row.role) for row in document.data]
     if not recorded:
         raise misfit(source, "data", "no placement; calibrate again")
@@ -182,20 +171,16 @@ def _check_parts(document: CalibrationDocument, source: str) -> None:
     for i, row in enumerate(document.history):
         if row.train is None and row.test is None:
             raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
-
-
-def _check_errors(placement: PlacementPrediction, errors: PlacementErrors, source: str) -> None:
-    """See that the errors in the file follow from its samples."""
-    for model, stated in zip(
-        MODELS, (errors.nominal, errors.calibrated, errors.loaded), strict=True
-    ):
-        computed = float(placement.errors(model).mean())
-        if abs(computed - stated.mean_absolute_error) > _AGREE:
-            raise DocumentError(
-                f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "
-                f"{model} model, but `placements` says {1e3 * stated.mean_absolute_error:.3f} mm; "
-                "the file was edited or damaged, so calibrate again"
-            )
+    for placement, errors in zip(placements, document.placements, strict=True):
+        all_stated = errors.nominal, errors.calibrated, errors.loaded
+        for model, metrics in zip(MODELS, all_stated, strict=True):
+            computed, stated = float(placement.errors(model).mean()), metrics.mean_absolute_error
+            if abs(computed - stated) > _AGREE:
+                raise DocumentError(
+                    f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "
+                    f"{model} model, but `placements` says {1e3 * stated:.3f} mm; the file was "
+                    "edited or damaged, so calibrate again"
+                )
 
 
 class JointRange(Document, kw_only=True, frozen=True):

@@ -198,7 +198,7 @@ def _forgotten(here: Placement, index: int, rows: range, to: int, noise: float) 
     numbers = tuple(_number(here, i) for i in rows)
     label = here.samples[rows[0]].socket
     many = f"samples {numbers[0]} to {numbers[-1]} lie"
-    which = many if len(numbers) > 1 else f"sample {numbers[0]} lies"
+    which = many if numbers[-1] != numbers[0] else f"sample {numbers[0]} lies"
     text = f"{which} in socket {to}, not {label}"
     told = Hypothesis(
         "socket",

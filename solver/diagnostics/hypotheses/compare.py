@@ -89,21 +89,15 @@ class Comparison:
         least = max(scene.noise / 4, 1e-6)
         count = int(math.log(LARGEST / least, HALVES)) + 2
         self._trials, self._base = self.evidence.trials(least, LARGEST, count)
-        self._close: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.candidates = [c for kind in kinds for c in self._of(kind)]
-
-    def _prior(self, kind: Kind) -> NoisePrior:
-        if kind.noise is not None:
-            return kind.noise(self.scene)
-        # servos never have much less
-        below = not self.scene.zeros
-        return NoisePrior(1.5 * self.scene.noise, self.scene.noise_width, below=below)
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""
-        blocks = list(kind.blocks(self.scene))
+        scene, blocks = self.scene, list(kind.blocks(self.scene))
         total = sum(len(block.parameters) for block in blocks)
-        noise = self._prior(kind)
+        # servos never have much less
+        usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
+        noise = usual if kind.noise is None else kind.noise(scene)
         prior = self._base + noise.log_density(self._trials)
         rough: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
@@ -115,24 +109,12 @@ class Comparison:
         rough.sort(reverse=True)
         kept = [r for r in rough if r[0] > rough[0][0] - 30][: 60 if kind.several else REFINED]
         for (b, at), some in itertools.groupby(sorted(r[1:] for r in kept), key=lambda r: r[:2]):
-            block, own = blocks[b], [c for *_, c in some]
-            trials, base = self._near(at)
-            ratios = self.evidence.log_ratios(block.only(own), trials)
-            logs = _sum_of_exp(ratios, axis=1) + (base + noise.log_density(trials))[:, None]
-            found = _sum_of_exp(logs, axis=0) + math.log(STEP * kind.prior / total)
-            for c, log, best in zip(own, found.tolist(), np.argmax(logs, axis=0), strict=True):
-                only, sigma = block.only([c]), float(trials[best])
-                yield Candidate(kind, only, log, sigma, self.scene, self.evidence)
-
-    def _near(self, at: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return close trials of the noise about a rough one, and the likelihood of each."""
-        if at not in self._close:
+            few = blocks[b].only([c for *_, c in some])
             trials = self._trials[at] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
-            self._close[at] = trials, self.evidence.log_likelihood(trials)
-        return self._close[at]
-
-
-def _sum_of_exp(logs: np.ndarray, axis: int) -> np.ndarray:
-    """Return the logarithm of the sum of exponentials along an axis."""
-    top = logs.max(axis=axis, keepdims=True)
-    return (top + np.log(np.exp(logs - top).sum(axis=axis, keepdims=True))).squeeze(axis)
+            base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
+            ratios = np.logaddexp.reduce(self.evidence.log_ratios(few, trials), axis=1)
+            logs = ratios + base[:, None]
+            found = np.logaddexp.reduce(logs, axis=0) + math.log(STEP * kind.prior / total)
+            for c, (log, best) in enumerate(zip(found, np.argmax(logs, axis=0), strict=True)):
+                sigma = float(trials[best])
+                yield Candidate(kind, few.only([c]), float(log), sigma, scene, self.evidence)
