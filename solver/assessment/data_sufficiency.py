@@ -1,7 +1,4 @@
-"""Rows on the recordings: what was found in them, how many samples, how far each joint turned.
-
-A few samples, or many alike, leave small errors by any model, so small errors are then no proof.
-"""
+"""Rows on the recordings: what was found in them, how many samples, how far each joint turned."""
 
 import math
 from collections.abc import Sequence
@@ -52,11 +49,7 @@ that was trained on has an error there."""
 def accuracy_rows(
     uncertainty: Uncertainty | None, limit: Limit, coverage: Coverage
 ) -> list[LimitResult]:
-    """Return whether the errors that are predicted of distances are small beside the limit.
-
-    What is loaded is the URDF alone. Where the full model is another, how far the two are apart is
-    part of what the URDF alone is off by, and the figure of the full model stands beside.
-    """
+    """Return whether the errors that are predicted of distances are small beside the limit."""
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return [limit_row(WORKSPACE, "fail", words)]
@@ -99,7 +92,6 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
 
 
 def _turned_least(coverage: Coverage) -> str:
-    """Return which joint turned least, where that was little."""
     turned = travels(coverage)
     least, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
     return f" ({name} turned by {math.degrees(least):.0f} deg only)" * (least < WELL_TURNED)
@@ -130,8 +122,7 @@ def rows_of_the_fit(
 def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:
     """Return the row of the data checks: no PASS beside an error, or what bears on the model.
 
-    ``checks`` are None where nobody looked. With ``drift_doubted``, what was held out is within its
-    limits, so that a drift fails nothing.
+    None stands for nobody looked; with ``drift_doubted`` (held-out limits kept) no drift fails.
     """
     name = "data_checks"
     if checks is None:

@@ -109,7 +109,6 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
 
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
-    """Return the errors of all samples of some placements, by each model [m]."""
     models = MODELS[: 2 + (placements[0].points.geometric is not None)]
     return ByModel(**{m: np.concatenate([p.errors(m) for p in placements]) for m in models})
 

@@ -1,9 +1,6 @@
-"""Rows of the verdict on held-out placements and on known distances.
+"""Rows on held-out placements and known distances, by ``calibrated.urdf``, which a user loads.
 
-What is judged is ``calibrated.urdf``, since that is what a user loads. Where the full model, which
-corrects joint positions first, is another, its figures stand beside. The error alone can be driven
-to zero by a model that shrinks the robot to a point, so the distance stands beside it; but for
-coordinates that an instrument measured, which tell size as well.
+The distance stands beside the error, which a model that shrinks to a point would keep small.
 """
 
 from collections.abc import Sequence
@@ -153,7 +150,6 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
 def _length_row(
     name: str, limit: Limit, reached: float | None, full: float | None, missing: str
 ) -> LimitResult:
-    """Return a limit on a length: the values reached [m], or why there is none."""
     if reached is None or limit.value is None:
         reason = missing if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)

@@ -1,8 +1,6 @@
-"""The largest errors that a calibration may have: sensible for each arm, and where they come from.
+"""The largest errors that a calibration may have: three times the arm's repeatability.
 
-Errors of a calibrated arm stay within some three times its repeatability. A socket's centre is the
-mean of many samples, so the distance of two is known better, and its limit is the repeatability
-itself; of arms made of servos, whose backlash moves the samples of a socket alike, twice that.
+For the distance of two sockets, which are means of many samples, once; where gears have play twice.
 """
 
 import json

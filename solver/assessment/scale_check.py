@@ -1,8 +1,4 @@
-"""The size of the calibrated arm, and the distance between the sockets that it rests on.
-
-No recording tells a model whose lengths are all too large from a distance that is typed too small,
-so a PASS names the distance, and whoever sees another size than the model's is told both.
-"""
+"""The size of the calibrated arm, and the distance between the sockets that it rests on."""
 
 from collections.abc import Sequence
 

@@ -1,9 +1,4 @@
-"""The one judge: what rows say, each of them a limit that is kept or not, as one verdict.
-
-All that judges a robot's model goes through :func:`judge`: a calibration when it is made, one that
-is looked at again on new recordings, recordings that are not fitted yet. What calls it collects
-rows; what is shown of it, on a terminal, a page or in JSON, is the :class:`Verdict`.
-"""
+"""The one judge of a robot's model: rows, each a limit that is kept or not, become one verdict."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -76,14 +71,10 @@ def worst(statuses: Iterable[int]) -> int:
 def judge(
     rows: Sequence[LimitResult], rests_on: Sequence[Premise] = (), causes: Sequence[Hypothesis] = ()
 ) -> Verdict:
-    """Return the verdict that follows from rows; a PASS names beside them what it rests on.
+    """Return the verdict that follows from rows, what a PASS ``rests_on``, and likely ``causes``.
 
-    One row that fails is a FAIL, but for what a URDF, which cannot bend, breaks by little and the
-    full model keeps: that narrows a PASS to corrected joint positions near the recorded places.
-    Where a row says that the data are not enough, or one of :data:`NEEDED` is there and was not
-    evaluated, the verdict is open. A predicted error in the whole workspace that is too large only
-    narrows a PASS to the recorded places, if the row on these passes. No PASS needs the ``causes``,
-    explanations of what is wrong, the most probable first.
+    A row that fails is a FAIL, but for what a URDF, which cannot bend, breaks by little and the
+    full model keeps: that narrows a PASS, as a large predicted error in the whole workspace does.
     """
     by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
     bent = _bent(rows) if by_full == "pass" else []
@@ -137,7 +128,6 @@ def _title(
     by_full: str,
     rests_on: Sequence[Premise],
 ) -> str:
-    """Return the title of a PASS, no larger than its rows, or of a FAIL."""
     if scope is None:
         apart = by_full == "pass" and any(row.full_status for row in rows)
         return "FAIL for the URDF alone; PASS with corrected joint positions" if apart else "FAIL"

@@ -1,9 +1,6 @@
 """Columns that are not the model's joints: signs, orders and offsets, and which are worth a fit.
 
-A hypothesis on columns is far from linear. The model as it is, but for its ball, sorts them; fits
-to the best of each kind then have their evidence compared with all other explanations. Offsets of
-several joints are too many to try one by one. But the ball's centre is smooth in them, so
-Gauss-Newton steps find them from a few starts.
+The model as it is, but for its ball, sorts them; their fits are compared with all else.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -227,10 +224,6 @@ def of_columns(
     return found
 
 
-def _said(text: str, _: object) -> str:
-    return text
-
-
 def _as_it_is(scene: Scene, _: object) -> Scene:
     return scene
 
@@ -254,13 +247,13 @@ def _candidate(
         **({} if placement is None else {"placement": placement}),
     }
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
-    text = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
+    form = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
     kind = OF_COLUMNS[wrong.name]
     advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in wrong.mistakes)
-    told = replace(kind, said=partial(_said, text), advice=advice, changed=_as_it_is)
+    form = form.replace("{", "{{").replace("}", "}}")
     return replace(
         best,
-        kind=told,
+        kind=replace(kind, form=form, advice=advice, changed=_as_it_is),
         block=replace(best.block, parameters=[parameters]),
         log_evidence=best.log_evidence + float(np.log(kind.prior / len(names))),
     )

@@ -1,9 +1,4 @@
-"""Checks that need no fit: few or like samples, joints that stood still, and known distances.
-
-Recordings of a ball do not tell how large an arm is: the sockets' distance does. But a link is
-machined to better than 0.1 %: an arm that comes out longer by more most likely has a wrong
-distance.
-"""
+"""Checks that need no fit: few or like samples, joints that stood still, and known distances."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -39,8 +34,8 @@ def size_level(
 ) -> Literal["error", "unknown", "warning"] | None:
     """Return how doubtful an arm's size is, larger by a share ``value``; None for not at all.
 
-    Arms scatter by 0.2 %. One that is off by more than three standard deviations of that and of
-    what is known of it has most likely a wrong distance; one known worse than that says nothing.
+    Arms scatter by 0.2 %: off by more than three deviations of that and of what is known of it, one
+    has most likely a wrong distance.
     """
     size, known = abs(value), deviation or 0.0
     allowed = DEVIATIONS * math.hypot(known, ARMS)

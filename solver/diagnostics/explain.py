@@ -1,7 +1,6 @@
-"""Explanations of recordings, the most probable first, and what is left once one was found.
+"""Explanations of recordings: the most probable one is put among what may be off, time and again.
 
-One cause at a time: the most probable one is put among what may be off, and all are compared again,
-until nothing is likelier than that the rest is sound.
+The rest is compared anew, until nothing is likelier than that it is sound.
 """
 
 from collections.abc import Mapping, Sequence
@@ -165,10 +164,9 @@ def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str,
 
 
 def standing_out(floors: Sequence[float]) -> list[float | None]:
-    """Return, for each placement that stands out, the error that it should leave by the others [m].
+    """Return the error that a placement should leave by the others', if it stands out, else None.
 
-    It is None for each that leaves about as much as the others. ``floors`` are the errors that each
-    leaves when fitted alone [m].
+    ``floors`` are the errors that each placement leaves when fitted alone [m].
     """
     found: list[float | None] = []
     for i, floor in enumerate(floors):

@@ -199,10 +199,7 @@ def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:
-    """Return in words which placements to train on, and a place for the next one.
-
-    The two most distant placements serve best (paper, Fig. 6), if nothing is wrong with them.
-    """
+    """Return in words which two placements to train on (paper, Fig. 6), and the next place."""
     mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
     names = [one.measured.name for one in survey.placements]
     sound = np.array([one.sound and not mistaken for one in survey.placements])

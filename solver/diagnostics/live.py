@@ -1,8 +1,6 @@
-"""Faults of a session while it goes on, by their evidence in the samples so far.
+"""Faults of a session while it goes on, held against sound samples.
 
-The explanations are those of :mod:`.hypotheses` that a hand can cure at the arm, and samples whose
-ball was in another socket than they say. All are held against sound samples; the threshold is set
-by how often sound sessions may pass it (``benchmarks/sessions.py``).
+How often sound sessions may be called faulty sets the threshold (``benchmarks/sessions.py``).
 """
 
 import math
@@ -83,11 +81,9 @@ class LiveCheck:
         self._repeatability = repeatability
 
     def faults(self, placements: Sequence[Placement]) -> tuple[Fault, ...]:
-        """Return the faults whose evidence suffices, the most probable first.
+        """Return the faults of placements, the last one still going on, the most probable first.
 
-        Args:
-            placements: In the order of recording, the last one still going on, with their joints
-                in the robot's order, and with distances where they are known.
+        Their joints are in the robot's order, and their distances are there where they are known.
         """
         found: list[Fault] = []
         if not placements[-1].samples or sum(len(p.samples) for p in placements) < LEAST:
@@ -179,11 +175,7 @@ class LiveCheck:
 
 
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
-    """Return samples that may lie in another socket, in the order of recording.
-
-    The first ones after a change of socket may lie in the socket before, where the ball was
-    forgotten; the last ones before it in the next socket, where the change was told late.
-    """
+    """Return samples about a change of socket that was forgotten or told late, and their socket."""
     sockets = [sample.socket for sample in placement.samples]
     changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
     for first, end in pairwise([0, *changes, len(sockets)]):
@@ -216,7 +208,6 @@ def _number(placement: Placement, row: int) -> int:
 
 
 def _fault(candidate: Candidate, evidence: float) -> Fault:
-    """Return a candidate as a fault, with the numbers of its samples in the order of recording."""
     scene, p = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
     place = names.index(p["placement"]) if "placement" in p else len(names) - 1

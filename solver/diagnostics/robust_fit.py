@@ -1,9 +1,6 @@
 """A quick, robust fit of a rigid arm to samples, which always ends, and believes no distance.
 
-Gauss-Newton steps for the joint origins, held near nominal by priors of fixed width, with Student's
-noise, so that samples far from their socket weigh little. The sockets' centres are the weighted
-means of the samples in them. The arm's scale is held at nominal: the sockets' distances come out as
-the model says they should be.
+Gauss-Newton steps with Student's noise; priors of fixed width hold the arm, and its scale, nominal.
 """
 
 from collections.abc import Sequence

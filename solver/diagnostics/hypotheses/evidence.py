@@ -1,12 +1,7 @@
 """Evidence of explanations of residuals that are linear in all unknowns, in closed form.
 
-Residuals r = B x + A u + e with x and u standard Gaussian and e of variance sigma^2 have, beside
-those without A, the likelihood
-
-    ln p(r | A) - ln p(r) = - ln det(I + A^T C^-1 A) / 2 + g^T (I + A^T C^-1 A)^-1 g / 2
-
-with C = sigma^2 I + B B^T and g = A^T C^-1 r. One eigendecomposition of B^T B gives it for any
-sigma. Errors of samples in poses alike are alike, so only a share of the residuals counts.
+For residuals r = B x + A u + e of standard Gaussian x, u, with C = sigma^2 I + B B^T: ln p(r | A) -
+ln p(r) = (g^T (I + M)^-1 g - ln det(I + M)) / 2, with M = A^T C^-1 A and g = A^T C^-1 r.
 """
 
 from itertools import combinations_with_replacement
@@ -16,14 +11,13 @@ import numpy as np
 from .kinds import Block
 
 INDEPENDENT = 0.5
-"""Share of the errors that count as independent."""
+"""Share of the errors that count as independent: those of samples in poses alike are alike."""
 
 
 class LinearEvidence:
     """Residuals r, shape (R,) [m], and derivatives B by nuisances in their widths, (R, n).
 
-    Only a ``share`` of the errors counts as independent. ``whitening`` is the inverse root of each
-    sample's covariance beside the noise's square, shape (N, 3, 3); None where all are alike.
+    ``whitening`` is the inverse root of the samples' covariances, (N, 3, 3); None for all alike.
     """
 
     def __init__(

@@ -1,7 +1,6 @@
 """The mounting: gravity pulls elsewhere than was said, as on a wall, a ceiling or a sloping table.
 
-Joints give way with their load and never against it. So a direction of gravity is judged by what
-elasticity with its moments explains, and by how far that comes out positive.
+Joints give way with their load and never against it, so elasticity has to come out positive.
 """
 
 import itertools
@@ -12,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...data import Load
-from ...robot import BallModel, gravity_moments
 from .evidence import LinearEvidence
 from .kinds import Block, NoisePrior, Parameters, silent
 from .scene import Scene
@@ -47,28 +45,16 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     """Return the logarithm of the evidence by direction of gravity, shape (C,)."""
     m, every = scene.q.shape[1], len(scene.q)
     some = np.unique(np.linspace(0, every - 1, min(every, MOST)).astype(int))
-    q, N = scene.q[some], len(some)
-    model = BallModel(scene.robot, [p.index for p in scene.parameters])
-    still = np.concatenate([q, np.zeros((N, 2 * m))], axis=1)
-    by_axes = model.linearise(model.nominal + scene.x[: model.nominal.size], still).by_joints
-    columns: list[np.ndarray] = []
-    along = [gravity_moments(scene.robot, q, e, scene.load.payload) for e in np.eye(3).tolist()]
-    counts = [len(one.positions) for one in scene.measurements]
-    measured = np.repeat([one.efforts is not None for one in scene.measurements], counts)[some]
-    for gravity in directions:
-        moments: np.ndarray = np.tensordot(gravity, along, axes=1)
-        moments[measured, :m] = scene.torques[some][measured, :m]
-        parts: list[np.ndarray] = []
-        for effect in (e for e in scene.effects if e.shared_by_type):
-            turns = effect.derivatives(q, moments)
-            parts.append(turns * effect.typical_shift / max(float(np.mean(turns**2)) ** 0.5, 1e-6))
-        columns.append((-by_axes * np.concatenate(parts, axis=1)[:, None]).reshape(3 * N, -1))
+    of_samples = (3 * some[:, None] + np.arange(3)).ravel()
+    loads = [Load(tuple(g.tolist()), scene.load.payload) for g in directions]
+    scenes = [replace(scene, load=load) for load in loads]
+    columns = [one.of_effects(elastic=True)[of_samples] for one in scenes]
     before = scene.centres.size + len(scene.parameters)
     B = np.delete(scene.nuisances, slice(before, before + 3 * m), axis=1)
-    rows = np.append(3 * some[:, None] + np.arange(3), np.arange(3 * every, len(B)))
+    rows = np.append(of_samples, np.arange(3 * every, len(B)))
     evidence = LinearEvidence(scene.residuals[rows], B[rows])
     nameless: list[Parameters] = [{}] * len(columns)
-    block = Block(slice(0, 3 * N), np.array(columns), nameless)
+    block = Block(slice(0, len(of_samples)), np.array(columns), nameless)
     trials, base = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
     base = base + NoisePrior(1.5 * scene.noise, scene.noise_width, below=True).log_density(trials)
     logs = evidence.log_ratios(block, trials)[:, 0] + base[:, None]

@@ -1,8 +1,6 @@
-"""Recordings as a linear model: residuals about a fit, and what a sound arm may be off by.
+"""Recordings as a linear model: residuals of samples about a fit, then those of known distances.
 
-Residuals are those of the samples from their socket's centre, then those of the known distances.
-Nuisances are the centres, the geometry, the effects beyond it, and the caliper; the geometry may
-grow as a whole by no more than arms do.
+Nuisances are the centres, the geometry, the effects beyond it, and the caliper.
 """
 
 import itertools
@@ -170,7 +168,7 @@ class Scene:
         parts = [
             (slice(0, last.stop), self._of_centres()),
             (every, self.by_geometry @ self.usual),
-            (every, self._of_effects()),
+            (every, self.of_effects()),
             (last, self._of_calipers()),
             *([(every, self._of_play())] if coarse else []),
             *((rows, columns) for rows, columns, _ in self.found),
@@ -181,16 +179,14 @@ class Scene:
         return np.hstack(found)
 
     def _of_centres(self) -> np.ndarray:
-        N, S = len(self.q), len(self.centres)
-        found = np.zeros((3 * N + len(self.rulers), 3 * S))
-        for axis in range(3):
-            found[3 * np.arange(N) + axis, 3 * self.sockets + axis] = CENTRE
-        for i, k in enumerate(self.rulers):
-            away = self.centres[k.second] - self.centres[k.first]
-            unit = away / self.expected[i]
-            for end, way in ((k.first, 1), (k.second, -1)):
-                found[3 * N + i, 3 * end : 3 * end + 3] += way * DISTANCE_WEIGHT * CENTRE * unit
-        return found
+        S, K = len(self.centres), len(self.rulers)
+        of_samples = np.kron(np.eye(S)[self.sockets], CENTRE * np.eye(3))
+        of_rulers = np.zeros((K, S, 3))
+        for row, k, length in zip(of_rulers, self.rulers, self.expected, strict=True):
+            unit = (self.centres[k.second] - self.centres[k.first]) / length
+            row[k.first] = DISTANCE_WEIGHT * CENTRE * unit
+            row[k.second] = -row[k.first]
+        return np.vstack([of_samples, of_rulers.reshape(K, 3 * S)])
 
     @cached_property
     def usual(self) -> np.ndarray:
@@ -199,16 +195,17 @@ class Scene:
         precision = np.diag(1 / widths_of(self.parameters) ** 2) + size
         return np.linalg.cholesky(np.linalg.inv(precision))
 
-    def _of_effects(self) -> np.ndarray:
-        n = len(self.parameters)
-        columns = -self.linear[1][:, :, n:].reshape(3 * len(self.q), -1)
+    def of_effects(self, *, elastic: bool = False) -> np.ndarray:
+        """Return derivatives of samples' residuals by effects, or elastic ones, in their widths."""
+        columns = -self.linear[1][:, :, len(self.parameters) :].reshape(3 * len(self.q), -1)
         widths: list[np.ndarray] = []
         for effect in self.effects:
             turns: np.ndarray = effect.derivatives(self.q, self.torques)
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
-            wide = self.wide if effect.learned else 1.0
+            wide = (self.wide if effect.learned else 1.0) * (effect.shared_by_type or not elastic)
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
-        return columns * np.concatenate(widths)
+        every = np.concatenate(widths)
+        return columns[:, every > 0] * every[every > 0]
 
     def _of_play(self) -> np.ndarray:
         """Offsets of the joints in each socket: gears with play rest on one side there."""
@@ -241,17 +238,18 @@ class Scene:
 
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
-        rows = self.all_samples
+        x = self._ridge(self.all_samples, sigma)[: self.centres.size]
+        return replace(self, centres=self.centres + CENTRE * x.reshape(-1, 3))
+
+    def _ridge(self, rows: slice, sigma: float) -> np.ndarray:
         B, r = self.nuisances[rows], self.residuals[rows]
-        x = np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
-        return replace(self, centres=self.centres + CENTRE * x[: self.centres.size].reshape(-1, 3))
+        return np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
 
     @cached_property
     def remaining(self) -> np.ndarray:
         """Residuals of samples that nuisances leave, shape (N, 3) [m]."""
-        B, r = self.nuisances, self.residuals
-        A = B.T @ B + self.noise**2 * np.eye(B.shape[1])
-        return (r - B @ np.linalg.solve(A, B.T @ r))[self.all_samples].reshape(-1, 3)
+        left = self.residuals - self.nuisances @ self._ridge(slice(None), self.noise)
+        return left[self.all_samples].reshape(-1, 3)
 
     def rows(self, samples: slice) -> slice:
         """Return the rows of some samples' residuals."""

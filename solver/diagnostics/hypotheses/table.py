@@ -1,7 +1,6 @@
 """The table of explanations, by their keys in ``causes.json``, which has their words.
 
-To add one, write in a file of its noun its unknowns as columns of the residuals; then add it below,
-its words to ``causes.json``, and what it looks like to docs/causes/pages.py, which writes its page.
+Their pages are written by docs/causes/pages.py, which has what each looks like.
 """
 
 from functools import partial
