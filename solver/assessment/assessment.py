@@ -78,10 +78,8 @@ def rows_since(
 ) -> tuple[list[LimitResult], tuple[Hypothesis, ...]]:
     """Return whether errors keep their limits and what else is seen, and explanations of it.
 
-    ``new`` are the errors of ``data``, None where all were trained on; with ``zeros`` the joints
-    have zeros of their own, as servos have. Where something else has ``told`` what changed, a few
-    samples, or an arm of which no limit is known, need not be held to one: it is a warning then, or
-    left out.
+    ``new`` are the errors of ``data``, None where all were trained on. Where something else has
+    ``told`` what changed, a few samples, or an arm of no known limit, are not held to one.
     """
     full = None if new is None or new.geometric is None else new.calibrated
     rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)

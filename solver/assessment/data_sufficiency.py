@@ -41,9 +41,8 @@ FREE = 0.01
 """Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
 cannot turn its first one."""
 BESIDE = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
-"""Codes of warnings that do not bear on the model: single samples that hardly count, and amounts
-that rows of their own judge; and held-out placements whose base drifted, or moved by little: one
-that was trained on has an error there."""
+"""Codes of warnings that do not bear on the model: single samples that hardly count, amounts that
+other rows judge, and held-out placements whose base drifted, or moved by little."""
 
 
 def accuracy_rows(

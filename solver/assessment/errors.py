@@ -68,7 +68,6 @@ class SampleErrors(ByModel[Point], kw_only=True, frozen=True):
     """One sample: the predicted ball centre less the mean of its socket, by each model [m]."""
 
     placement: int
-    """Index of its placement."""
     socket: int
     number: int
     """As recorded; its place among the samples of its socket where the file numbers none."""

@@ -91,21 +91,20 @@ def _known_to(row: LimitResult, odd: Sequence[LimitResult]) -> LimitResult:
 def _odd_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     """Return whether the held-out distances are off by no more than they are known to."""
     known = [
-        (abs(row.calibrated.distance_error) / row.distance_deviation, row)
+        (abs(off) / row.distance_deviation, abs(off), row.distance_deviation, row.name)
         for row in rows
-        if row.distance_deviation and row.calibrated.distance_error is not None
+        if row.distance_deviation and (off := row.calibrated.distance_error) is not None
     ]
     if not known:
         return []
     name = "distance_deviations"
     allowed = NormalDist().inv_cdf(1 - CHANCE / 2 / len(known))
-    z, worst = max(known, key=lambda pair: pair[0])
-    off, deviation = abs(worst.calibrated.distance_error or 0.0), worst.distance_deviation or 0.0
+    z, off, deviation, worst = max(known)
     words = f"at most {allowed:.1f} standard deviations"
     if z <= allowed:
         return [limit_row(name, "pass", words, off, allowed * deviation)]
     text = (
-        f"at {worst.name} the sockets come out {mm(off)} from what was said, {z:.1f} standard "
+        f"at {worst} the sockets come out {mm(off)} from what was said, {z:.1f} standard "
         "deviations: the data cannot tell which base's distance is wrong, or moved between its "
         "sockets, there or where it was trained; measure each again"
     )
@@ -120,10 +119,7 @@ def error_rows(
     *,
     by_instrument: bool = False,
 ) -> list[LimitResult]:
-    """Return whether errors by what is loaded are within their limits, or why they are ``missing``.
-
-    Those by the ``full`` model stand beside, where that is another.
-    """
+    """Return whether errors by what is loaded keep their limits, or why they are ``missing``."""
     no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
     for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
@@ -162,10 +158,7 @@ def _length_row(
 
 
 def drift_rows(predictions: Predictions) -> list[LimitResult]:
-    """Return whether the ball drifts in the sockets of any placement, trained on or held out.
-
-    Where a fit's samples hold their order, it weighs that itself; else :func:`steady_drift` does.
-    """
+    """Return whether the ball drifts in any placement whose drift the fit did not weigh itself."""
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     weighed = predictions.document.posterior is not None
     for placement in predictions.placements:
@@ -176,17 +169,14 @@ def drift_rows(predictions: Predictions) -> list[LimitResult]:
             if evidence > 0:
                 drifts[placement.role].append(f"{placement.name} by {mm(length)}")
     start = "the ball drifts in its sockets from the first sample to the last, at"
-    rows = [limit_row("drift", "pass", "none beyond the scatter")]
-    found = [d for d in predictions.document.checks or () if d.code == "movement"]
-    if found:
-        text = "; ".join(map(str, found))
-        rows = [limit_row("drift", "not enough", text, text=text)]
-    elif drifts["train"]:
+    text = "; ".join(str(d) for d in predictions.document.checks or () if d.code == "movement")
+    if not text and drifts["train"]:
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
             "that moved meanwhile from an error of the model; record it again, firmly screwed down"
         )
-        rows = [limit_row("drift", "not enough", text)]
+    status = "not enough" if text else "pass"
+    rows = [limit_row("drift", status, text or "none beyond the scatter")]
     if drifts["test"]:
         text = f"{start} {joined(drifts['test'])}"
         rows.append(limit_row("drift_held_out", "warning", text, text=text))
@@ -209,9 +199,8 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
         return 0.0, 0.0
     v: np.ndarray = (weights * t) @ e / along
     left = e - np.outer(t, v)
-    scatter: np.ndarray = (
-        (weights[:, None] * left).T @ left / (weights.sum() - len(measured.sockets) - 1)
-    )
+    scatter: np.ndarray = (weights[:, None] * left).T @ left
+    scatter /= weights.sum() - len(measured.sockets) - 1
     V = scatter / along + (1e-3 * USUAL) ** 2 * np.eye(3)  # of exact data, too
     chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL**2, v)) * (freedom - 1) / (freedom + 3)
     spread = np.linalg.slogdet(np.eye(3) + USUAL**2 * np.linalg.inv(V))[1]

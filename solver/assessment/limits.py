@@ -123,16 +123,11 @@ ARMS = {
     for arm in row["arms"]
 }
 """The shipped robots of which a figure is known."""
-
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
-
-
 PREDICTED, ANY_ARM = 3.0, 2e-3
-"""The predicted error of distances may be this many times the limit on held-out errors, since
-nothing at one placement shows the far workspace: a good recording of an arm that repeats to 0.1 mm
-comes to 1 to 2.4 times. That is no more than some 1.2 mm with any arm, so arms that repeat worse
-may have up to this much [m], or the limit itself."""
+"""The predicted error of distances may be this many times the limit on held-out errors, but no more
+than so much [m], or that limit: good recordings of arms that repeat to 0.1 mm come to 1 to 2.4."""
 
 
 def predicted_limit(limit: float) -> float:

@@ -31,9 +31,8 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
     points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in trained]), trained, strict=True):
-        kinds.setdefault((f"{1e3 * (row.distance or 0.0):.5g}", row.distance_source), []).append(
-            name
-        )
+        key = f"{1e3 * (row.distance or 0.0):.5g}", row.distance_source
+        kinds.setdefault(key, []).append(name)
     parts: list[str] = []
     for (distance, source), names in kinds.items():
         place = f" at {joined(names)}" if len(kinds) > 1 else ""

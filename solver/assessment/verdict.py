@@ -104,9 +104,8 @@ def _outcome(
     if "fail" in statuses:
         return "fail", None
     near = any(row.name == NEAR and status == "pass" for row, status in pairs)
-    if any(
-        status == "not enough" and not (near and row.name == WORKSPACE) for row, status in pairs
-    ):
+    short = [row for row, status in pairs if status == "not enough"]
+    if any(not (near and row.name == WORKSPACE) for row in short):
         return "incomplete", "not_enough"
     missing = [row for row, status in pairs if status == "not evaluated" and row.name in NEEDED]
     if any(row.reason != INSTRUMENT for row in missing):

@@ -110,8 +110,8 @@ def explain(
         if likely == "sound" or shares["sound"] >= SURE:
             break
         own = sorted((o for o in options if o.kind.name == likely), key=lambda o: -o.log_evidence)
-        sound_log = max(o.log_evidence for o in options if o.kind.name == "sound")
-        own = [o for o in own if likely == "ball_sample" and o.log_evidence > sound_log] or own[:1]
+        sure = [o for o in own if o.kind.several and o.log_evidence > options[0].log_evidence]
+        own = sure or own[:1]
         first, *others = own
         if len(scene.q) < MORE and first.kind.level != "error":
             listed = listed if findings else ()

@@ -228,10 +228,7 @@ def next_placement(robot: Robot, survey: Survey) -> str:
 
 
 def farthest_place(centres: np.ndarray) -> np.ndarray:
-    """Return a place for a new placement, farthest from centres of shape (P, 3) [m], shape (3,).
-
-    Candidates stand as far from the base axis and as high, on all sides of the robot but its back.
-    """
+    """Return a place in front or beside, farthest from centres of shape (P, 3), shape (3,) [m]."""
     radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
     angles = np.deg2rad(np.arange(-90, 91, 15))
     heights = np.full(len(angles), centres[:, 2].mean())

@@ -53,7 +53,6 @@ class Fault:
 
     hypothesis: Hypothesis
     placement: int
-    """Index of the placement."""
     samples: tuple[int, ...]
     """Numbers of the samples that are affected, as they were recorded."""
     evidence: float
@@ -63,10 +62,7 @@ class Fault:
 
 
 def is_coarse(repeatability: float | None) -> bool:
-    """Return True where joints may be off by degrees, and have play, as those made of servos do.
-
-    An arm of which no repeatability [m] is known counts as coarse.
-    """
+    """Return True where joints may have play, for want of a known, good repeatability [m]."""
     return repeatability is None or repeatability > COARSE
 
 

@@ -119,10 +119,7 @@ class RigidFit:
 
 
 class RigidModel:
-    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too.
-
-    Not all origins can be turned about their joint's axis by small changes of their numbers.
-    """
+    """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too."""
 
     def __init__(
         self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
@@ -195,10 +192,7 @@ class RigidModel:
         start: np.ndarray | None = None,
         linear: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> RigidFit:
-        """Return the fit to some samples, from unknowns ``start``, or the nominal ones.
-
-        With the balls and their derivatives there, ``linear``, all is taken as linear.
-        """
+        """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
         few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
         P, widths = self._prior, self.widths
         first = np.zeros(len(widths)) if start is None else start

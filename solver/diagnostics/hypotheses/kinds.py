@@ -27,7 +27,6 @@ class Block:
     columns: np.ndarray
     """Derivatives of these rows by the k unknowns of each of C candidates, shape (C, R, k)."""
     parameters: Sequence[Parameters]
-    """Of each candidate."""
     widths: Sequence[float] = (1.0,)
     """Standard deviations that the unknowns may have before anything is seen."""
     fixed: bool = False
@@ -59,7 +58,6 @@ class NoisePrior:
     centre: float
     """[m]."""
     width: float
-    """Of its logarithm."""
     below: bool = False
     """True where less noise is as likely."""
 
@@ -102,17 +100,14 @@ class Kind:
     name: str
     prior: float
     form: str
-    """Its sentence, see :class:`_Sentences`."""
     advice: str
     tell: str
     """Step that tells it from others."""
     code: str
-    """Of the diagnostic."""
     blocks: Callable[[Scene], Iterable[Block]]
     values: Callable[[Scene, Parameters, np.ndarray], Parameters]
     """Parameters with what was found of the unknowns."""
     level: str = "error"
-    """Of the diagnostic."""
     curable: bool = False
     """True where a hand can cure it while it records."""
     noise: Callable[[Scene], NoisePrior] | None = None

@@ -1,7 +1,4 @@
-"""The table of explanations, by their keys in ``causes.json``, which has their words.
-
-Their pages are written by docs/causes/pages.py, which has what each looks like.
-"""
+"""The table of explanations, by their keys in ``causes.json``, which has their words."""
 
 from functools import partial
 
