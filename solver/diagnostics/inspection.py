@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,8 +49,7 @@ class Given:
     """Gravity and payload."""
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(NamedTuple):
     """A base that moved while a socket was recorded."""
 
     socket: int
@@ -137,11 +137,10 @@ def inspect_all(
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
         at = [f.parameters for f, d in own if d.code == "moved" and d.level == "error"]
-        changes = [Change(p["socket"], p["sample"], p["size"]) for p in at]
+        moves = tuple(sorted(Change(p["socket"], p["sample"], p["size"]) for p in at))
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
-        moves = tuple(sorted(changes, key=lambda c: (c.socket, c.sample)))
         middle = np.median(balls[rows], axis=0)
         inspections.append(Inspection(m, floors[m.name], moves, tuple(diagnostics), middle))
     return Survey(tuple(inspections), shared, scale, hypotheses)
@@ -163,7 +162,6 @@ def _diagnostic(
     *,
     zeros: bool,
 ) -> Diagnostic:
-    """Return a finding as a diagnostic: its place, and whether it must be mended."""
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
     level, code, advice = kind.level, kind.code, told.advice
     where = f"--known {p['known']}" if "known" in p else where_of(measurements)
