@@ -16,6 +16,8 @@ from rosbridge import ARM, arm_state, rosbridge
 from mukca.drivers import DriverContract, JointState, open_driver
 from mukca.drivers.arms import Motion, SimulatedArm
 
+pytestmark = pytest.mark.waits
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -8,6 +8,8 @@ from emulation import emulated, reading
 
 from mukca.drivers import DriverError, Reason, Reconnecting, clock, open_driver
 
+pytestmark = pytest.mark.waits
+
 STATES = 600
 MESSAGE_FAULTS = ("drop:0.03", "reorder:0.03", "duplicate:0.03", "truncate:0.03", "garble:0.03")
 

@@ -10,6 +10,8 @@ from listeners import answering, fci_robot, robot_state
 
 from mukca import open_driver
 
+pytestmark = pytest.mark.waits
+
 
 @pytest.mark.parametrize("version", ["3", "4", "6", "7", "8", "9"])
 def test_every_version_is_negotiated_and_reads_what_was_sent(version, tmp_path):

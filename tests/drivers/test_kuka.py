@@ -14,6 +14,8 @@ from virtual_time import Every
 
 from mukca import open_driver
 
+pytestmark = pytest.mark.waits
+
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 
 

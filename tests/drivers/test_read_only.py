@@ -14,7 +14,7 @@ from rosbridge import ARM, rosbridge
 
 from mukca.drivers import DriverError, Reconnecting, open_driver
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 VARINT = rb"[\x80-\xff]{0,4}[\x00-\x7f]"
 FEETECH = [

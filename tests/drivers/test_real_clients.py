@@ -18,7 +18,7 @@ from terminal_session import PATIENCE
 
 from mukca import open_driver
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 LIBFRANKA = """
 import json, sys
