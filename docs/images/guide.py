@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.text import Text
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
+from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.robot import InverseKinematics, load_robot
 from mukca.tools.recording import BLOCK, SHARE, PoseSelector, joints_of
@@ -83,11 +83,8 @@ def seated(
 
 
 def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
-    moment = OperatorContext(
-        session, tuple(q.tolist()), advice=advice,
-    )  # fmt: skip
     title = "panda  data/front  sockets 100 mm  franka:172.16.0.2"
-    view = View(session, title, prompt_for(moment), tuple(q.tolist()), advice, 1000.0, 0.001)
+    view = View(session, tuple(q.tolist()), title, advice=advice, rate=1000.0, age=0.001)
     console.print(render(view, COLUMNS, ROWS))
     console.print(Text())
 

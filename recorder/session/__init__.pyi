@@ -7,9 +7,7 @@ from .guidance import Alarm as Alarm
 from .guidance import GuidanceClient as GuidanceClient
 from .guidance import GuidanceProvider as GuidanceProvider
 from .guidance import GuidanceRequest as GuidanceRequest
-from .operator_prompt import OperatorContext as OperatorContext
 from .operator_prompt import View as View
-from .operator_prompt import prompt_for as prompt_for
 from .recording_file import Recording as Recording
 from .session import STOOD_STILL as STOOD_STILL
 from .session import TARGET as TARGET

@@ -1,47 +1,14 @@
-"""Prompt to the operator: the next step in one or two words, its reason, and the whole view.
+"""View of a session, and the operator's next step: one or two words, and the reason.
 
 docs/recording.md lists the words. The prompt never asks for a key that would be refused.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from .guidance import Advice, Alarm
 from .session import Session
-
-
-@dataclass(frozen=True)
-class OperatorContext:
-    """State from which the operator's next step follows."""
-
-    session: Session
-    position: Sequence[float] | None = None
-    """Configuration of the arm; None before the first state."""
-    trouble: str | None = None
-    """Reason why the stream cannot be trusted; None if it can."""
-    moving: str | None = None
-    """Reason why the arm does not count as still; None if it is still."""
-    fast: bool = False
-    """True while the arm moves so fast that it is being led on."""
-    contact: str | None = None
-    """Evidence that the arm is being pushed."""
-    captured: int | None = None
-    """Number of a sample that was captured a moment ago."""
-    advice: Advice | None = None
-    """The last that was given."""
-    implausible: str | None = None
-    """Hands free: reason why this pose is not captured without a key."""
-    hands_free: bool = False
-    paused: bool = False
-    """True while a key is awaited before anything is captured."""
-    typed: str = ""
-    """Line that is being typed; keys do not capture meanwhile."""
-    question: str = ""
-    """The operator is asked this, in a word or two, a colon, and the answers' keys."""
-    alarm: Alarm | None = None
-    """A fault that the samples show, and that was not answered."""
-    capture_key: str = "space"
 
 
 @dataclass(frozen=True)
@@ -63,13 +30,34 @@ class View:
     """Snapshot of a session: all that a screen or a page shows."""
 
     session: Session
-    title: str
-    prompt: OperatorPrompt
-    """The operator's next step."""
     position: tuple[float, ...] | None = None
-    """Joint positions of the last state that was not faulty [rad], [m]; None before the first."""
+    """Joint positions where the arm rests, else of the last state that was not faulty [rad], [m];
+    None before the first."""
+    title: str = ""
+    trouble: str | None = None
+    """Reason why the stream cannot be trusted; None if it can."""
+    moving: str | None = None
+    """Reason why the arm does not count as still; None if it is still."""
+    fast: bool = False
+    """True while the arm moves so fast that it is being led on."""
+    contact: str | None = None
+    """Evidence that the arm is being pushed."""
+    captured: int | None = None
+    """Number of a sample that was captured a moment ago."""
     advice: Advice | None = None
-    """Predicted quality of a calibration, and the best next step."""
+    """Predicted quality of a calibration, and the best next step; the last that was given."""
+    implausible: str | None = None
+    """Hands free: reason why this pose is not captured without a key."""
+    hands_free: bool = False
+    paused: bool = False
+    """True while a key is awaited before anything is captured."""
+    typed: str = ""
+    """Line that is being typed; keys do not capture meanwhile."""
+    question: str = ""
+    """The operator is asked this, in a word or two, a colon, and the answers' keys."""
+    alarm: Alarm | None = None
+    """A fault that the samples show, and that was not answered."""
+    capture_key: str = "space"
     rate: float = 0.0
     """States per second."""
     age: float = math.inf
@@ -87,16 +75,16 @@ class View:
     scripted: bool = False
     """True if a script presses the keys."""
 
+    @cached_property
+    def prompt(self) -> OperatorPrompt:
+        """The operator's next step."""
+        return _before_all(self) or _by_place(self) or _by_motion(self)
+
 
 _CALM, _STEADY, _GOOD, _NEXT, _BAD = "blue", "dark_orange3", "dark_green", "magenta", "red"
 
 
-def prompt_for(now: OperatorContext) -> OperatorPrompt:
-    """Return the operator's next step."""
-    return _before_all(now) or _by_place(now) or _by_motion(now)
-
-
-def _before_all(now: OperatorContext) -> OperatorPrompt | None:
+def _before_all(now: View) -> OperatorPrompt | None:
     """Return the step that does not depend on the arm's pose."""
     session = now.session
     key = now.capture_key
@@ -135,7 +123,7 @@ def _before_all(now: OperatorContext) -> OperatorPrompt | None:
     return None
 
 
-def _by_place(now: OperatorContext) -> OperatorPrompt | None:
+def _by_place(now: View) -> OperatorPrompt | None:
     """Return the step at a pose where no capture would be taken."""
     assert now.position is not None
     session = now.session
@@ -153,7 +141,7 @@ def _by_place(now: OperatorContext) -> OperatorPrompt | None:
     return OperatorPrompt("NEXT POSE", _CALM, refusal)
 
 
-def _by_motion(now: OperatorContext) -> OperatorPrompt:
+def _by_motion(now: View) -> OperatorPrompt:
     """Return the step at a new pose."""
     if now.moving:
         return OperatorPrompt(*(("MOVE", _CALM) if now.fast else ("HOLD", _STEADY)), now.moving)

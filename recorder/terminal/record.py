@@ -11,14 +11,12 @@ from ..session import (
     Check,
     GuidanceClient,
     GuidanceProvider,
-    OperatorContext,
     Recording,
     Session,
     SessionActions,
     Sound,
     StreamAlerts,
     View,
-    prompt_for,
 )
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Lines, Screen
@@ -203,13 +201,13 @@ class Recorder:
             return
         if self._same(self._rejected, rest):
             return
-        context = replace(self._context(now), captured=None)
-        prompt, odd = prompt_for(context), context.implausible
-        if prompt.words == "HOLD":
+        view = replace(self._view(now), captured=None)
+        odd = view.implausible
+        if view.prompt.words == "HOLD":
             self._save(rest)
-        elif odd and prompt.reason == odd and not self._same(self._implausible, rest):
+        elif odd and view.prompt.reason == odd and not self._same(self._implausible, rest):
             self._implausible = rest  # alarmed once
-            self._actions.alarm(f"{odd} {context.capture_key} captures it all the same")
+            self._actions.alarm(f"{odd} {view.capture_key} captures it all the same")
 
     def _same(self, earlier: StationaryPose | Sample | None, rest: StationaryPose) -> bool:
         return bool(earlier and self._actions.session.same(earlier.position, rest.position))
@@ -236,16 +234,17 @@ class Recorder:
         taken = [one.number for one in self._actions.session.live if self._same(one, rest)]
         return f"it rests where sample {taken[0]} was taken" if taken else None
 
-    def _context(self, now: float) -> OperatorContext:
-        """Return the state from which the operator's next step follows."""
+    def _view(self, now: float) -> View:
+        """Return the state of the session, from which the operator's next step follows."""
         rest, latest = self.monitor.rest, self.monitor.latest
         captured, line = self._captured, self._handler.line
         by_itself = rest if self.hands_free else None
         if by_itself and self._actions.session.refusal(by_itself.position):
             by_itself = None  # often: it was just captured
-        return OperatorContext(
+        return View(
             self._actions.session,
             position=rest.position if rest else latest and latest.position,
+            title=self.title,
             trouble=self._trouble(now),
             moving=None if rest else self.monitor.moving,
             fast=self.monitor.fast,
@@ -259,20 +258,6 @@ class Recorder:
             question=self._handler.question,
             alarm=self._client.alarm,
             capture_key=capture_key(self.keys),
-        )
-
-    def _draw(self) -> None:
-        now = clock.now()
-        if now < self._next_frame and not self._actions.session.finished:
-            return
-        self._next_frame = now + FRAME
-        latest = self.monitor.latest
-        view = View(
-            session=self._actions.session,
-            title=self.title,
-            prompt=prompt_for(self._context(now)),
-            position=latest.position if latest else None,
-            advice=self._client.advice,
             rate=self.monitor.rate(now),
             age=self.monitor.age(now),
             missed=self.stream.missed,
@@ -282,6 +267,13 @@ class Recorder:
             help=self._handler.help,
             scripted=self.script is not None,
         )
+
+    def _draw(self) -> None:
+        now = clock.now()
+        if now < self._next_frame and not self._actions.session.finished:
+            return
+        self._next_frame = now + FRAME
+        view = self._view(now)
         self.display.show(view)
         if self.observer:
             self.observer(view)

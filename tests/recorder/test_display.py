@@ -9,21 +9,12 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
+from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import Lines, Screen
 
 SESSION = Session((JointLimits("elbow", -1, 1),))
-AT_REST = OperatorContext(SESSION, (0.1,))
-VIEW = View(
-    SESSION,
-    "arm",
-    prompt_for(AT_REST),
-    (0.1,),
-    rate=1000.0,
-    age=0.001,
-    scripted=True,
-)
+VIEW = View(SESSION, (0.1,), "arm", rate=1000.0, age=0.001, scripted=True)
 
 
 class Terminal:
@@ -101,7 +92,7 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes():
         lines.show(by_hand)
         lines.show(replace(by_hand, age=0.1))
         for more in ({"moving": "still moving"}, {"typed": "delete: _"}, {"typed": "delete: 2_"}):
-            lines.show(replace(by_hand, prompt=prompt_for(replace(AT_REST, **more))))
+            lines.show(replace(by_hand, **more))
     keys, *told = text.getvalue().splitlines()
     assert keys.startswith("space capture")
     assert told == [

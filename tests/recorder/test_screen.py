@@ -16,11 +16,10 @@ from kept import compare
 from rich.console import Console, Group
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
+from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import render
 
-MOMENT = ("trouble", "moving", "contact", "captured", "question", "typed", "alarm")
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
 
@@ -35,13 +34,9 @@ def session(count=12, sockets=2, joints=JOINTS):
 
 
 def view(made=None, **more):
-    """A view; what to do now follows from what a moment may say."""
     made = made or session()
-    position = more.pop("position", (0.3,) * len(made.joints))
-    said = {f: more.pop(f) for f in MOMENT if f in more}
-    ready = prompt_for(OperatorContext(made, position, **said))
-    facts = {"position": position, "rate": 1000.0, "age": 0.002, **more}
-    return View(made, "panda  mock:hand  data/front", ready, **facts)
+    facts = {"position": (0.3,) * len(made.joints), "rate": 1000.0, "age": 0.002, **more}
+    return View(made, title="panda  mock:hand  data/front", **facts)
 
 
 def drawn(shown, width=80, height=24, plain=False, colour=None):

@@ -9,7 +9,7 @@ from kept import compare
 from record_commands import fast, read
 
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
-from mukca.recorder.session import Advice, OperatorContext, Session, View, prompt_for
+from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.data import STANDARD_LOAD, Load
 from mukca.solver.robot import gravity_moments, load_robot
@@ -89,8 +89,8 @@ def screen_after(out):
     alarms = SessionAlarms(robot)([here])
     samples = tuple(replace(s, time=None, spread=()) for s in here.samples)
     made = Session(joints_of(robot), socket=1, samples=samples)
-    now = OperatorContext(made, samples[-1].position, alarm=alarms[0])
     made = made.with_message(f"{alarms[0].words}: {alarms[0].text}", alarm=True)
     advice = Advice(len(samples), 1, 1e-3, 9e-4, alarms=alarms)
-    view = View(made, "panda", prompt_for(now), samples[-1].position, advice, rate=250, age=0.004)
+    facts = {"advice": advice, "alarm": alarms[0], "rate": 250, "age": 0.004}
+    view = View(made, samples[-1].position, "panda", **facts)
     return [line.plain.rstrip() for line in render(view, 80, 24, plain=True)]
