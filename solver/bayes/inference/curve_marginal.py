@@ -32,7 +32,7 @@ class CurveFit:
     @cached_property
     def rest(self) -> Rest:
         """Knowledge besides the samples."""
-        return rest_of(self.state, len(self.weights) / len(self.state.linear.errors))
+        return rest_of(self.state, len(self.weights) / len(self.state.errors))
 
     @cached_property
     def degrees(self) -> np.ndarray:

@@ -125,7 +125,7 @@ def restored_covariance(
         return of_rest[np.ix_(kept, kept)]
     objective = build_objective([model.with_effects({*model.extensions} - {CURVE.name})], scene)
     noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
-    linear = linearise(objective, x, found.centres, frames)
+    linear = linearise(objective, x, frames)
     state = State(objective, x, found.centres, frames, (), noises, x != x, linear)
     _, samples = samples_around(state, objective.rows, curves.T[None])
     nu = sample_degrees(noises, samples.sources)

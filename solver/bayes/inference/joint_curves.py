@@ -139,7 +139,7 @@ def _settled(
     """
     readings, prior, state = found.objective.rows, fitted.prior, fitted.state
     given, coefficients = prior.given, np.zeros(fitted.samples.shape)
-    weights = np.ones(len(state.linear.errors))
+    weights = np.ones(len(state.errors))
     weights[rows] = fitted.next_weights
     for _ in range(ROUNDS):
         state, samples = samples_around(state, readings, coefficients, given)
@@ -149,7 +149,7 @@ def _settled(
         e = part.mean(y)
         weights = samples.weights(state.noises, y, e)
         coefficients = (e + samples.shift @ y).reshape(samples.shape)
-        state = _moved(state, change)
+        state = state.changed(change)
         moved = np.abs(samples.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
         if max(moved, np.abs(weights - before).max()) < STILL:
@@ -161,20 +161,6 @@ def _settled(
     fitted = replace(fitted, state=state, weights=weights * nu / (nu + 3))
     whole = part.with_rest(known, samples.shift)
     return _posterior(found, fitted, coefficients, whole, log_evidence)
-
-
-def _moved(state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns but the curves, its errors left as before."""
-    size, dense = state.objective.model_size, state.objective.dense
-    x, at_zero = state.x + change[:size], state.at_zero.copy()
-    for group in state.groups:
-        if group.non_negative:
-            below = group.members[x[group.members] < 0]
-            x[below], at_zero[below] = 0.0, True
-    turns = change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    return replace(state, x=x, at_zero=at_zero, frames=frames, centres=centres)
 
 
 def _posterior(

@@ -107,7 +107,7 @@ def samples_around(
     arms = tuple(replace(arm, positions=arm.positions + shift) for arm, shift in true)
     rows = SampleRows(replace(scene, arms=arms))
     objective = replace(state.objective, rows=rows)
-    linear = linearise(objective, state.x, state.centres, state.frames)
+    linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
     n, d = len(positions), objective.size
     robots = np.zeros(n, dtype=np.int64)
@@ -116,12 +116,12 @@ def samples_around(
         robots[own] = i
         prismatic = [k for k, j in enumerate(model.robot.actuated) if j.type == "prismatic"]
         slopes[own][:, :, prismatic] = 0.0
-    columns, seated = np.zeros((n, 3, d + 1)), np.flatnonzero(rows.sockets >= 0)
+    columns, seated = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
     columns[:, :, : objective.dense] = linear.by_unknowns
-    centres = objective.dense + 3 * rows.sockets[seated, None] + np.arange(3)
+    centres = objective.dense + 3 * rows.sockets[:, None] + np.arange(3)
     columns[seated[:, None], np.arange(3), centres] = -1.0
     bent = np.concatenate([_padded(shift, widest) for shift in shifts])
-    columns[:, :, d] = linear.errors - np.einsum("nij,nj->ni", slopes, bent)
+    columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, bent)
     shift = np.zeros((curves.size, d + 1)) if given is None else given.shift(state.x, d)
     samples = LinearSamples(
         columns, positions, slopes, robots, rows.source_of, len(arms), given, shift
@@ -183,7 +183,7 @@ def movement_gain(found: JointPosterior, movement: Movement) -> float:
     movements, before = (*found.objective.movements, movement), found.state
     objective, prior = replace(found.objective, movements=movements), movement.prior(len(before.x))
     x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
-    linear = linearise(objective, x, before.centres, before.frames)
+    linear = linearise(objective, x, before.frames)
     groups = (*before.groups, prior)
     state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
     information, gradient = normal_equations(state)

@@ -160,21 +160,12 @@ def _downhill(state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, and the step taken."""
     before = state.value(step.volume)
     for _ in range(SHORTER):
-        there = _moved(state, step.change)
+        there = moved(state, step.change)
         rise = there.value(step.volume) - before
         if rise <= RISE * abs(before):
             break
         part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
         step = replace(step, change=part * step.change, slope=part * step.slope)
     else:
-        there = _moved(state, step.change)
+        there = moved(state, step.change)
     return there, step
-
-
-def _moved(state: State, change: np.ndarray) -> State:
-    """Return the state after a change of all unknowns: a joint never gives way against its load."""
-    at_zero = state.at_zero.copy()
-    for group in state.groups:
-        if group.non_negative:
-            at_zero[group.members] = (state.x + change[: len(state.x)])[group.members] <= 0
-    return replace(moved(state, change), at_zero=at_zero)

@@ -135,7 +135,7 @@ def normal_equations(state: State) -> tuple[ArrowheadMatrix, np.ndarray]:
     objective, inverse = state.objective, state.inverse_scales
     J, size = state.linear.by_unknowns, objective.dense
     weighted = inverse * state.weights[:, None, None]
-    We = np.einsum("nij,nj->ni", weighted, state.linear.errors)
+    We = np.einsum("nij,nj->ni", weighted, state.errors)
     gradient = np.zeros(objective.size)
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
     gradient[size:] = -objective.rows.by_socket(We).ravel()
@@ -147,7 +147,7 @@ def normal_equations(state: State) -> tuple[ArrowheadMatrix, np.ndarray]:
 def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     """Return the slope that errors would have if the noise did not turn along with the robot."""
     objective = state.objective
-    torques, slope = np.cross(state.linear.errors, weighed), np.zeros(objective.size)
+    torques, slope = np.cross(state.errors, weighed), np.zeros(objective.size)
     models = zip(objective.own, objective.models, objective.rows.own, strict=True)
     for i, (own, model, samples) in enumerate(models):
         torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
@@ -172,8 +172,8 @@ def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
 
 def _beside(state: State, centres: np.ndarray) -> np.ndarray:
     """Return the errors' derivatives while the centres go along, shape (N, 3, dense)."""
-    J, seated = state.linear.by_unknowns.copy(), state.objective.rows.seated
-    J[seated] += centres[state.objective.rows.sockets[seated]]
+    J, rows = state.linear.by_unknowns.copy(), state.objective.rows
+    J[rows.seated] += centres[rows.sockets]
     return J
 
 
@@ -182,13 +182,13 @@ def leverage(state: State, covariance: Inverse) -> np.ndarray:
     own, rows = covariance.own, state.objective.rows
     J = _beside(state, covariance.centres.reshape(len(own), 3, state.objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
-    spread[rows.seated] += own[rows.sockets[rows.seated]]
+    spread[rows.seated] += own[rows.sockets]
     return spread
 
 
 def predicted_errors(state: State, change: np.ndarray) -> np.ndarray:
     """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
     size, rows = state.objective.dense, state.objective.rows
-    errors = state.linear.errors + state.linear.by_unknowns @ change[:size]
-    errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets[rows.seated]]
+    errors = state.errors + state.linear.by_unknowns @ change[:size]
+    errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets]
     return errors

@@ -1,6 +1,6 @@
 """A state of the search: unknowns, priors and noise, and what follows of the samples there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -32,7 +32,30 @@ class State:
     at_zero: np.ndarray
     """True where x is held at zero, shape (size,)."""
     linear: Linearization
-    """Errors and derivatives at x and the centres."""
+    """The samples at x."""
+
+    def changed(self, change: np.ndarray) -> "State":
+        """Return the state after a change of all unknowns, but for its samples.
+
+        A joint never gives way against its load: what would be below zero is held there.
+        """
+        size, dense = self.objective.model_size, self.objective.dense
+        x, at_zero = self.x + change[:size], self.at_zero.copy()
+        for group in self.groups:
+            if group.non_negative:
+                at_zero[group.members] = x[group.members] <= 0
+        x[at_zero] = 0.0
+        turns = change[size:dense].reshape(-1, 6)
+        frames = tuple(pose.moved(turn) for pose, turn in zip(self.frames, turns, strict=True))
+        centres = self.centres + change[dense:].reshape(-1, 3)
+        return replace(self, x=x, at_zero=at_zero, frames=frames, centres=centres)
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """e_i, shape (N, 3) [m]."""
+        errors, rows = self.linear.places.copy(), self.objective.rows
+        errors[rows.seated] -= self.centres[rows.sockets]
+        return errors
 
     @cached_property
     def degrees(self) -> np.ndarray:
@@ -48,7 +71,7 @@ class State:
     @cached_property
     def squares(self) -> np.ndarray:
         """e_i^T C_i^-1 e_i, shape (N,)."""
-        e = self.linear.errors
+        e = self.errors
         return np.einsum("ni,ni->n", np.einsum("nij,nj->ni", self.inverse_scales, e), e)
 
     @cached_property
@@ -65,7 +88,7 @@ class State:
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective = self.objective
-        known, located = objective.rows.scene.arms[0].known, objective.rows.located
+        known, located = objective.rows.every.known, objective.rows.every.located
         rows, values = np.zeros((len(known), objective.size)), np.zeros(len(known))
         for i, k in enumerate(known):
             offset = self.centres[k.second] - self.centres[k.first]
@@ -114,7 +137,7 @@ class State:
             width, members = group.deviation if widened else group.width, group.members[free]
             P[members[:, None], members] = group.precision(width, free)
         frames = np.arange(self.objective.model_size, self.objective.dense)
-        P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, self.objective.rows.frame_count)
+        P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P
 
     def prior_gradient(self, precision: np.ndarray) -> np.ndarray:
@@ -135,4 +158,4 @@ class State:
             if group.width:
                 apart = self.x[group.members] - group.mean
                 cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
-        return cost + volume * self.linear.volume
+        return cost + volume * (self.linear.volume - self.objective.nominal_volume)

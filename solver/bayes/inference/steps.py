@@ -8,7 +8,7 @@ import numpy as np
 
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
 from .normal_equations import Inverse, predicted_errors
-from .objective import Objective, linearise, predict_balls, to_world
+from .objective import Objective, linearise
 from .posterior import JointPosterior
 from .state import State
 
@@ -55,21 +55,21 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     for one in objective.movements:
         groups.append(one.prior(begin))
         begin += one.size
-    balls = predict_balls(objective, x)
-    points = balls[0]
-    frames = rows.place_frames(points)
-    in_world = to_world(objective, frames, points)
-    centres = np.array(
-        [np.median(in_world[rows.sockets == k], axis=0) for k in range(rows.socket_count)]
-    ).reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames, balls)
+    nominal = zip(objective.own, objective.models, rows.scene.arms, strict=True)
+    points = [one.predict(x[own], arm.positions, arm.torques) for own, one, arm in nominal]
+    frames = rows.place_frames(np.concatenate(points))
+    linear = linearise(objective, x, frames)
+    sockets = range(rows.every.socket_count)
+    places = [np.median(linear.places[rows.every.sockets == k], axis=0) for k in sockets]
+    centres = np.reshape(places, (-1, 3))
+    state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
     noises = list[Noise]() if near is None else [*near.noises_of(rows)]
     for source in rows.sources if near is None else ():  # as large as the nominal robot's errors
-        typical = float(np.median(np.linalg.norm(linear.errors[source], axis=1))) / 1.54
+        typical = float(np.median(np.linalg.norm(state.errors[source], axis=1))) / 1.54
         squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
         joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
         noises.append(Noise(max(typical, 1e-7), joint))
-    return State(objective, x, centres, frames, tuple(groups), tuple(noises), at_zero, linear)
+    return replace(state, noises=tuple(noises))
 
 
 def _carried_over(group: PriorGroup, before: PriorGroup | None) -> PriorGroup:
@@ -84,23 +84,16 @@ def moved(state: State, change: np.ndarray) -> State:
 
     Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
-    objective = state.objective
-    size, dense = objective.model_size, objective.dense
-    x, turns = state.x + change[:size], change[size:dense].reshape(-1, 6)
-    frames = tuple(pose.moved(turn) for pose, turn in zip(state.frames, turns, strict=True))
-    balls, rows = predict_balls(objective, x), objective.rows
-    centres = state.centres + change[dense:].reshape(-1, 3)
-    seated = rows.seated
-    tangent = (state.linear.errors + state.linear.by_unknowns @ change[:dense])[seated]
-    tangent += state.centres[rows.sockets[seated]]
-    off = np.zeros((len(rows.sockets), 3))
-    there = to_world(objective, frames, balls[0]) - objective.moved_places(x)
-    off[seated] = there[seated] - tangent
-    along = rows.by_socket(off) / np.bincount(rows.sockets[seated])[:, None]
-    along[[one.socket for one in rows.located]] = 0.0
-    centres += along
-    linear = linearise(objective, x, centres, frames, balls)
-    return replace(state, x=x, centres=centres, frames=frames, linear=linear)
+    there, rows = state.changed(change), state.objective.rows
+    linear = linearise(state.objective, there.x, there.frames)
+    tangent = state.errors + state.linear.by_unknowns @ change[: state.objective.dense]
+    off = np.zeros_like(tangent)
+    off[rows.seated] = linear.places[rows.seated] - (
+        tangent[rows.seated] + state.centres[rows.sockets]
+    )
+    along = rows.by_socket(off) / np.bincount(rows.sockets)[:, None]
+    along[[one.socket for one in rows.every.located]] = 0.0
+    return replace(there, centres=there.centres + along, linear=linear)
 
 
 def updated_groups(

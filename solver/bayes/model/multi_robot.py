@@ -1,7 +1,7 @@
 """The samples of all robots of a fit as rows of one table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal
@@ -13,6 +13,7 @@ from ... import data
 Kind = Literal["sockets", "points", "turns"]
 KINDS: tuple[Kind, ...] = ("sockets", "points", "turns")
 """Balls in sockets, measured balls [m], and measured orientations [rad]: each has its own noise."""
+BY_SAMPLE = ("sockets", "measured_in", "points", "turned_in", "rotations", "wheres")
 
 
 @dataclass(frozen=True)
@@ -22,53 +23,35 @@ class SampleRows:
     scene: data.MultiRobotObservations
 
     @cached_property
+    def every(self) -> data.Observations:
+        """All samples as those of one robot, but for what is said of joints and times."""
+        arms = self.scene.arms
+        rows = {name: np.concatenate([getattr(arm, name) for arm in arms]) for name in BY_SAMPLE}
+        return replace(arms[0], **rows)
+
+    @cached_property
     def own(self) -> tuple[slice, ...]:
         """For each robot, which samples are its own."""
         ends = np.cumsum([0, *(len(arm.positions) for arm in self.scene.arms)]).tolist()
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
     @cached_property
-    def sockets(self) -> np.ndarray:
-        """Index of each sample's socket, shape (N,); -1 for a ball that was measured."""
-        return np.concatenate([arm.sockets for arm in self.scene.arms])
-
-    @cached_property
     def seated(self) -> slice | np.ndarray:
         """Samples that are in a socket."""
-        return slice(None) if (self.sockets >= 0).all() else self.sockets >= 0
+        seated = self.every.sockets >= 0
+        return slice(None) if seated.all() else seated
 
     @cached_property
-    def measured_in(self) -> np.ndarray:
-        """Index of the frame in which each ball was measured, shape (N,); -1 for none."""
-        return np.concatenate([arm.measured_in for arm in self.scene.arms])
-
-    @cached_property
-    def points(self) -> np.ndarray:
-        """Measured position of each ball in that frame, shape (N, 3) [m]."""
-        return np.concatenate([arm.points for arm in self.scene.arms])
-
-    @cached_property
-    def turned_in(self) -> np.ndarray:
-        """Index of the frame of each measured orientation, shape (N,); -1 for no orientation."""
-        return np.concatenate([arm.turned_in for arm in self.scene.arms])
-
-    @cached_property
-    def turned(self) -> np.ndarray:
-        """True for samples that are an orientation, shape (N,)."""
-        return self.turned_in >= 0
-
-    @cached_property
-    def rotations(self) -> np.ndarray:
-        """Measured orientations in that frame, shape (N, 3, 3)."""
-        return np.concatenate([arm.rotations for arm in self.scene.arms])
+    def sockets(self) -> np.ndarray:
+        """Index of the socket of each of these."""
+        return self.every.sockets[self.seated]
 
     @cached_property
     def sources(self) -> tuple[np.ndarray | slice, ...]:
         """Samples that share one noise, those of a robot of one of :data:`KINDS`."""
-        _, counts = np.unique(self._kinds, return_counts=True)
-        if len(counts) == 1:
+        if len(self.source_kinds) == 1:
             return (slice(None),)
-        return tuple(np.flatnonzero(self._kinds == kind) for kind in np.unique(self._kinds))
+        return tuple(np.flatnonzero(self.source_of == k) for k in range(len(self.source_kinds)))
 
     @cached_property
     def source_of(self) -> np.ndarray:
@@ -81,46 +64,26 @@ class SampleRows:
         kinds: list[int] = np.unique(self._kinds).tolist()
         return tuple((k // 3, KINDS[k % 3]) for k in kinds)
 
-    @cached_property
+    @property
     def _kinds(self) -> np.ndarray:
         """Number of each sample's robot and kind, shape (N,)."""
-        parts = [
-            3 * i + (arm.sockets < 0) + arm.turned.astype(np.int64)
-            for i, arm in enumerate(self.scene.arms)
-        ]
-        return np.concatenate(parts)
+        robots = np.repeat(np.arange(len(self.own)), [rows.stop - rows.start for rows in self.own])
+        return 3 * robots + (self.every.sockets < 0) + self.every.turned
 
     @cached_property
     def order(self) -> np.ndarray | slice:
         """The samples in sockets, sorted by socket."""
-        seated = np.flatnonzero(self.sockets >= 0)
-        if len(seated) == len(self.sockets) and (np.diff(self.sockets) >= 0).all():
+        sockets = self.every.sockets
+        if (sockets >= 0).all() and (np.diff(sockets) >= 0).all():
             return slice(None)
-        return seated[np.argsort(self.sockets[seated], kind="stable")]
+        seated = np.flatnonzero(sockets >= 0)
+        return seated[np.argsort(sockets[seated], kind="stable")]
 
     def by_socket(self, values: np.ndarray) -> np.ndarray:
         """Return the sums over the samples of each socket, shape (S, ...)."""
-        starts = np.searchsorted(self.sockets[self.order], np.arange(self.socket_count))
+        sockets = np.arange(self.every.socket_count)
+        starts = np.searchsorted(self.every.sockets[self.order], sockets)
         return np.add.reduceat(values[self.order], starts, axis=0)
-
-    @property
-    def socket_count(self) -> int:
-        """Number S of sockets."""
-        return self._first.socket_count
-
-    @property
-    def frame_count(self) -> int:
-        """Number F of frames whose pose is unknown."""
-        return len(self._first.frames)
-
-    @property
-    def located(self) -> tuple[data.Located[int, int], ...]:
-        """The measured coordinates of sockets."""
-        return self._first.located
-
-    @property
-    def _first(self) -> data.Observations:
-        return self.scene.arms[0]
 
     @cached_property
     def volumes(self) -> tuple[float, ...]:
@@ -128,14 +91,10 @@ class SampleRows:
 
         One less for each socket, whose centre is unknown; robots share that by their samples.
         """
-        seated = self.sockets >= 0
-        total = np.bincount(self.sockets[seated], minlength=self.socket_count)
-        counts: list[float] = []
-        for rows in self.own:
-            sockets = self.sockets[rows]
-            mine = np.bincount(sockets[sockets >= 0], minlength=self.socket_count)
-            counts.append(float(mine.sum() - (mine / np.maximum(total, 1)).sum()))
-        return tuple(counts)
+        arms, S = self.scene.arms, self.every.socket_count
+        mine = np.array([np.bincount(a.sockets[a.sockets >= 0], minlength=S) for a in arms])
+        counts = mine.sum(axis=1) - (mine / np.maximum(mine.sum(axis=0), 1)).sum(axis=1)
+        return tuple(counts.tolist())
 
     def base(self, robot: int, poses: Sequence[data.Pose]) -> data.Pose | None:
         """Return where a robot's base stands in the world; None for the world itself."""
@@ -144,12 +103,12 @@ class SampleRows:
 
     def place_frames(self, points: np.ndarray) -> tuple[data.Pose, ...]:
         """Return the poses of the frames by the nominal robots' balls, shape (N, 3) [m]."""
-        if not self.frame_count and not self.located:
+        if not self.every.frames and not self.every.located:
             return ()
         visits = [self._seen(i, rows, points[rows]) for i, rows in enumerate(self.own)]
         for base, visited in zip(self.scene.bases, visits, strict=True):
             data.check_base(self._measured(base, visited.name), visited)
-        names = dict(enumerate(self._first.frames))
+        names = dict(enumerate(self.every.frames))
         frames = {k: self._measured(k, name) for k, name in ((data.WORLD, ""), *names.items())}
         for base, visited in zip(self.scene.bases, visits, strict=True):
             frames[base] = visited.joined(frames[base])
@@ -157,35 +116,28 @@ class SampleRows:
 
     def _seen(self, robot: int, rows: slice, points: np.ndarray) -> data.FrameObservations:
         """Return the places that a robot visited: sockets, then measured balls by their row."""
-        sockets, S = self.sockets[rows], self.socket_count
-        there = np.unique(sockets[sockets >= 0])
-        centres = [np.median(points[sockets == k], axis=0) for k in there.tolist()]
-        measured = np.flatnonzero((sockets < 0) & (self.turned_in[rows] < 0))
-        name = self.scene.names[robot]
-        labels = self._first.labels
-        wheres = [f"{name}: socket {labels[k][0]}:{labels[k][1]}" for k in there.tolist()]
+        arm, name = self.scene.arms[robot], self.scene.names[robot]
+        there: list[int] = np.unique(arm.sockets[arm.sockets >= 0]).tolist()
+        centres = [np.median(points[arm.sockets == k], axis=0) for k in there]
+        measured = np.flatnonzero((arm.sockets < 0) & ~arm.turned)
+        wheres = [f"{name}: socket {arm.labels[k][0]}:{arm.labels[k][1]}" for k in there]
         return data.FrameObservations(
             f"the base of {name or 'the robot'}",
-            np.concatenate([there, S + rows.start + measured]).astype(np.int64),
+            np.array([*there, *arm.socket_count + rows.start + measured], dtype=np.int64),
             np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
-            [*wheres, *self._wheres(rows.start + measured)],
+            [*wheres, *arm.wheres[measured].tolist()],
         )
 
     def _measured(self, frame: int, name: str) -> data.FrameObservations:
         """Return the places whose coordinates in a frame were measured."""
-        located = [one for one in self.located if one.frame == frame]
-        rows = np.flatnonzero((self.measured_in == frame) & (frame != data.WORLD))
+        every = self.every
+        located = [one for one in every.located if one.frame == frame]
+        rows = np.flatnonzero((every.measured_in == frame) & (frame != data.WORLD))
         coordinates = np.reshape([one.coordinates for one in located], (-1, 3))
+        sockets = [one.socket for one in located]
         return data.FrameObservations(
             name,
-            np.concatenate([[one.socket for one in located], self.socket_count + rows]).astype(
-                np.int64
-            ),
-            np.concatenate([coordinates, self.points[rows]]),
-            [*(one.where for one in located), *self._wheres(rows)],
+            np.array([*sockets, *every.socket_count + rows], dtype=np.int64),
+            np.concatenate([coordinates, every.points[rows]]),
+            [*(one.where for one in located), *every.wheres[rows].tolist()],
         )
-
-    def _wheres(self, rows: np.ndarray) -> list[str]:
-        """Return where some measured balls were read."""
-        wheres: list[str] = np.concatenate([arm.wheres for arm in self.scene.arms])[rows].tolist()
-        return wheres

@@ -89,7 +89,7 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     centres = places.reshape(-1, 3)
-    linear = linearise(objective, x, centres, frames)
+    linear = linearise(objective, x, frames)
     state = State(objective, x, centres, frames, ordered, best.state.noises, at_zero, linear)
     iterates = [*before[:, : objective.model_size], x]
     return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
