@@ -1,6 +1,6 @@
 from .curve_posterior import restored_covariance as restored_covariance
 from .joint_curves import with_joint_curves as with_joint_curves
-from .linear_samples import movement_gain as movement_gain
+from .laplace import movement_gain as movement_gain
 from .map_estimate import estimate as estimate
 from .map_estimate import refit as refit
 from .objective import Objective as Objective

@@ -1,16 +1,27 @@
-"""Samples' errors with the joint error curves integrated out, at given scales and weights."""
+"""Samples' errors with the joint error curves integrated out, and their scales by the evidence."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..model import sample_degrees, sample_scales
+from ..model import Noise, sample_degrees, sample_scales
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
-from .linear_samples import LinearSamples, Rest, rest_of
+from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
+from .linear_samples import LinearSamples, posterior_beside, rest_of
 from .state import State
+from .steps import updated_groups, with_tails, without_negligible
 
+SHORTEST, LONGEST = 0.02, 0.2
+"""Bounds of the curves' length [rad]."""
+STEPS = 30
+SETTLED = 0.1
+"""Relative change of the scales at which they are found: by a step of Newton, to some 1 %."""
+LARGEST_STEP = 1.0
+"""Of the logarithm of a scale's square."""
+DECIDED = 0.5
+"""Number of unknowns that the data decide from which on a group's width is to settle."""
 SMALL = 40
 """Rows of half a triangle from which on it is inverted half by half, in a third of the time."""
 
@@ -30,8 +41,8 @@ class CurveFit:
     """w_i, shape (N,)."""
 
     @cached_property
-    def rest(self) -> Rest:
-        """Knowledge besides the samples."""
+    def rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """See :func:`rest_of`."""
         return rest_of(self.state, len(self.weights) / len(self.state.errors))
 
     @cached_property
@@ -44,20 +55,35 @@ class CurveFit:
         """C_i, shape (N, 3, 3)."""
         return sample_scales(self.state.noises, self.samples.sources, self.samples.slopes)
 
-    @property
-    def blocks(self) -> np.ndarray:
-        """C_i / w_i, shape (N, 3, 3)."""
-        return self.scales / self.weights[:, None, None]
-
     @cached_property
     def curves(self) -> tuple[np.ndarray, ...]:
-        """See :func:`curve_covariance`."""
-        return curve_covariance(self.samples, self.prior)
+        """The curves' part of M, and its derivative by log l, each of shape (3 N, 3 N).
+
+        There is no derivative for curves of which a prior tells, and neither without curves.
+        """
+        samples, prior = self.samples, self.prior
+        if samples.given is not None:
+            return (samples.given_covariance,)
+        if not prior.amplitude:
+            return ()
+        S, n = samples.slopes, len(samples.readings)
+        of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
+        if samples.count > 1:
+            of_angles *= (samples.arms[:, None] == samples.arms)[:, None]
+        across = of_angles[:, :, :, None] * np.ascontiguousarray(S.T)
+        parts = S @ across.reshape(2, n, -1, 3 * n)
+        K, by_length = parts.reshape(2, 3 * n, 3, n).swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
+        return K, by_length
 
     @cached_property
     def root(self) -> np.ndarray:
-        """See :func:`marginal_root`."""
-        return marginal_root(self.blocks, self.curves)
+        """L^-1 of each block L L^T of M."""
+        blocks, n = self.scales / self.weights[:, None, None], len(self.weights)
+        if not self.curves:
+            return inverse_root(blocks)
+        M = self.curves[0].copy()
+        M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
+        return inverse_root(M)[None]
 
     @cached_property
     def inverse(self) -> np.ndarray:
@@ -77,7 +103,7 @@ class CurveFit:
     @cached_property
     def posterior(self) -> tuple[np.ndarray, np.ndarray]:
         """The unknowns y beside the curves, and their covariance Sigma."""
-        return self.rest.posterior(self.whitened.T @ self.whitened)
+        return posterior_beside(self.state, self.rest, self.whitened.T @ self.whitened)
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -87,8 +113,19 @@ class CurveFit:
     @cached_property
     def squares(self) -> np.ndarray:
         """e_i^T C_i^-1 e_i after the fit, shape (N,)."""
-        errors = self.blocks @ self.pulls.reshape(-1, 3, 1)
+        errors = self.scales / self.weights[:, None, None] @ self.pulls.reshape(-1, 3, 1)
+        return self.squares_of(errors)
+
+    def squares_of(self, errors: np.ndarray) -> np.ndarray:
+        """Return e_i^T C_i^-1 e_i of any errors, shape (N, 3, 1)."""
         return np.sum(errors * np.linalg.solve(self.scales, errors), axis=(1, 2))
+
+    def weights_at(self, y: np.ndarray, e: np.ndarray) -> np.ndarray:
+        """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
+        (index, basis), samples = self.samples.places, self.samples
+        shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
+        errors = (samples.columns @ y)[..., None] + samples.slopes @ shifts[..., None]
+        return (self.degrees + 3) / (self.degrees + self.squares_of(errors))
 
     @cached_property
     def next_weights(self) -> np.ndarray:
@@ -121,19 +158,10 @@ class CurveFit:
     @property
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
-        sigma = self.posterior[1][np.ix_(self.rest.free, self.rest.free)]
+        sigma = self.posterior[1][np.ix_(self.state.free, self.state.free)]
         unit = np.sqrt(np.diag(sigma))
         logs = np.log(unit).sum() + np.log(np.diagonal(self.root, axis1=1, axis2=2)).sum()
         return -float(2 * logs + np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
-
-
-def marginal_root(blocks: np.ndarray, curves: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return L^-1 of each block L L^T of M, of the samples' blocks and :func:`curve_covariance`."""
-    if not curves:
-        return inverse_root(blocks)
-    M, n = curves[0].copy(), len(blocks)
-    M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
-    return inverse_root(M)[None]
 
 
 def inverse_root(matrix: np.ndarray) -> np.ndarray:
@@ -158,20 +186,76 @@ def _times(matrix: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return product.reshape(count * rows, -1)
 
 
-def curve_covariance(samples: LinearSamples, prior: CurvePrior) -> tuple[np.ndarray, ...]:
-    """Return the curves' part of M, and its derivative by log l, each of shape (3 N, 3 N).
+def log_evidence(fit: CurveFit) -> float:
+    """Return the logarithm of the evidence of a fit but for a constant, as in (A6)."""
+    state, nu, p, (precision, gradient) = fit.state, fit.degrees, fit.pulls, fit.rest
+    y, _ = fit.posterior
+    told = fit.weights * (nu + 3) / (nu + 5)
+    sharp = replace(fit, weights=told)
+    terms = [
+        -0.5 * sharp.log_determinants,
+        -1.5 * float(np.sum(np.log(told))),
+        -0.5 * float(np.sum((nu + 3) * np.log1p(fit.squares / nu))),
+        -0.5 * float(y @ precision @ y) - float(gradient @ y),
+        -0.5 * sum(float(p @ K @ p) for K in fit.curves[:1]),
+    ]
+    for group, free in state.priors:
+        off = (state.x[group.members] - group.mean)[free]
+        terms.append(-0.5 * float(off @ group.precision(group.width, free) @ off))
+    b = np.flatnonzero(state.bounded & state.free)
+    if len(b):
+        known = sharp.posterior[1][np.ix_(b, b)]
+        terms.append(expectation_propagation(state.x[b] + y[b], known)[2])
+    terms.append(-log_prior_share(state))
+    return sum(terms) + log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist())
 
-    There is no derivative for curves of which a prior tells, and neither without curves.
-    """
-    if samples.given is not None:
-        return (samples.given_covariance,)
-    if not prior.amplitude:
-        return ()
-    S, n = samples.slopes, len(samples.readings)
-    of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
-    if samples.count > 1:
-        of_angles *= (samples.arms[:, None] == samples.arms)[:, None]
-    across = of_angles[:, :, :, None] * np.ascontiguousarray(S.T)
-    parts = S @ across.reshape(2, n, -1, 3 * n)
-    K, by_length = parts.reshape(2, 3 * n, 3, n).swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
-    return K, by_length
+
+def marginalised(fit: CurveFit) -> CurveFit:
+    """Return the fit at the scales of highest evidence."""
+    samples = fit.samples
+    for _ in range(STEPS):
+        weights = fit.next_weights
+        by_weights = 0.2 * float(np.abs(np.log(weights / fit.weights)).max())
+        by_scales, prior, noises = _updated_scales(fit)
+        y, covariance = fit.posterior
+        x = fit.state.x + y[: len(fit.state.x)]
+        groups, by_groups = updated_groups(
+            fit.state, x, covariance, lambda group: group.effective > DECIDED
+        )
+        if max(by_weights, by_scales, by_groups) < SETTLED:
+            break
+        left = np.einsum("nij,nji->n", fit.projected_blocks, fit.scales) / fit.weights / 3
+        noises = without_negligible(noises, samples.sources, samples.slopes)
+        noises = with_tails(noises, samples.sources, fit.squares, left)
+        state = replace(fit.state, groups=groups, noises=noises)
+        fit = replace(fit, state=state, prior=prior, weights=weights)
+    return fit
+
+
+def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
+    """Return the largest relative change, and curves and noises after a step."""
+    samples, p, noises, prior = fit.samples, fit.pulls, fit.state.noises, fit.prior
+    by_joints = samples.slopes @ samples.slopes.transpose(0, 2, 1)
+    slopes: list[np.ndarray] = []  # of M by the logarithm of each square, times p
+    traces: list[float] = []
+    for k, noise in enumerate(noises):
+        for square, V_i in ((noise.space**2, np.eye(3)), (noise.joint**2, by_joints)):
+            block = square * V_i * ((samples.sources == k) / fit.weights)[:, None, None]
+            slopes.append((block @ p.reshape(-1, 3, 1)).ravel())
+            traces.append(float(np.sum(fit.projected_blocks * block)))
+    learned = fit.curves if len(fit.curves) == 2 else ()
+    slopes += [one @ p for one in learned]
+    traces += [fit.trace(one) for one in learned]
+    U = np.array(slopes)
+    information = 0.5 * U @ fit.projected(U.T)
+    information += np.diag(1e-3 * np.diag(information) + 1e-9)
+    step = np.linalg.solve(information, 0.5 * (U @ p - np.array(traces)))
+    step = step.clip(-LARGEST_STEP, LARGEST_STEP) / 2
+    factors, counted = np.exp(step).tolist(), np.abs(step)
+    if learned:
+        length = float(np.clip(prior.length * factors[-1] ** 2, SHORTEST, LONGEST))
+        counted[-1] = abs(np.log(length / prior.length))
+        prior = CurvePrior(prior.amplitude * factors[-2], length)
+    own = zip(noises, factors[::2], factors[1::2], strict=False)
+    updated = [replace(one, space=one.space * s, joint=one.joint * j) for one, s, j in own]
+    return float(counted.max()), prior, updated

@@ -1,14 +1,12 @@
 """Joint error curves given everything else, and both together, at given scales."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...data import MultiRobotObservations, Pose
-from ..model import Noise, sample_degrees, sample_scales
 from ..model.effects import CURVE, KNOTS
-from .curve_marginal import curve_covariance, inverse_root, marginal_root
+from .curve_marginal import CurveFit, inverse_root
 from .curve_prior import CurvePrior
 from .linear_samples import LinearSamples, samples_around
 from .objective import build_objective, linearise
@@ -23,40 +21,38 @@ BATCH = 1000
 
 @dataclass(frozen=True)
 class GivenRest:
-    """Coefficients e of all curves, Gaussian given y."""
+    """Coefficients e of all curves, Gaussian given y: by M, or of many samples by splines."""
 
+    samples: LinearSamples
     information: np.ndarray
     """[G, a]^T M^-1 [G, a], shape (d + 1, d + 1)."""
     root: np.ndarray
-    """Rows whose squares are M^-1, or without the basis, the inverse of the curvature of e."""
+    """Rows whose squares are M^-1, or of many samples, the inverse of the curvature of e."""
     along: np.ndarray
     """These times [G, a], or times its part of the slope of e, shape (rows, d + 1)."""
-    prior: np.ndarray
-    """Block of the prior covariance."""
-    basis: np.ndarray | None = None
-    """F; None where the curves are by the normal equations of their splines."""
+    prior: np.ndarray | None = None
+    """Block of the prior covariance; None for many samples."""
 
     def mean(self, y: np.ndarray) -> np.ndarray:
         """Return the mean of e for [y, 1], shape (robots m KNOTS,), or for columns of such."""
         pulled = self.root.T @ (self.along @ y)
-        if self.basis is None:
+        if self.prior is None:
             return -pulled
-        pulled, own = self.basis.T @ pulled, len(self.prior)
+        pulled, own = self.samples.basis.T @ pulled, len(self.prior)
         return -(self.prior @ pulled.reshape(len(pulled) // own, own, -1)).reshape(pulled.shape)
 
-    def with_rest(self, known: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        """Return the covariance of y, then of all curves, by that of y, shape (d, d).
-
-        ``shift`` is [R, ...] of given curves, shape (robots m KNOTS, d + 1); zero of a process.
-        """
-        root, d, own = self.root, len(known), len(self.prior)
-        gain = (self.mean(np.eye(d + 1)) + shift)[:, :d]
+    def with_rest(self, known: np.ndarray) -> np.ndarray:
+        """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
+        root, d, basis = self.root, len(known), self.samples.basis
+        gain = (self.mean(np.eye(d + 1)) + self.samples.shift)[:, :d]
         across, whole = gain @ known, np.empty((d + len(gain),) * 2)
         whole[:d, :d], whole[d:, :d], whole[:d, d:] = known, across, across.T
-        if self.basis is not None:
-            root = root @ (self.basis.reshape(-1, own) @ self.prior).reshape(self.basis.shape)
-        apart = np.matmul(root.T, root, out=whole[d:, d:])
-        if self.basis is not None:
+        if self.prior is None:
+            apart = np.matmul(root.T, root, out=whole[d:, d:])
+        else:
+            own = len(self.prior)
+            root = root @ (basis.reshape(-1, own) @ self.prior).reshape(basis.shape)
+            apart = np.matmul(root.T, root, out=whole[d:, d:])
             np.negative(apart, out=apart)
             for begin in range(0, len(apart), own):
                 apart[begin : begin + own, begin : begin + own] += self.prior
@@ -64,25 +60,21 @@ class GivenRest:
         return whole
 
 
-def given_rest(
-    samples: LinearSamples, noises: Sequence[Noise], prior: CurvePrior, told: np.ndarray
-) -> GivenRest:
-    """Return the curves by what samples tell, shape (N,): of few by M, else by their splines."""
-    C, columns = sample_scales(noises, samples.sources, samples.slopes), samples.columns
-    flat = columns.reshape(3 * len(C), -1)
-    if len(C) <= MOST_SAMPLES:
-        root = marginal_root(C / told[:, None, None], curve_covariance(samples, prior))[0]
-        along = root @ flat
-        return GivenRest(along.T @ along, root, along, prior.block, samples.basis)
-    weighted = told[:, None, None] * np.linalg.inv(C)
+def given_rest(fit: CurveFit) -> GivenRest:
+    """Return the curves by what a fit's samples tell."""
+    samples, columns, prior = fit.samples, fit.samples.columns, fit.prior.inverse
+    if len(columns) <= MOST_SAMPLES:
+        along = fit.whitened
+        return GivenRest(samples, along.T @ along, fit.root[0], along, fit.prior.block)
+    flat = columns.reshape(3 * len(columns), -1)
+    weighted = fit.weights[:, None, None] * np.linalg.inv(fit.scales)
     curvature, across = _normal_equations(samples, weighted)
-    for begin in range(0, len(curvature), len(prior.inverse)):
-        own = slice(begin, begin + len(prior.inverse))
-        curvature[own, own] += prior.inverse
+    for begin in range(0, len(curvature), len(prior)):
+        curvature[begin : begin + len(prior), begin : begin + len(prior)] += prior
     root = inverse_root(curvature)
     along = root @ across
     information = flat.T @ (weighted @ columns).reshape(flat.shape) - along.T @ along
-    return GivenRest(information, root, along, prior.block)
+    return GivenRest(samples, information, root, along)
 
 
 def _normal_equations(
@@ -127,11 +119,10 @@ def restored_covariance(
     noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
     linear = linearise(objective, x, frames)
     state = State(objective, x, found.centres, frames, (), noises, x != x, linear)
-    _, samples = samples_around(state, objective.rows, curves.T[None])
-    nu = sample_degrees(noises, samples.sources)
+    around = samples_around(state, objective.rows, curves.T[None])
+    nu = state.degrees
     told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
-    part = given_rest(samples, noises, CurvePrior(*scales), told)
-    whole = part.with_rest(of_rest, samples.shift)
+    whole = given_rest(CurveFit(*around, CurvePrior(*scales), told)).with_rest(of_rest)
     order = d + np.arange(curves.size).reshape(curves.shape[::-1]).T.ravel()
     picked = np.r_[:size, order, kept[size:]]
     return whole[np.ix_(picked, picked)]

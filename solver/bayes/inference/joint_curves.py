@@ -7,11 +7,10 @@ import numpy as np
 
 from ..model import SMALLEST, ExtendedModel, PriorGroup
 from ..model.effects import CURVE, KNOTS
-from .curve_hyperparameters import LONGEST, log_evidence, marginalised
-from .curve_marginal import CurveFit
+from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest
 from .curve_prior import CurvePrior, given_curves
-from .linear_samples import LinearSamples, rest_of, samples_around
+from .linear_samples import LinearSamples, posterior_beside, rest_of, samples_around
 from .posterior import JointPosterior
 from .state import State
 
@@ -138,29 +137,28 @@ def _settled(
     It is made linear again until nothing changes.
     """
     readings, prior, state = found.objective.rows, fitted.prior, fitted.state
-    given, coefficients = prior.given, np.zeros(fitted.samples.shape)
-    weights = np.ones(len(state.errors))
+    weights, coefficients = np.ones(len(state.errors)), np.zeros(fitted.samples.shape)
     weights[rows] = fitted.next_weights
     for _ in range(ROUNDS):
-        state, samples = samples_around(state, readings, coefficients, given)
-        part = given_rest(samples, state.noises, prior, weights)
-        change, _ = rest_of(state).posterior(part.information)
-        y, before = np.append(change, 1.0), weights
+        around = samples_around(state, readings, coefficients, prior.given)
+        fit = CurveFit(*around, prior, weights)
+        part = given_rest(fit)
+        change, _ = posterior_beside(fit.state, fit.rest, part.information)
+        y = np.append(change, 1.0)
         e = part.mean(y)
-        weights = samples.weights(state.noises, y, e)
-        coefficients = (e + samples.shift @ y).reshape(samples.shape)
-        state = state.changed(change)
-        moved = np.abs(samples.columns[:, :, :-1] @ change).max()
+        weights = fit.weights_at(y, e)
+        coefficients = (e + fit.samples.shift @ y).reshape(coefficients.shape)
+        state = fit.state.changed(change)
+        moved = np.abs(fit.samples.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
-        if max(moved, np.abs(weights - before).max()) < STILL:
+        if max(moved, np.abs(weights - fit.weights).max()) < STILL:
             break
-    state, samples = samples_around(state, readings, coefficients, given)
+    state, samples = samples_around(state, readings, coefficients, prior.given)
     nu = state.degrees
-    part = given_rest(samples, state.noises, prior, weights * (nu + 3) / (nu + 5))
-    _, known = rest_of(state, widened=True).posterior(part.information)
-    fitted = replace(fitted, state=state, weights=weights * nu / (nu + 3))
-    whole = part.with_rest(known, samples.shift)
-    return _posterior(found, fitted, coefficients, whole, log_evidence)
+    part = given_rest(CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5)))
+    _, known = posterior_beside(state, rest_of(state, widened=True), part.information)
+    fitted = CurveFit(state, samples, prior, weights * nu / (nu + 3))
+    return _posterior(found, fitted, coefficients, part.with_rest(known), log_evidence)
 
 
 def _posterior(

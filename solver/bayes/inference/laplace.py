@@ -6,18 +6,28 @@ from math import erfc, log, pi, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Noise, log_constant, log_prior
+from ..model import (
+    GEOMETRY_WIDTHS,
+    TYPICAL_SPREAD,
+    Movement,
+    Noise,
+    PriorGroup,
+    log_constant,
+    log_prior,
+)
 from .normal_equations import ArrowheadMatrix, curvature, normal_equations
+from .objective import linearise
 from .posterior import JointPosterior
 from .state import State
 from .steps import moved
-from .uncertain_widths import over_widths, widths_held
 
 SWEEPS = 200
 DAMPING = 0.5
 SETTLED = 1e-6
 TAIL_STEPS = 30
 """Until errors are as large as their noise says."""
+FACTORS = np.exp(np.arange(-3, 7) * 0.3)
+"""Widths that are tried, as factors of the estimate: smaller ones soon contradict the samples."""
 
 
 def expectation_propagation(
@@ -154,3 +164,83 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result
+
+
+def widths_held(state: State) -> State:
+    """Return a state whose geometry's widths count as known, to be averaged over afterwards."""
+    known = tuple(replace(g, learned=g.learned and not _averaged(g)) for g in state.groups)
+    return replace(state, groups=known)
+
+
+def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
+    """Return a covariance of all unknowns, made at known widths, averaged over these.
+
+    A few dozen samples do not tell whether an arm's lengths or its angles are wrong, and so leave
+    both widths open, and with them all that the samples do not decide. Of a Gaussian posterior with
+    mean m and covariance S, other widths w make, without another fit,
+
+        S' = S - S K S      m' = m - S K (m - mu)      K = (I + D S)^-1 D      D = P(w) - P
+        2 log Z'/Z = log |P(w)| / |P| - log |I + D S| - (m - mu)^T K (m - mu)
+
+    with P the prior precision at the widths of m. The mean over the widths, with the spread about
+    m, which stays the estimate.
+    """
+    for own in state.objective.own:
+        mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
+        if mine:
+            covariance = _averaged_covariance(mine, state.x, covariance)
+    return covariance
+
+
+def _averaged(group: PriorGroup) -> bool:
+    return group.learned and group.width > 0 and group.name in GEOMETRY_WIDTHS
+
+
+def _averaged_covariance(
+    groups: Sequence[PriorGroup], x: np.ndarray, covariance: np.ndarray
+) -> np.ndarray:
+    own = np.concatenate([group.members for group in groups])
+    off = x[own] - np.concatenate([group.mean for group in groups])
+    apart, logs, begin = np.zeros((1, len(own), len(own))), np.zeros(1), 0
+    for group in groups:
+        tried = np.array([group.precision(group.width * factor) for factor in FACTORS])
+        typical = group.typical or GEOMETRY_WIDTHS[group.name]
+        usual = (np.log(group.width * FACTORS / typical) / TYPICAL_SPREAD) ** 2
+        own_logs = 0.5 * (np.linalg.slogdet(tried)[1] - usual)
+        logs = (logs[:, None] + own_logs).ravel()
+        apart = np.repeat(apart, len(FACTORS), axis=0)
+        block = slice(begin, begin + len(group.members))
+        times = len(apart) // len(FACTORS)
+        apart[:, block, block] = np.tile(tried - group.precision(group.width), (times, 1, 1))
+        begin = block.stop
+    A = np.eye(len(own)) + apart @ covariance[np.ix_(own, own)]
+    K = np.linalg.solve(A, apart)
+    steps = K @ off
+    logs -= 0.5 * (np.linalg.slogdet(A)[1] + steps @ off)
+    odds = np.exp(logs - logs.max())
+    odds /= odds.sum()
+    across = covariance[:, own]
+    inner = (steps.T * odds) @ steps - np.tensordot(odds, K, 1)
+    result = covariance + across @ inner @ across.T
+    return (result + result.T) / 2
+
+
+def movement_gain(found: JointPosterior, movement: Movement) -> float:
+    """Return the rise of the logarithm of the evidence by a further movement, to first order.
+
+    With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
+    all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
+    """
+    movements, before = (*found.objective.movements, movement), found.state
+    objective, prior = replace(found.objective, movements=movements), movement.prior(len(before.x))
+    x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
+    linear = linearise(objective, x, before.frames)
+    groups = (*before.groups, prior)
+    state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
+    information, gradient = normal_equations(state)
+    hessian = information.plus(state.prior_precision())
+    covariance = hessian.inverse(state.free[: objective.dense]).dense
+    own = slice(len(before.x), len(x))
+    S, g = covariance[own, own], gradient[own]
+    logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
+    return 0.5 * float(g @ S @ g + logs)

@@ -1,17 +1,14 @@
 """All samples around a state, linear in every unknown, for the fit of joint error curves."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..model import Movement, Noise, SampleRows, sample_degrees, sample_scales
+from ..model import SampleRows
 from ..model.effects import KNOTS, curve_values, splines
 from .curve_prior import GivenCurves
-from .normal_equations import normal_equations
 from .objective import linearise
-from .posterior import JointPosterior
 from .state import State
 
 
@@ -40,14 +37,6 @@ class LinearSamples:
         """Return some of the samples."""
         own = ("columns", "readings", "slopes", "arms", "sources")
         return replace(self, **{name: getattr(self, name)[rows] for name in own})
-
-    def weights(self, noises: Sequence[Noise], y: np.ndarray, e: np.ndarray) -> np.ndarray:
-        """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
-        (index, basis), nu = self.places, sample_degrees(noises, self.sources)
-        shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
-        errors = (self.columns @ y + (self.slopes @ shifts[..., None])[..., 0])[..., None]
-        solved = np.linalg.solve(sample_scales(noises, self.sources, self.slopes), errors)
-        return (nu + 3) / (nu + np.sum(errors * solved, axis=(1, 2)))
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -87,14 +76,7 @@ class LinearSamples:
 def samples_around(
     state: State, readings: SampleRows, curves: np.ndarray | None, given: GivenCurves | None = None
 ) -> tuple[State, LinearSamples]:
-    """Return a state at the joint positions that curves make of the readings, and the samples.
-
-    Args:
-        state: Where all is made linear again.
-        readings: The samples as the encoders read them.
-        curves: Coefficients, shape (robots, m, KNOTS) [rad]; None for none.
-        given: What is known of the curves.
-    """
+    """Return a state at the joint positions that curves, (robots, m, KNOTS), make of readings."""
     scene = readings.scene
     widest = max(arm.positions.shape[1] for arm in scene.arms)
     curves = np.zeros((len(scene.arms), widest, KNOTS)) if curves is None else curves
@@ -135,61 +117,26 @@ def _padded(rows: np.ndarray, width: int) -> np.ndarray:
     return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
 
 
-@dataclass(frozen=True)
-class Rest:
-    """Knowledge of the d unknowns beside the curves besides the samples: a quadratic in y."""
-
-    precision: np.ndarray
-    """Shape (d, d); zero for what is held."""
-    gradient: np.ndarray
-    """Its slope at the state, shape (d,)."""
-    free: np.ndarray
-    """True for what may change, shape (d,)."""
-
-    def posterior(self, information: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return y and its covariance Sigma, zero for what is held, shapes (d,) and (d, d).
-
-        ``information`` is [G, a]^T M^-1 [G, a], shape (d + 1, d + 1).
-        """
-        d, free = len(self.free), np.ix_(self.free, self.free)
-        H = (information[:d, :d] + self.precision)[free]
-        unit = 1 / np.sqrt(np.diag(H))
-        change, covariance = np.zeros(d), np.zeros((d, d))
-        covariance[free] = np.linalg.inv(H * unit[:, None] * unit) * unit[:, None] * unit
-        slope = information[:d, d] + self.gradient
-        change[self.free] = -covariance[free] @ slope[self.free]
-        return change, covariance
-
-
-def rest_of(state: State, share: float = 1.0, *, widened: bool = False) -> Rest:
-    """Return what priors, known distances and the volume say of the unknowns beside the curves."""
-    d, prior, (B, b) = (
-        state.objective.dense,
-        state.prior_precision(widened=widened),
-        state.constraints,
-    )
+def rest_of(
+    state: State, share: float = 1.0, *, widened: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return precision and slope of y by priors, known distances, and a share of the volume."""
+    d, prior = state.objective.dense, state.prior_precision(widened=widened)
+    B, b = state.constraints
     precision = B.T @ B
     precision[:d, :d] += prior
-    gradient = state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
-    return Rest(precision, gradient, state.free)
+    return precision, state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
 
 
-def movement_gain(found: JointPosterior, movement: Movement) -> float:
-    """Return the rise of the logarithm of the evidence by a further movement, to first order.
-
-    With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
-    all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
-    """
-    movements, before = (*found.objective.movements, movement), found.state
-    objective, prior = replace(found.objective, movements=movements), movement.prior(len(before.x))
-    x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
-    linear = linearise(objective, x, before.frames)
-    groups = (*before.groups, prior)
-    state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
-    information, gradient = normal_equations(state)
-    hessian = information.plus(state.prior_precision())
-    covariance = hessian.inverse(state.free[: objective.dense]).dense
-    own = slice(len(before.x), len(x))
-    S, g = covariance[own, own], gradient[own]
-    logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
-    return 0.5 * float(g @ S @ g + logs)
+def posterior_beside(
+    state: State, rest: tuple[np.ndarray, np.ndarray], information: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
+    (precision, gradient), d, free = rest, len(state.free), np.ix_(state.free, state.free)
+    H = (information[:d, :d] + precision)[free]
+    unit = 1 / np.sqrt(np.diag(H))
+    change, covariance = np.zeros(d), np.zeros((d, d))
+    covariance[free] = np.linalg.inv(H * unit[:, None] * unit) * unit[:, None] * unit
+    slope = information[:d, d] + gradient
+    change[state.free] = -covariance[free] @ slope[state.free]
+    return change, covariance
