@@ -28,10 +28,7 @@ SMALL = 40
 
 @dataclass(frozen=True, eq=False)
 class CurveFit:
-    """A fit to some samples: the errors' covariance M of (A8), and what follows of it.
-
-    M has blocks, 1 of 3 N rows, or N of 3 without curves.
-    """
+    """A fit to N samples by M of (A8), as its blocks: 1 of 3 N rows, or without curves N of 3."""
 
     state: State
     """Around which the samples are linear, with the scales."""
@@ -57,10 +54,7 @@ class CurveFit:
 
     @cached_property
     def curves(self) -> tuple[np.ndarray, ...]:
-        """The curves' part of M, and its derivative by log l, each of shape (3 N, 3 N).
-
-        There is no derivative for curves of which a prior tells, and neither without curves.
-        """
+        """The curves' part of M and, unless it is given, its derivative by log l, (3 N, 3 N)."""
         samples, prior = self.samples, self.prior
         if samples.given is not None:
             return (samples.given_covariance,)

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data import MultiRobotObservations, Pose
+from ..model import SampleRows
 from ..model.effects import CURVE, KNOTS
 from .curve_marginal import CurveFit, inverse_root
 from .curve_prior import CurvePrior
 from .linear_samples import LinearSamples, samples_around
-from .objective import build_objective, linearise
+from .objective import Objective, linearise
 from .posterior import Posterior
 from .state import State
 
@@ -103,19 +104,16 @@ def restored_covariance(
 ) -> np.ndarray:
     """Return the covariance of a robot's unknowns and sockets from that of all but its curves.
 
-    Args:
-        found: The result, with the covariance of y: the unknowns but for curves, the frames, the
-            sockets.
-        scene: What it was fitted to.
-        frames: Poses of the instruments' frames.
-        scales: Amplitude and length of the curves [rad]; zero without any.
+    That is the covariance of what is found in a scene, frames between unknowns and sockets. Scales
+    are amplitude and length of the curves [rad], zero without any.
     """
     model, size, of_rest = found.model, found.model.scalars, found.covariance
     x, d, curves = found.x[:size], len(of_rest), found.deflection.curves
     kept = np.r_[:size, d - found.centres.size : d]
     if curves is None:
         return of_rest[np.ix_(kept, kept)]
-    objective = build_objective([model.with_effects({*model.extensions} - {CURVE.name})], scene)
+    plain = model.with_effects({*model.extensions} - {CURVE.name})
+    objective = Objective((plain,), (), SampleRows(scene))
     noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
     linear = linearise(objective, x, frames)
     state = State(objective, x, found.centres, frames, (), noises, x != x, linear)

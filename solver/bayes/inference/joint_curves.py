@@ -49,13 +49,8 @@ def with_joint_curves(
     """Return a result with error curves of its joints where the data support them, and why.
 
     In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
-    curves. Where none can be found there are no words.
-
-    Args:
-        found: The result without curves.
-        other: That of another model of the same data, which may be more probable beside curves,
-            and the logarithm of its odds against the first before the data.
-        progress: Called with a word before curves are tried.
+    curves. Where none can be found there are no words. ``other`` is the result of another model
+    that may be more probable beside curves, and the logarithm of its odds before the data.
     """
     if not _may_have_curves(found):
         return found, ""
@@ -132,10 +127,7 @@ def _first(plain: CurveFit) -> CurveFit:
 def _settled(
     found: JointPosterior, rows: np.ndarray, fitted: CurveFit, log_evidence: float
 ) -> JointPosterior:
-    """Return the result at the scales of a fit to some of the samples, in these rows.
-
-    It is made linear again until nothing changes.
-    """
+    """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
     readings, prior, state = found.objective.rows, fitted.prior, fitted.state
     weights, coefficients = np.ones(len(state.errors)), np.zeros(fitted.samples.shape)
     weights[rows] = fitted.next_weights
@@ -168,10 +160,7 @@ def _posterior(
     whole: np.ndarray,
     log_evidence: float,
 ) -> JointPosterior:
-    """Return the result with the curves, of shape (robots, m, KNOTS), among each robot's unknowns.
-
-    ``whole`` is the covariance of all other unknowns, then of the curves.
-    """
+    """Return the result with curves, (robots, m, KNOTS), last in the covariance, in their place."""
     readings, state, m = found.objective, fitted.state, curves.shape[1]
     models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
     world, own = replace(readings, models=models), readings.own

@@ -33,11 +33,7 @@ FACTORS = np.exp(np.arange(-3, 7) * 0.3)
 def expectation_propagation(
     mean: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return Gaussian factors that stand for b bounds x >= 0 (Minka 2001).
-
-    They are tau and nu, the precision and pull of each, shape (b,), and the logarithm of the share
-    of the Gaussian that is within all bounds.
-    """
+    """Return precision and pull of a factor for each bound x >= 0 (Minka 2001), and log share."""
     unit = np.sqrt(np.diag(covariance))  # unknowns in units of their own deviation
     S, m = covariance / np.outer(unit, unit), mean / unit
     P = np.linalg.inv(S)
@@ -117,11 +113,9 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
 
 
 def _of_data(state: State) -> ArrowheadMatrix:
-    """Return the data's curvature, without what it claims to know too much, by the errors' tails.
-
-    Errors that are more Gaussian than Student's distribution with their nu leave the best fit less
-    sure than the curvature says, since the robust weights pass over some of what they tell.
-    """
+    """Return the data's curvature, less what it claims to know too much, by the errors' tails."""
+    # Errors that are more Gaussian than Student's with their nu leave the best fit less sure than
+    # the curvature says, since the robust weights pass over some of what they tell.
     weights = state.told
     for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
         weights[source] *= _efficiency(state.squares[source], noise)
@@ -173,18 +167,7 @@ def widths_held(state: State) -> State:
 
 
 def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
-    """Return a covariance of all unknowns, made at known widths, averaged over these.
-
-    A few dozen samples do not tell whether an arm's lengths or its angles are wrong, and so leave
-    both widths open, and with them all that the samples do not decide. Of a Gaussian posterior with
-    mean m and covariance S, other widths w make, without another fit,
-
-        S' = S - S K S      m' = m - S K (m - mu)      K = (I + D S)^-1 D      D = P(w) - P
-        2 log Z'/Z = log |P(w)| / |P| - log |I + D S| - (m - mu)^T K (m - mu)
-
-    with P the prior precision at the widths of m. The mean over the widths, with the spread about
-    m, which stays the estimate.
-    """
+    """Return a covariance of all unknowns, made at known widths, averaged over these (A10)."""
     for own in state.objective.own:
         mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
         if mine:

@@ -8,10 +8,10 @@ import numpy as np
 
 from ...data import MultiRobotObservations
 from ...paper import NotConverged
-from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
+from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement, SampleRows
 from .laplace import posterior
 from .normal_equations import active_set_step, leverage, normal_equations
-from .objective import build_objective
+from .objective import Objective
 from .posterior import JointPosterior
 from .state import State
 from .steps import (
@@ -62,7 +62,7 @@ def estimate(
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = build_objective(models, data, movements)
+    objective = Objective(tuple(models), tuple(movements), SampleRows(data))
     state: State = start(objective, joint_noise, near)
     iterates: list[np.ndarray] = [state.x]
     left = np.zeros(len(state.x), dtype=int)
@@ -121,10 +121,8 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
 
 
 def _volume_weight(state: State, spread: np.ndarray) -> float:
-    """Return by how much to multiply the volume's slope: as the errors' squares fit the noise.
-
-    While the noise is still too large or small, all of it would let size and noise run away.
-    """
+    """Return by how much to multiply the volume's slope: as the errors' squares fit the noise."""
+    # While the noise is still too large or small, all of it would let size and noise run away.
     seated = state.objective.rows.seated
     weights = state.weights[seated]
     if not state.x.any() or not len(weights):

@@ -1,13 +1,12 @@
 """The objective L of the default method: its constants, and its samples at some unknowns."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from ...data import MultiRobotObservations, Pose, rotation_vectors
+from ...data import Pose, rotation_vectors
 from ..model import ExtendedModel, Movement, SampleRows
 
 
@@ -103,15 +102,6 @@ class Linearization:
     def reach(self) -> np.ndarray:
         """Mean square of how far each unknown moves the ball per axis, shape (dense,)."""
         return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.places.size
-
-
-def build_objective(
-    models: Sequence[ExtendedModel],
-    data: MultiRobotObservations,
-    movements: Sequence[Movement] = (),
-) -> Objective:
-    """Return the objective of one robot or several."""
-    return Objective(tuple(models), tuple(movements), SampleRows(data))
 
 
 def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> Linearization:

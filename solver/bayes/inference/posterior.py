@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup, SampleRows
+from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup
 from .objective import Objective
 from .state import State
 
@@ -132,10 +132,6 @@ class JointPosterior:
         ends = (self.own[-1].stop + np.cumsum([one.size for one in movements])).tolist()
         each = zip(movements, ends, strict=True)
         return tuple((one, self.state.x[end - one.size : end]) for one, end in each)
-
-    def noises_of(self, rows: SampleRows) -> tuple[Noise, ...]:
-        """Return the noise of each source of samples of the same robots."""
-        return tuple(self.arms[i].noises.get(k) or self.arms[i].noise for i, k in rows.source_kinds)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).

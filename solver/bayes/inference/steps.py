@@ -63,8 +63,12 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     places = [np.median(linear.places[rows.every.sockets == k], axis=0) for k in sockets]
     centres = np.reshape(places, (-1, 3))
     state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
-    noises = list[Noise]() if near is None else [*near.noises_of(rows)]
-    for source in rows.sources if near is None else ():  # as large as the nominal robot's errors
+    noises = list[Noise]()
+    for source, (i, kind) in zip(rows.sources, rows.source_kinds, strict=True):
+        if near is not None:
+            noises.append(near.arms[i].noises.get(kind) or near.arms[i].noise)
+            continue
+        # as large as the nominal robot's errors
         typical = float(np.median(np.linalg.norm(state.errors[source], axis=1))) / 1.54
         squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
         joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
@@ -119,11 +123,9 @@ def updated_groups(
 
 
 def updated_noises(state: State, there: State, step: Step) -> tuple[Noise, ...]:
-    """Return the noises after a step of s_x^2, and of s_q^2 unless it is zero (A5).
-
-    A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
-    likelihood, Harville 1977). The step is Fisher scoring.
-    """
+    """Return the noises after a step of s_x^2, and of s_q^2 unless it is zero (A5)."""
+    # A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
+    # likelihood, Harville 1977). The step is Fisher scoring.
     inverse, by_joints = state.inverse_scales, state.linear.by_joints
     u = np.einsum("nij,nj->ni", inverse, predicted_errors(state, step.change))
     left = inverse - inverse @ step.leverage @ inverse
@@ -143,10 +145,7 @@ def updated_noises(state: State, there: State, step: Step) -> tuple[Noise, ...]:
 def with_tails(
     noises: Sequence[Noise], sources: np.ndarray, squares: np.ndarray, left: np.ndarray
 ) -> tuple[Noise, ...]:
-    """Return the noises with tails as heavy as those of the errors, but for what the fit hides.
-
-    Squares are those of (A2), of which the fit left some shares, both of shape (N,).
-    """
+    """Return the noises with tails by the squares of (A2), of which a fit left some shares."""
     squares = squares / left.clip(min=1 - MOST_HIDDEN)
     return tuple(
         replace(noise, nu=degrees_of_freedom(squares[sources == k]))

@@ -41,12 +41,7 @@ class Noise:
 
     def as_gaussian(self, by_joints: np.ndarray) -> np.ndarray:
         """Return C_i / k, the covariance of Gaussian noise of which a sample tells as much."""
-        return self.scales(by_joints) / self.information
-
-    def scales(self, by_joints: np.ndarray) -> np.ndarray:
-        """Return C_i for each sample's Jq_i, shape (N, 3, 3) [m^2]."""
-        spread = by_joints @ by_joints.transpose(0, 2, 1)
-        return self.space**2 * np.eye(3) + self.joint**2 * spread
+        return sample_scales([self], np.zeros(len(by_joints), int), by_joints) / self.information
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
         """Return how far the joints' noise moves the ball, relative to that in space."""

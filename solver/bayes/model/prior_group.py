@@ -116,14 +116,8 @@ class PriorGroup:
     ) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
-        It is the root mean square of the unknowns, over those that the data decide; one whose
-        posterior is as wide as its prior counts as 0. A prior of the width itself adds its slope.
-
-        Args:
-            x: Distance of the free members from their mean.
-            covariance: Sigma_g, their posterior covariance.
-            free: Which members are free.
-            most: Largest change of the logarithm of the width.
+        That is the root mean square of the free members' distances x from their mean, over those
+        that the data decide. Its logarithm changes by ``most`` at most.
         """
         P = self.width**2 * self.precision(self.width, free)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)

@@ -60,10 +60,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
 
 
 def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | None:
-    """Return the ball's place and turn on the flange by measured poses, as changes of the geometry.
-
-    None where no orientation was measured. A place that cannot be, as in other units, is left out.
-    """
+    """Return the ball's place (unless it cannot be) and turn on the flange by measured poses."""
     if not data.turned.any():
         return None
     frame = np.bincount(data.turned_in[data.turned]).argmax()

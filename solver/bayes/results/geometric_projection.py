@@ -150,22 +150,7 @@ def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = 
 
 
 def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | None) -> np.ndarray:
-    """Return the geometry whose balls are nearest to the full model's around the places recorded.
-
-    It is the samples' own, changed by the s that minimises, over places p, simulated ones and
-    sockets, and postures i at them,
-
-        sum w_pi |e_pi - (1 - COMMON) mean_p e|^2 / d^2 + s^T P s + 2 k sqrt(s^T U s)
-
-    where e is where the changed geometry has the ball, less where the full model has it or, at a
-    recorded sample, less where the geometry had it before; w is 1 or, for a sample, RECORDED times
-    its robust weight; P is the prior precision of the geometry, and U how uncertain half the slope
-    of the first sum is, see :func:`_doubt`; d is SEATING_DEVIATION and k CONFIDENCE. A slope
-    within k of its deviations changes nothing.
-
-    Without a geometry of the samples' own, the full model's is changed, however uncertain that is,
-    and samples are to be at their sockets.
-    """
+    """Return the geometry that makes (A12) least, without k where the samples have no own."""
     model, n = full.model, full.model.geometry
     start, recorded, doubt = with_joint_offsets(full), recorded_poses(full), None
     off_prior = full.values - model.ball.nominal  # how far from its mean the start is

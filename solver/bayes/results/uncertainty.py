@@ -29,16 +29,7 @@ BATCH = 500
 
 
 def with_correlated_errors(posterior: Posterior) -> np.ndarray:
-    """Return the covariance of the model's unknowns where play moves samples alike, (size, size).
-
-    A fit takes the whitened errors e of its samples for independent. Let them rather scatter by
-
-        C = (1 - rho) I + rho K,    K_ij = exp(-|q_i - q_j|^2 / 2 l^2)
-
-    on each axis. A fit with slopes A and posterior P leaves u = (I - A P A^T) e of them, whose
-    likelihood tells the share rho and the length l in joint space. The posterior of the same fit,
-    averaged over both, is then P + P A^T (C - I) A P (a sandwich, Huber 1967).
-    """
+    """Return the covariance of the model's unknowns where play moves samples alike (A11)."""
     model, data, P = posterior.model, posterior.data, posterior.covariance
     rows = np.flatnonzero(data.sockets >= 0)
     q, N, size = data.positions[rows], len(rows), model.size

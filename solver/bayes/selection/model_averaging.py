@@ -40,10 +40,8 @@ def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
 def beside_curves(
     found: JointPosterior, models: Sequence[JointPosterior]
 ) -> tuple[JointPosterior, float] | None:
-    """Return the model that may be more probable beside curves, and the logarithm of its odds.
-
-    Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
-    """
+    """Return the model that may be more probable beside curves, and the logarithm of its odds."""
+    # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
     elastic, harmonics = {COMPLIANCE.name, TILT.name}, {one.name for one in HARMONICS}
     own, *others = (
         {group.name for arm in one.arms for group in arm.groups if group.width}
@@ -79,19 +77,25 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
             groups[robot, group.name] = replace(group, members=rows[group.members])
     mean = probabilities @ means
     covariance += ((means - mean).T * probabilities) @ (means - mean)
-    x, turns, places = np.split(mean, [objective.model_size, objective.dense])
-    turns = turns.reshape(-1, 6)
-    frames = tuple(pose.moved(t) for pose, t in zip(best.state.frames, turns, strict=True))
     ordered = tuple(sorted(groups.values(), key=_first))
-    at_zero = np.zeros(len(x), dtype=bool)
+    at_zero = np.zeros(objective.model_size, dtype=bool)
     for group in ordered:
         at_zero[group.members] = not group.width
+    x, centres = np.zeros(len(at_zero)), np.zeros_like(best.state.centres)
+    state = State(
+        objective,
+        x,
+        centres,
+        best.state.frames,
+        ordered,
+        best.state.noises,
+        at_zero,
+        best.state.linear,
+    ).changed(mean)
+    state = replace(state, linear=linearise(objective, state.x, state.frames))
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
-    centres = places.reshape(-1, 3)
-    linear = linearise(objective, x, frames)
-    state = State(objective, x, centres, frames, ordered, best.state.noises, at_zero, linear)
-    iterates = [*before[:, : objective.model_size], x]
+    iterates = [*before[:, : objective.model_size], state.x]
     return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
 
 

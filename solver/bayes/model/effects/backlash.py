@@ -1,12 +1,8 @@
 """Backlash: a joint rests where gravity turns it to, q' = q - p tau / sqrt(tau^2 + tau_0^2)."""
 
 import math
-from typing import TYPE_CHECKING
 
-from .effect import OWN, Effect
-
-if TYPE_CHECKING:
-    import numpy as np
+from .effect import OWN, Array, Effect
 
 UNLOADED_TORQUE = 0.02
 """tau_0: under less, the joint may rest on either side [N m]."""
@@ -14,15 +10,15 @@ LOADED_VARIANCE = 0.02
 """Share of an unloaded joint's variance that is left under load."""
 
 
-def _side(torque: "np.ndarray") -> "np.ndarray":
+def _side(torque: Array) -> Array:
     return torque / (torque**2 + UNLOADED_TORQUE**2) ** 0.5
 
 
-def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+def _derivatives(q: Array, moments: Array) -> Array:
     return -_side(moments[:, : q.shape[1]])
 
 
-def _joint_noise(torque: "np.ndarray") -> "np.ndarray":
+def _joint_noise(torque: Array) -> Array:
     return (1 - _side(torque) ** 2).clip(min=LOADED_VARIANCE) ** 0.5
 
 

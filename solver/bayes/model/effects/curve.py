@@ -14,15 +14,7 @@ SPACING = 2 * math.pi / KNOTS
 
 
 def splines(q: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
-    """Return which coefficients a curve's value depends on, and its derivatives by them.
-
-    Args:
-        q: Angles, of any shape [rad].
-
-    Returns:
-        Indices among the coefficients of a joint, and the weights of these, each of shape
-        (*q.shape, 4).
-    """
+    """Return which coefficients of a joint a curve depends on at q, and their weights, (..., 4)."""
     import numpy as np  # the command line reads the names of effects without it
 
     place = q / SPACING
@@ -35,12 +27,7 @@ def splines(q: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
 
 
 def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
-    """Return delta_i(q_i) of all joints, shape (N, m) [rad].
-
-    Args:
-        q: Joint positions as the encoders read them, shape (N, m) [rad].
-        coefficients: Of all joints' curves, knot after knot, shape (KNOTS m,) [rad].
-    """
+    """Return delta_i(q_i) of all joints, (N, m) [rad], by coefficients knot after knot."""
     import numpy as np
 
     m = q.shape[1]
@@ -59,11 +46,9 @@ def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
 
 
 def kernel(distance: "np.ndarray", length: float) -> "tuple[np.ndarray, np.ndarray]":
-    """Return the curve's covariance k for an amplitude of 1, and its derivative by log l.
+    """Return the covariance k of two angles for an amplitude of 1, and its derivative by log l.
 
-    Args:
-        distance: 2 sin(d / 2) of two angles, of any shape.
-        length: l [rad].
+    Their distance is 2 sin(d / 2), of any shape.
     """
     import numpy as np
 

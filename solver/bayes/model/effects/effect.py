@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np
 
+Array: TypeAlias = "np.ndarray"
+"""The command line reads the names of effects without numpy."""
 OWN, ACROSS_1, ACROSS_2 = 0, 1, 2
 """Axes of a joint: its own, and the two across, b and c of :func:`mukca.solver.robot.across`."""
 
@@ -24,7 +26,7 @@ class Effect:
     """Of its coefficients."""
     axes: Mapping[str, int]
     """Suffix of a coefficient, named JOINT.SUFFIX, to the axis of the joint that it turns."""
-    derivatives: "Callable[[np.ndarray, np.ndarray], np.ndarray]"
+    derivatives: Callable[[Array, Array], Array]
     """Turn of the axes per unit of each coefficient, suffix after suffix, shape (N, p), from joint
     positions, shape (N, m) [rad], and the moments that hold the joints, shape (N, 3 m) [N m]."""
     typical_shift: float
@@ -35,12 +37,12 @@ class Effect:
     """True if no coefficient can be below zero, since nothing gives way against its load."""
     shared_by_type: bool = False
     """True if arms of one type have much the same coefficients."""
-    joint_noise: "Callable[[np.ndarray], np.ndarray] | None" = None
+    joint_noise: Callable[[Array], Array] | None = None
     """Noise of each joint's angle as a share of its usual one, shape (N, m), from the torques; its
     coefficients are then believed to be what the joints' noise shows. None for an even noise."""
     requires: str = ""
     """Another effect without which it is not tried."""
-    shift: "Callable[[np.ndarray, np.ndarray], np.ndarray] | None" = None
+    shift: Callable[[Array, Array], Array] | None = None
     """Turn of the joints about their own axes, shape (N, m) [rad], from their positions and all
     coefficients, where that is far less work than by the derivatives."""
     geometry_widths: Mapping[str, float] = field(default_factory=dict[str, float])

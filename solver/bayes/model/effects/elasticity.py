@@ -3,22 +3,17 @@
 It bends about the two axes across its own, u = -d M_b and v = -e M_c.
 """
 
-from typing import TYPE_CHECKING
-
-from .effect import ACROSS_1, ACROSS_2, OWN, Effect
-
-if TYPE_CHECKING:
-    import numpy as np
+from .effect import ACROSS_1, ACROSS_2, OWN, Array, Effect
 
 ELASTIC_SHIFT = 5e-4
 """Typical angle by which a joint gives way under its usual load [rad]."""
 
 
-def _twists(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+def _twists(q: Array, moments: Array) -> Array:
     return -moments[:, : q.shape[1]]
 
 
-def _bends(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+def _bends(q: Array, moments: Array) -> Array:
     return -moments[:, q.shape[1] :]
 
 

@@ -1,15 +1,11 @@
 """Joint offset: an encoder reads too little by a constant, q' = q + z."""
 
 import math
-from typing import TYPE_CHECKING
 
-from .effect import OWN, Effect
-
-if TYPE_CHECKING:
-    import numpy as np
+from .effect import OWN, Array, Effect
 
 
-def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+def _derivatives(q: Array, moments: Array) -> Array:
     del moments
     return 0 * q + 1
 

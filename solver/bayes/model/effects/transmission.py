@@ -1,16 +1,12 @@
 """Transmission error: gears lead and lag, q' = q + sum over k of a_k sin(k q) + b_k cos(k q)."""
 
 from functools import partial
-from typing import TYPE_CHECKING
 
-from .effect import OWN, Effect
+from .effect import OWN, Array, Effect
 
-if TYPE_CHECKING:
+
+def _derivatives(q: Array, moments: Array, *, k: int) -> Array:
     import numpy as np
-
-
-def _derivatives(q: "np.ndarray", moments: "np.ndarray", *, k: int) -> "np.ndarray":
-    import numpy as np  # the command line reads the names of effects without it
 
     del moments
     return np.concatenate([np.sin(k * q), np.cos(k * q)], axis=1)
