@@ -87,15 +87,17 @@ class TerminalSession:
 
     def wait_for(self, *texts, gone=(), timeout=PATIENCE):
         """Wait until the screen shows all of some texts and none of others; return the screen."""
+        shows = lambda shown: self._shows(shown, texts) and not any(t in shown for t in gone)  # noqa: E731
+        return self._wait_until(shows, f"{texts} without {gone}", timeout)
 
-        def found(shown):
-            flat = "".join(line.ljust(self.screen.columns) for line in shown.split("\n"))
-            there = all(
-                text in shown or text in flat for text in texts
-            )  # flat: a long line unbroken
-            return there and not any(text in shown for text in gone)
+    def wait_for_either(self, *groups):
+        """Wait until the screen shows all texts of a group; return the first such group."""
+        first = lambda shown: [group for group in groups if self._shows(shown, group)]  # noqa: E731
+        return first(self._wait_until(first, f"either of {groups}", PATIENCE))[0]
 
-        return self._wait_until(found, f"{texts} without {gone}", timeout)
+    def _shows(self, shown, texts):
+        flat = "".join(line.ljust(self.screen.columns) for line in shown.split("\n"))
+        return all(text in shown or text in flat for text in texts)  # flat: a long line unbroken
 
     def _wait_until(self, holds, wanted, timeout):
         """Look at the screen whenever something was written; it takes a while to put together."""
