@@ -78,6 +78,7 @@ def test_a_forged_number_costs_one_state(forged):
             driver.read(0.1)
 
 
+@pytest.mark.slow
 def test_a_connection_that_is_ended_is_told_as_that(tmp_path):
     ended = refused("BUSY", match="took the connection, then ended it")
     with emulated("franka", tmp_path, "--fault", "busy") as emulation, ended:

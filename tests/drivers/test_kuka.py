@@ -10,7 +10,7 @@ from driver_errors import read_until_silent, refused
 from emulation import emulated
 from emulator_programs import own_host
 from listeners import fri_message
-from virtual_time import Every
+from virtual_time import CARRIED, Every
 
 from mukca import open_driver
 
@@ -40,7 +40,7 @@ class Controller:
     def __init__(self):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind((own_host(), 0))
-        self.socket.settimeout(0.3)
+        self.socket.settimeout(CARRIED)
         self.client = own_host()
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind((self.client, 0))

@@ -114,6 +114,7 @@ def test_a_joint_that_nobody_publishes_is_named():
     assert "gripper" in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.waits
 def test_a_topic_without_a_publisher_is_told():
     with rosbridge(topic="/other") as bridge, refused("UNREACHABLE", "nobody publishes"):
@@ -129,6 +130,7 @@ def test_a_connection_that_ends_is_told():
                 driver.read(1)
 
 
+@pytest.mark.slow
 @pytest.mark.waits
 def test_what_is_no_rosbridge_is_told():
     text = json.dumps({"hello": 1}).encode()

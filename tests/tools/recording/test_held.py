@@ -15,6 +15,7 @@ from mukca.tools.recording import ZeroSelector
 TIP = np.array([0.03, -0.02, 0.2])
 
 
+@pytest.mark.slow
 def test_poses_are_led_to_that_tell_the_zeros_best():
     simulated = simulate()
     taken = simulated.later.samples
