@@ -14,6 +14,7 @@ import numpy as np
 
 from ..assessment import mm
 from .fit import System, Task, fit, linear, next_step
+from .prior import ZERO
 
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
 PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
@@ -27,8 +28,6 @@ ANOTHER, LESS = math.log(1000), 0.5
 of the noise that is left then, from which samples are another arm's."""
 UNCHANGED = 5e-5
 """Standard deviation of the zero of a joint that did not change, from place to place [rad], [m]."""
-ZERO = 0.2
-"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
 ASTRAY = 1e-2
 """A next step beyond which a fit did not converge, and is no evidence [m]."""
 WIDTHS = (2e-3, 2e-2, ZERO)

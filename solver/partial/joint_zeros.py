@@ -13,9 +13,9 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import ZERO, another_arm, freed, sets_of_zeros, weigh
+from .evidence import another_arm, freed, sets_of_zeros, weigh
 from .fit import System, Task
-from .prior import prior_of
+from .prior import ZERO, prior_of
 from .sockets import alike, new_samples, socket_task
 from .updated import updated, urdf_with_zeros
 

@@ -10,6 +10,7 @@ from ..bayes.model import ExtendedModel, Noise, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
 from ..data import STANDARD_LOAD, Load
+from ..design import ParameterCovariance, Workspace
 from ..robot import Robot, all_parameters, choose_parameters
 
 LENGTH, ANGLE = 2e-4, 7e-4
@@ -18,6 +19,12 @@ UNKNOWN_BALL = 0.1
 """Standard deviation of the ball's place on a nominal arm [m]."""
 NOMINAL_NOISE = Noise(1e-4, 1e-3)
 """Noise of an arm that was never calibrated."""
+ZERO = 0.2
+"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
+POOLED = 40
+"""Poses of each socket by which it is seen which zeros such samples tell at all."""
+TOLD = 1e-3
+"""Standard deviation by so many samples beyond which a zero is not planned for [rad], [m]."""
 SOCKET = "{}:{}"
 """Name of a socket: its placement, and its number."""
 
@@ -90,3 +97,29 @@ def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> Exten
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
     free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
     return extend(robot, free, (JOINT_OFFSET.name, *extensions))
+
+
+def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCovariance:
+    """Return what is known of an arm whose zeros are lost, before the first sample in a socket."""
+    prior = prior_of(arm)
+    size = prior.model.size
+    covariance = prior.covariance[:size, :size].copy()
+    covariance.ravel()[:: size + 1][prior.zeros] += ZERO**2
+    known = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
+    for _ in range(sockets):
+        known = known.with_socket()
+    return known
+
+
+def zeros_told(known: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
+    """Return the zeros that samples in sockets tell, in place of distances in the workspace.
+
+    Args:
+        known: What is known before the samples.
+        pools: For each socket, poses that reach it, shape (N, m).
+    """
+    zeros: np.ndarray = np.eye(known.model.size)[known.model.slices[0]]
+    for k, q in pools.items():
+        known = known.with_samples(q[:POOLED], k)
+    told = known.deviations(Workspace(zeros, np.zeros(len(zeros)))) < TOLD
+    return Workspace(zeros[told], np.zeros(int(told.sum())))
