@@ -14,8 +14,7 @@ from typing import Any
 
 from ...recorder import Sample
 from ...recorder.session import Advice, GuidanceRequest
-from ...solver.assessment import ARMS, RESOLUTION, known_arm, predicted_limit
-from ...solver.calibration import load_calibration
+from ...solver import assessment, calibration
 from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
 
@@ -88,7 +87,7 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
 
 def goal_for(robot: Robot) -> float:
     """Return the goal of the predicted error of distances [m], before anything is solved."""
-    return predicted_limit(limit_for(robot))
+    return assessment.predicted_limit(limit_for(robot))
 
 
 def limit_for(robot: Robot) -> float:
@@ -96,9 +95,8 @@ def limit_for(robot: Robot) -> float:
 
     At least as many times the resolution of a printed socket.
     """
-    name = known_arm(robot)
-    repeatability = ARMS[name].repeatability if name else RESOLUTION
-    return GOAL * max(repeatability, RESOLUTION)
+    name, least = assessment.known_arm(robot), assessment.RESOLUTION
+    return GOAL * max(assessment.ARMS[name].repeatability if name else least, least)
 
 
 class BackgroundGuidance(WorkerProcess):
@@ -131,7 +129,7 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
     if held is None:
         selector = PoseSelector(load_robot(**robot), **given)
     else:
-        selector = ZeroSelector(load_calibration(held), **given)
+        selector = ZeroSelector(calibration.load_calibration(held), **given)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()

@@ -16,7 +16,6 @@ from . import session_start
 from .checks import gravity_of, outlier_check, similar_models
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
-from .page import PageProcess
 
 
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
@@ -55,9 +54,11 @@ def record_session(
         session = session_start.first_session(
             options, similar_models(robot), joints, recording, earlier.moved
         )
-        page = PageProcess(options, options.page_host) if options.page else None
-        if page is not None:
-            stack.enter_context(closing(page))
+        page = None
+        if options.page:
+            from .page import PageProcess
+
+            page = stack.enter_context(closing(PageProcess(options, options.page_host)))
             session = session_start.with_address(session, page.url, options.page_host)
         guided = keyboard is not None and live and not options.no_guide
         guidance = stack.enter_context(closing(_guidance(options, robot))) if guided else None
