@@ -128,7 +128,7 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
             if number > 1:
                 lead_on(steps, (at - zero).tolist())
             terminal.wait_for(f"PRESS: space captures sample {number}")
-            before = turns_on(terminal.text)
+            before = turns_asked(terminal)
             terminal.press(" ")
             terminal.wait_for(f"captured sample {number}: ")
         shown = terminal.wait_for("ENOUGH: q finishes", "predicted 0.", "mrad", "goal 0.")
@@ -148,13 +148,19 @@ def turns_on(shown):
     return found
 
 
-def turns_asked(terminal, before):
-    """Return the same once the advice is no longer that of before."""
-    deadline = time.monotonic() + PATIENCE
-    while np.abs(turns_on(terminal.text) - before).max() < math.radians(1):
-        assert time.monotonic() < deadline, terminal.text
-        time.sleep(0.05)
-    return turns_on(terminal.text)
+def turns_asked(terminal, before=None):
+    """Return the same of a whole drawing, once the advice is no longer that of before."""
+    deadline, least = time.monotonic() + PATIENCE, math.radians(1)
+    seen, drawings = None, 0
+    while time.monotonic() < deadline:
+        begun, turns = terminal.output.count(b"last state"), turns_on(terminal.text)
+        new = before is None or np.abs(turns - before).max() > least
+        if seen is None or (turns != seen).any():
+            seen, drawings = turns, begun
+        elif new and begun > drawings + 1:  # one was begun and ended meanwhile
+            return turns
+        time.sleep(0.02)
+    raise AssertionError(terminal.text)
 
 
 def in_socket(arm, q, centre):
