@@ -37,9 +37,9 @@ class InverseKinematics:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self._pose = _pose(robot.joints)
-        # Arms with endless or very wide joints are guided through one turn only.
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
+        # Arms with endless or very wide joints are guided through one turn only.
         self.lower = np.maximum(robot.lower, -np.pi)
         self.upper = np.minimum(robot.upper, np.pi)
         slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]

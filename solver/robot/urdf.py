@@ -26,9 +26,9 @@ from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 
 BALL_LINK = "ball_link"
 OWN_BALL = "printed_ball"
+"""Link of a ball that the user puts on a model that has one already."""
 FARTHEST_CENTRE = 5.0
 """No payload's centre is this far from the flange [m]."""
-"""Link of a ball that the user puts on a model that has one already."""
 
 
 @dataclass(frozen=True)

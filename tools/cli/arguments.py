@@ -31,7 +31,8 @@ def option(default: Any = None, **more: Any) -> Any:
     Args:
         default: Value where the option is not given; ``...`` if it must be given.
         **more: ``choices``; ``between``, the lowest and the highest number; ``repeated``, for a
-            value each time the option is given; ``usual``, what stands in its help for ``{}``.
+            value each time the option is given; ``usual``, what stands in its help for ``{}``;
+            ``needs``, an option without which it says nothing; ``unless``, those beside which.
     """
     return field(default=MISSING if default is ... else default, metadata=more)
 
@@ -61,13 +62,11 @@ class PayloadOptions:
     """Options of what the arm carries."""
 
     payload: float | None = option(between=NOT_NEGATIVE)
-    payload_at: tuple[float, float, float] = (0, 0, 0)
+    payload_at: tuple[float, float, float] = option((0, 0, 0), needs="payload")
 
     @property
     def carried(self) -> tuple[float, tuple[float, float, float]] | None:
         """Mass [kg] and centre [m] of the payload; None for that of the recordings."""
-        if self.payload is None and any(self.payload_at):
-            raise UsageError("--payload-at belongs to --payload KG, which is not given")
         return None if self.payload is None else (self.payload, self.payload_at)
 
 
@@ -76,7 +75,7 @@ class OutputOptions(JsonOption):
     """Options of a verb that writes files."""
 
     out: Path | None = None
-    force: bool = False
+    force: bool = option(False, needs="out")
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
@@ -105,8 +104,21 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> Any:
-    """Return the dataclass of what was typed; a number out of its range is a UsageError."""
-    return _read(arguments.options, vars(arguments))
+    """Return the dataclass of what was typed.
+
+    Raises:
+        UsageError: A number out of its range, or an option that would say nothing.
+    """
+    typed = vars(arguments)
+    for one, _, about in _described(arguments.options):
+        needed, without = (about.get(key, "").split() for key in ("needs", "unless"))
+        for other in needed if one.name in typed else ():
+            if other not in typed:
+                raise UsageError(f"{_name(one)} goes with {_word(other)}, which is not given")
+        for other in without if one.name in typed else ():
+            if other in typed:
+                raise UsageError(f"{_name(one)} and {_word(other)}: give one of the two")
+    return _read(arguments.options, typed)
 
 
 def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
@@ -215,4 +227,8 @@ def _each(value: Any) -> Sequence[Any]:
 
 
 def _name(one: "Field[Any]") -> str:
-    return f"--{one.name.replace('_', '-')}"
+    return _word(one.name)
+
+
+def _word(name: str) -> str:
+    return f"--{name.replace('_', '-')}"

@@ -187,7 +187,7 @@ class WorkerOptions:
     """Options of a verb whose work is shared out."""
 
     processes: int = option(os.cpu_count() or 1, between=(1, 4096))
-    cluster: str | None = None
+    cluster: str | None = option(unless="processes")
 
     @property
     def workers(self) -> "parallel.Workers":

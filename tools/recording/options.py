@@ -32,7 +32,7 @@ class RecordOptions(RobotOptions):
     out: Path
     robot_name: str | None = None
     distance: float | None = option(between=DISTANCES)
-    sockets: int | None = option(between=(1, 10), usual=SOCKETS)
+    sockets: int | None = option(between=(1, 10), usual=SOCKETS, unless="quick")
     target: int | None = option(between=(1, 10_000), usual=TARGET)
     window: float = option(WINDOW, between=WINDOWS)
     still: float | None = option(between=SPREADS, usual=STILL)
@@ -41,10 +41,10 @@ class RecordOptions(RobotOptions):
     auto: bool = False
     key: Sequence[str] = option((), repeated=True)
     sound: Literal["bell", "off"] = "bell"
-    goal_mm: float | None = option(between=(1e-3, 1e3))
-    turn: float | None = option(between=(30, 360))
+    goal_mm: float | None = option(between=(1e-3, 1e3), unless="calibration no_guide quick keys")
+    turn: float | None = option(between=(30, 360), unless="no_guide quick keys")
     page: bool = False
-    page_host: str = "127.0.0.1"
+    page_host: str = option("127.0.0.1", needs="page")
     no_guide: bool = False
     quick: bool = False
     calibration: Path | None = option(usual=HELD)

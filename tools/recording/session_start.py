@@ -150,6 +150,8 @@ def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, 
         return keyboard, None
     if options.auto:
         raise calibration.UsageError("--auto needs a terminal, for the keys between two sockets")
+    if options.goal_mm is not None or options.turn is not None:
+        raise calibration.UsageError("--goal-mm and --turn need a terminal, where the guide is")
     if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
         raise calibration.UsageError(
             "standard input is closed; run it in a terminal, or use --keys FILE"

@@ -105,10 +105,3 @@ def test_crossval_ends_with_advice(session, run, answer):
     result = answer(*words)
     for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
         assert row["loaded"].items() <= row.items()
-
-
-@pytest.mark.parametrize("option", ["--zeros", "--payload 1", "--gravity 0 0 9.81", "--known K"])
-def test_what_a_calibration_has_of_its_own_is_refused_beside_it(session, refused, option):
-    words = ["check", session, "--calibration", "calibration.json", *option.split()]
-    refused(f"{option.split()[0]}: the calibration has its own", *words)
-    refused("goes with --calibration", *words[:2], "--robot", "panda", "--stood", "front")

@@ -55,7 +55,7 @@ def test_axes_are_the_models(name):
 def test_the_command_writes_what_solve_reads(tmp_path, command, refused):
     words = ["print-parts", "--out", tmp_path, "--mount", "none", "--format", "stl", "--json"]
     words += ["--anchor", "so101"]
-    refused("--anchor goes with --plate-mm", *words)
+    refused("--anchor goes with --plate-mm, which is not given", *words)
     status, out, err = command(*words, "--plate-mm", "80", "45")
     base, fit_test = json.loads(out)["parts"]
     assert status == 0

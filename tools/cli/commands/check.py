@@ -12,8 +12,8 @@ from ... import cli
 from .report import emit_with_page, metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
-_OF_THE_MODEL = ("known", "distance_deviation", "zeros", "payload", "gravity")
-"""Settings that a calibration has of its own."""
+_OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros payload gravity"
+"""Options that a calibration has of its own."""
 
 POINTS_HINT = (
     "Measured points need no socket: spread the next ones over the workspace, and hold some out."
@@ -23,8 +23,8 @@ POINTS_HINT = (
 @dataclass(frozen=True, kw_only=True)
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     robot: str = ""
-    calibration: Path | None = None
-    stood: str = ""
+    calibration: Path | None = cli.option(unless=_OF_THE_MODEL)
+    stood: str = cli.option("", needs="calibration")
     data: Sequence[Path] = cli.argument()
     settings: SolveOptions = cli.part(
         SolveOptions,
@@ -34,10 +34,6 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
 
 def _what_changed(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> int:
     """Print what changed since a calibration, and the next step."""
-    for name in _OF_THE_MODEL:
-        if getattr(options.settings, name) not in (None, ()):
-            word = name.replace("_", "-")
-            raise UsageError(f"--{word}: the calibration has its own; leave it out")
     since = calibration.load_calibration(cli.one_arm(file))
     settings = options.settings.validated()
     allowed = metres(settings.repeatability_mm)
@@ -58,8 +54,6 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     options.check_out()
     if options.calibration is not None:
         return _what_changed(options, options.calibration, terminal)
-    if options.stood:
-        raise UsageError("--stood goes with --calibration: since when did it stand there?")
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ....errors import MukcaError
 from ....solver import calibration
 from ....solver.calibration import UsageError
-from .. import PayloadOptions, Terminal, argument, one_arm
+from .. import PayloadOptions, Terminal, argument, one_arm, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,7 +29,7 @@ ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 class _PathOptions(PayloadOptions):
     tool: str | None = None
     out: Path | None = None
-    force: bool = False
+    force: bool = option(False, needs="out")
 
     def setup(self) -> "Setup":
         """Return what is on the arm."""

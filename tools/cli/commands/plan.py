@@ -24,7 +24,7 @@ class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     distance: Sequence[float] = option((0.1, 0.15, 0.05), between=(0.01, 1))
     turn: float | None = option(between=(30, 360))
     out: Path | None = None
-    force: bool = False
+    force: bool = option(False, needs="out")
 
 
 def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
@@ -106,15 +106,15 @@ class _PrintPartsOptions(OutputOptions):
     distance: float = 0.1
     height_mm: float = 30.0
     clearance_mm: float = 0.5
-    anchor: str | None = option(choices=printables.ARMS)
-    plate_mm: tuple[float, float] | None = None
+    anchor: str | None = option(choices=printables.ARMS, needs="plate_mm")
+    plate_mm: tuple[float, float] | None = option(needs="anchor")
     ball_diameter_mm: float = 20.0
     bought_ball: bool = False
     neck_mm: float | None = None
     reach_mm: float | None = None
     bolt_circle_mm: float | None = None
-    bolts: int | None = None
-    screw: str | None = option(choices=printables.SCREWS)
+    bolts: int | None = option(needs="bolt_circle_mm")
+    screw: str | None = option(choices=printables.SCREWS, needs="bolt_circle_mm")
     grip_mm: tuple[float, float, float] | None = None
 
 
@@ -161,12 +161,8 @@ def _socket_base(options: _PrintPartsOptions) -> printables.SocketBase:
         "height": options.height_mm,
     }
     arm, plate = options.anchor, options.plate_mm
-    if arm is None and plate is None:
-        return printables.SocketBase(**lengths)
     if arm is None or plate is None:
-        raise printables.PrintableError(
-            "--anchor goes with --plate-mm WIDTH FRONT: the plate's size is not published"
-        )
+        return printables.SocketBase(**lengths)
     return printables.AnchoredBase(arm=arm, width=plate[0], front=plate[1], **lengths)
 
 
@@ -178,8 +174,6 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         mounts["bolt-circle"] = printables.bolt_circle(
             options.bolt_circle_mm, bolts, options.screw or "M6"
         )
-    elif options.bolts is not None or options.screw is not None:
-        raise printables.PrintableError("--bolts and --screw go with --bolt-circle-mm")
     if options.grip_mm is not None:
         mounts["gripper"] = printables.grip(*options.grip_mm)
     if "none" in (named := options.mount or ()) and (mounts or len(named) > 1):
@@ -195,6 +189,8 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         "reach": options.reach_mm,
         "bought": options.bought_ball,
     }
+    if not mounts and (options.neck_mm is not None or options.bought_ball):
+        raise printables.PrintableError("--neck-mm and --bought-ball go with a mount")
     balls: dict[str, printables.BallPart] = {}
     for name, mount in mounts.items():
         try:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
-from ....solver.calibration import SolveOptions, UsageError
+from ....solver.calibration import SolveOptions
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
@@ -102,15 +102,13 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
 class _CompareOptions(cli.OutputOptions):
     calibrations: Sequence[Path] = cli.argument()
     data: Sequence[Path] = ()
-    distance: float | None = None
+    distance: float | None = cli.option(needs="data")
     out: Path | None = None
-    open: bool = False
+    open: bool = cli.option(False, needs="out")
 
 
 def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     """Compare, show the tables, and write the page."""
-    if options.open and options.out is None:
-        raise UsageError("--open needs --out DIR, where the page is written")
     options.check_out()
     contenders = figures.contenders_of([cli.one_arm(file) for file in options.calibrations])
     if options.data:

@@ -10,7 +10,6 @@ from typing import Any, ClassVar, cast
 
 from .... import recorder
 from ....errors import MukcaError
-from ....solver.calibration import UsageError
 from ....solver.results import OutputError, encode, refuse_existing, write_files
 from ... import experiments, report, simulation
 from .. import JsonOption, Terminal, option
@@ -31,7 +30,7 @@ class _ExperimentOptions(JsonOption):
     arm: int | None = option(between=SEEDS)
     seed: int = option(0, between=SEEDS)
     out: Path | None = None
-    force: bool = False
+    force: bool = option(False, needs="out")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +58,6 @@ Experiment = InsertionOptions | DrawingOptions
 
 def run_simulate(options: Experiment, terminal: Terminal) -> int:
     """Run the trials, and show what came of them."""
-    if options.force and options.out is None:
-        raise UsageError("--force belongs to --out DIR; nothing is written without it")
     words, out = [options.model], options.out
     if out is not None:
         refuse_existing(out, FILES, force=options.force)

@@ -122,6 +122,7 @@ def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
 
 POSES = "poses.csv"
 _BOARD = (9.0, 6.0, 30.0, 21.0)
+_MARKERS = "5X5_100"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,13 +133,16 @@ class _HandeyeOptions(OutputOptions):
     name: str = "camera"
     near: str = ""
     board: tuple[float, float, float, float] = _BOARD
-    dictionary: str = "5X5_100"
+    dictionary: str = _MARKERS
     intrinsics: str = ""
 
 
 def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     options.check_out()
+    of_images = (options.board, options.dictionary, options.intrinsics) != (_BOARD, _MARKERS, "")
+    if of_images and not any((path / extract.JOINTS).is_file() for path in options.data):
+        raise UsageError("--board, --dictionary and --intrinsics are for folders of images")
     held = calibration.load_calibration(one_arm(options.calibration))
     near = numbers(options.near, "--near", (len(held.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
