@@ -2,8 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+# Pytest would import the root as a package, which a clone called `mukca-main` has no name for.
+TESTS_ALONE := --confcutdir=tests
 # One test process more than cores: some tests wait for terminals.
-PYTEST := $(BIN)/pytest -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
+PYTEST := $(BIN)/pytest $(TESTS_ALONE) -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
 PACKAGE := pyproject.toml constraints.txt
 # Names and versions of everything that is ever installed, build tools included.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
@@ -32,7 +34,7 @@ lint: $(VENV)/.tests  ## ruff and pyright (strict), the latter for all three sys
 
 portable: $(VENV)/.portable  ## what needs no terminal and no robot, for Windows: types, and the solver's tests
 	$(BIN)/pyright
-	$(BIN)/pytest -m "not slow" tests/solver tests/tools/printables $(ARGS)
+	$(BIN)/pytest $(TESTS_ALONE) -m "not slow" tests/solver tests/tools/printables $(ARGS)
 
 docs: $(VENV)/.docs  ## the documentation as static files in build/docs; every link is checked
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir build/docs
