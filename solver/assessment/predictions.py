@@ -124,8 +124,8 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot, source)
-    models = calibration.models
-    points = [ByModel(**{name: model(m) for name, model in models.items()}) for m in measured]
+    models = calibration.models.items()
+    points = [ByModel(**{name: model.predict(m) for name, model in models}) for m in measured]
     rows = list(zip(document.data, measured, points, strict=True))
     trained = [(p, m) for row, m, p in rows if row.role == "train"]
     frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in trained]) for name in MODELS}

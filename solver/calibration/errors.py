@@ -14,8 +14,8 @@ from ..assessment import millimetres
 from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
-from ..paper import REGULARIZATION, ball_only, build_problem, solve
-from ..robot import BallModel, Robot, all_parameters
+from ..paper import REGULARIZATION, build_problem, solve
+from ..robot import BallModel, Robot, choose_parameters
 from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem
@@ -144,16 +144,15 @@ def placement_errors(
     role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
-    models: Mapping[str, results.Predict] | None = None,
+    others: Mapping[str, results.CalibratedRobot] | None = None,
 ) -> results.PlacementErrors:
-    """Return the errors of a placement by a robot's models, and by others named as these are."""
-    names: Sequence[results.ModelName] = ("nominal", "calibrated", "geometric")
-    names = names if measured.has_orientations else ()
-    turns = {name: calibrated.rotations(name, measured) for name in names}
-    metrics: dict[str, Any] = {
-        name: data.evaluate(predict(measured), measured, (frames or {}).get(name), turns.get(name))
-        for name, predict in (models or calibrated.models).items()
-    }
+    """Return the errors of a placement by a robot's models, and the ball's by other robots."""
+    metrics: dict[str, Any] = {}
+    for name, model in {**calibrated.models, **(others or {})}.items():
+        turned = measured.has_orientations and name in calibrated.models
+        rotations = model.rotations(measured) if turned else None
+        frame = (frames or {}).get(name)
+        metrics[name] = data.evaluate(model.predict(measured), measured, frame, rotations)
     paired = measured if measured.kind == "sockets" else None
     return results.PlacementErrors(
         name=measured.name,
@@ -169,15 +168,15 @@ def placement_errors(
 def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
     """Return the errors of all placements, and how large they should be where that is known."""
     weight = problem.options.regularization or REGULARIZATION
-    models = {
-        **fit.calibrated.models,
-        **_ball_refitted(problem.robot, problem.measurements, weight),
-    }
+    others = _ball_refitted(problem.robot, problem.measurements, weight)
     points = [m for m in problem.measurements if m.kind == "points"]
-    frames = {name: data.fit_frames([(p(m), m) for m in points]) for name, p in models.items()}
+    frames = {
+        name: data.fit_frames([(model.predict(m), m) for m in points])
+        for name, model in {**fit.calibrated.models, **others}.items()
+    }
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
-        row = placement_errors(fit.calibrated, role, m, frames, models)
+        row = placement_errors(fit.calibrated, role, m, frames, others)
         if fit.posterior is not None:
             known = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
             row = structs.replace(row, **known)
@@ -193,7 +192,7 @@ def _deviations(
     held_out: bool,
 ) -> dict[str, float]:
     """Return rms distances of samples from their socket's mean, and that of a distance held out."""
-    points = calibrated.models["calibrated"](measured)
+    points = calibrated.predict(measured)
     if measured.kind == "points":
         noises = {"sockets": posterior.noises.get("points", posterior.noise)}
         posterior = replace(posterior, noises=noises)
@@ -209,44 +208,45 @@ def _deviations(
 
 
 def history(
-    iterates: Sequence[results.Predict], train: Sequence[Measurement], test: Sequence[Measurement]
+    iterates: Sequence[results.CalibratedRobot],
+    train: Sequence[Measurement],
+    test: Sequence[Measurement],
 ) -> tuple[results.Iteration, ...]:
     """Return the first terms of Eq. (5) after each iteration, the nominal model first."""
 
     def cost(
-        predict: results.Predict, placements: Sequence[Measurement]
+        robot: results.CalibratedRobot, placements: Sequence[Measurement]
     ) -> results.CostTerms | None:
         if not placements:
             return None
-        pairs = [data.cost_terms(predict(m), m) for m in placements]
+        pairs = [data.cost_terms(robot.predict(m), m) for m in placements]
         inconsistency, distortion = np.mean(pairs, axis=0).tolist()
         return results.CostTerms(inconsistency=inconsistency, distortion=distortion)
 
     return tuple(
-        results.Iteration(iteration=i, train=cost(predict, train), test=cost(predict, test))
-        for i, predict in enumerate(iterates)
+        results.Iteration(iteration=i, train=cost(robot, train), test=cost(robot, test))
+        for i, robot in enumerate(iterates)
     )
 
 
 def _ball_refitted(
     robot: Robot, train: Sequence[Measurement], regularization: float
-) -> dict[str, results.Predict]:
-    """Return the nominal model with only the ball's place fitted; nothing where none tells it."""
+) -> dict[str, results.CalibratedRobot]:
+    """Return the nominal robot with only the ball's place fitted; nothing where no data tell it."""
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]
-    if not paired and measured:
-        return {"ball_refitted": _ball_by_points(robot, measured)}
-    if not paired:
+    ball = choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"])
+    if paired:
+        x = solve(build_problem(robot, paired, parameters=ball, regularization=regularization)).x
+    elif measured:
+        x = _ball_by_points(BallModel(robot, [p.index for p in ball]), measured)
+    else:
         return {}
-    problem = ball_only(build_problem(robot, paired, regularization=regularization))
-    x = solve(problem).x
-    return {"ball_refitted": lambda m: problem.model.points(x, m.positions)}
+    return {"ball_refitted": results.CalibratedRobot(robot, ball, x)}
 
 
-def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> results.Predict:
-    """Return the nominal model with the ball's place, and so the frames', fitted to points."""
-    free = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
-    model = BallModel(robot, free)
+def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarray:
+    """Return the ball's place, fitted to measured points together with their frames, shape (3,)."""
     x = model.nominal.copy()
     by_frame: dict[str, list[Measurement]] = {}
     for m in train:
@@ -259,8 +259,8 @@ def _ball_by_points(robot: Robot, train: Sequence[Measurement]) -> results.Predi
             measured = np.concatenate([m.points for m in group])
             pose = data.fit_pose(measured, linear.points)
             slopes = pose.slopes(measured).reshape(-1, 6)
-            by_ball = linear.by_parameters.reshape(-1, len(free))
+            by_ball = linear.by_parameters.reshape(-1, len(x))
             rows.append(by_ball - slopes @ np.linalg.lstsq(slopes, by_ball, rcond=None)[0])
             off.append((linear.points - pose.apply(measured)).ravel())
         x -= np.linalg.lstsq(np.concatenate(rows), np.concatenate(off), rcond=None)[0]
-    return lambda m: model.points(x, m.positions)
+    return x

@@ -4,19 +4,19 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 
-from ..bayes.inference import JointPosterior, Posterior
+from ..bayes.inference import Posterior
 from ..bayes.model.effects import EXTENSIONS
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import FoundMovement, Selected, select_models
-from ..data import CALIPER_DEVIATION, Load, Measurement, RobotRecordings, observe_all
+from ..bayes.selection import Selected, select_models
+from ..data import CALIPER_DEVIATION, RobotRecordings, observe_all
 from ..paper import NotConverged, build_problem, covariance, solve
-from ..results import CalibratedRobot, Predict, StoredPosterior
-from ..robot import BallModel, Parameter, choose_parameters
-from .earlier import Priors, priors_of, stored_posterior
+from ..results import CalibratedRobot
+from ..robot import Parameter, choose_parameters
+from .earlier import Priors, priors_of
 from .options import SolveOptions
 
 
@@ -28,23 +28,24 @@ class Fit:
     optimizer: str
     seconds: float
     """Duration of the fit [s]."""
-    iterates: tuple[Predict, ...]
-    """The model after each iteration, the nominal one first."""
-    posterior: Posterior | None = None
-    """Posterior of the parameters; None by the paper's method, which has none."""
-    choices: tuple[str, ...] | None = None
-    """One line for each extension (compliance, tilt, ..): kept or not, and why. None by the
-    paper's method, which has none."""
-    joint_posterior: JointPosterior | None = None
-    """Posterior of all robots that were fitted together, and of the frames; None by the paper's
-    method."""
+    iterates: tuple[CalibratedRobot, ...]
+    """The robot after each iteration, the nominal one first."""
     covariance: np.ndarray | None = None
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
-    movements: tuple[FoundMovement, ...] = ()
-    """Movements of placements while they were recorded."""
-    stored_posterior: StoredPosterior | None = None
-    """The posterior for a later calibration to begin with; None where there is none."""
+    selected: Selected | None = None
+    """By the default method: the posterior of all robots that were fitted together, and why."""
+    index: int = 0
+    """Of the robot among these."""
+
+    @cached_property
+    def posterior(self) -> Posterior | None:
+        """Posterior of the robot; None where it has none, or its covariance is not finite."""
+        if self.selected is None:
+            return None
+        found = self.selected.full.arms[self.index]
+        finite = np.isfinite(found.covariance).all() and (np.diag(found.covariance) >= 0).all()
+        return found if finite else None
 
 
 def fit_robots(
@@ -66,7 +67,7 @@ def fit_robots(
         progress: Called with a word for each model that is fitted.
 
     Returns:
-        A fit for each robot. By the default method they share one :attr:`Fit.joint_posterior`.
+        A fit for each robot. By the default method they share one :attr:`Fit.selected`.
     """
     options = options.validated()
     parameters = [choose_parameters(one.robot, options.free, options.fix) for one in robots]
@@ -107,34 +108,23 @@ def _fit_by_paper(
     solution = solve(problem, optimizer, options.max_iterations)
     seconds = time.perf_counter() - begin
     calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
-    iterates = tuple(partial(_rigid, problem.model, x) for x in solution.iterates)
-    return Fit(calibrated, optimizer, seconds, iterates, covariance=covariance(problem, solution.x))
-
-
-def _rigid(model: BallModel, x: np.ndarray, measured: Measurement) -> np.ndarray:
-    return measured.at_rest(model.points(x, measured.positions))
+    iterates = tuple(CalibratedRobot(robot, problem.parameters, x) for x in solution.iterates)
+    return Fit(calibrated, optimizer, seconds, iterates, covariance(problem, solution.x))
 
 
 def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
     full = chosen.full.arms[i]
-    deflection, values = full.deflection.without_joint_offsets, _exported(arm, full)
-    exported = None
+    model, deflection = full.model, full.deflection.without_joint_offsets
+    values, exported = _exported(arm, full), None
     if deflection.extensions:
         values, exported = with_joint_offsets(full), values
-    parameters = full.model.parameters
-    calibrated = CalibratedRobot(arm.robot, parameters, values, deflection, arm.load, exported)
-    iterates = tuple(partial(_extended, full, arm.load, x) for x in full.iterates)
-    return Fit(
-        calibrated,
-        "gauss-newton",
-        seconds,
-        iterates,
-        full,
-        chosen.notes[i],
-        chosen.full,
-        movements=chosen.movements,
-        stored_posterior=stored_posterior(chosen.full, i, arm),
+    given = arm.robot, model.parameters
+    calibrated = CalibratedRobot(*given, values, deflection, arm.load, exported)
+    iterates = tuple(
+        CalibratedRobot(*given, model.values(x), model.deflection(x), arm.load)
+        for x in full.iterates
     )
+    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=chosen, index=i)
 
 
 def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
@@ -149,8 +139,3 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
             problem = build_problem(arm.robot, train, parameters=full.model.parameters)
             alone = solve(problem).x
     return project_to_geometry(full, arm.load, alone)
-
-
-def _extended(full: Posterior, load: Load, x: np.ndarray, measured: Measurement) -> np.ndarray:
-    torques = load.torques(full.model.robot, measured)
-    return measured.at_rest(full.model.predict(x, measured.positions, torques))

@@ -58,7 +58,7 @@ class FullModel:
     @property
     def nominal(self) -> "FullModel":
         """The nominal robot, for comparisons."""
-        return FullModel(CalibratedRobot(self.robot))
+        return FullModel(self.calibrated.nominal)
 
     @property
     def geometric(self) -> "FullModel":

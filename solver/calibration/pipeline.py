@@ -128,8 +128,8 @@ def calibrate(
     }
     if not isinstance(robot, Mapping):
         return calibrations[""]
-    assert fits[0].joint_posterior is not None  # the paper's method knows one robot
-    return MultiRobotCalibration.of(calibrations, fits[0].joint_posterior)
+    assert fits[0].selected is not None  # the paper's method knows one robot
+    return MultiRobotCalibration.of(calibrations, fits[0].selected.full)
 
 
 def _converged(

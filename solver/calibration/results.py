@@ -3,7 +3,6 @@
 import hashlib
 import platform
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
@@ -16,8 +15,8 @@ from ..bayes.inference import Posterior
 from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
+from .earlier import stored_posterior
 from .errors import errors_of, history
-from .estimates import frame_poses
 from .fit import Fit
 from .problem import CalibrationProblem
 
@@ -30,20 +29,21 @@ UNKNOWN = (
 def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
     calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
-    if fit.posterior is not None and not _is_known(fit.posterior):
-        fit, warnings = replace(fit, posterior=None), (*warnings, UNKNOWN)
-    moved = None if fit.posterior is None else fit.posterior.moved
-    problem = problem.at_rest(moved, fit.movements)
+    posterior, selected = fit.posterior, fit.selected
+    if selected is not None:
+        warnings = (*warnings, UNKNOWN) if posterior is None else warnings
+        problem = problem.at_rest(posterior and posterior.moved, selected.movements)
     errors, deflection = errors_of(problem, fit), calibrated.deflection
-    full = ((m, evaluate(calibrated.models["calibrated"](m), m)) for m in problem.measurements)
+    full = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    known, names, joint = dict[str, Any](), problem.robot.joint_names, fit.joint_posterior
-    judged = fit.posterior is not None and options.zeros  # of servos: it knows their play
+    known, names = dict[str, Any](), problem.robot.joint_names
+    judged = posterior is not None and options.zeros  # of servos: it knows their play
     everything = (*problem.measurements, *problem.test)
-    if fit.posterior is not None and joint is not None:
-        known = estimates.known_of(fit.posterior, calibrated, everything)
-        if fit.posterior is joint.arms[0]:  # frames are results of the first robot, in its base
-            known["frames"] = frame_poses(joint) or None
+    if posterior is not None and selected is not None:
+        known = estimates.known_of(posterior, calibrated, everything)
+        known["posterior"] = stored_posterior(selected.full, fit.index, problem)
+        if fit.index == 0:  # frames are results of the first robot, in its base
+            known["frames"] = estimates.frame_poses(selected.full) or None
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
@@ -58,8 +58,8 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         placements=errors.placements,
         summary=errors.summary,
         distorted=tuple(m.name for m, metrics in full if is_distorted(metrics, m)),
-        parameters=estimates.parameter_values(calibrated, fit.posterior),
-        choices=fit.choices,
+        parameters=estimates.parameter_values(calibrated, posterior),
+        choices=selected and selected.notes[fit.index],
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, everything),
@@ -75,17 +75,11 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         ),
         deflection={name: tuple(values.tolist()) for name, values in coefficients},
         load=calibrated.load,
-        data=_samples(problem, fit.posterior),
-        posterior=fit.stored_posterior,
+        data=_samples(problem, posterior),
         scale=estimates.scale_of(fit),
         outlook=estimates.outlook_of(problem, fit),
         **known,
     )
-
-
-def _is_known(posterior: Posterior) -> bool:
-    covariance = posterior.covariance
-    return bool(np.isfinite(covariance).all() and (np.diag(covariance) >= 0).all())
 
 
 def _samples(

@@ -2,7 +2,6 @@ from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibrated import JointsError as JointsError
 from .calibrated import ModelName as ModelName
 from .calibrated import Payload as Payload
-from .calibrated import Predict as Predict
 from .calibration import ARMS_FORMAT as ARMS_FORMAT
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT
 from .calibration import FORMAT as FORMAT

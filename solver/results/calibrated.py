@@ -31,8 +31,6 @@ from ..robot import (
 
 ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
-Predict = Callable[[Measurement], np.ndarray]
-"""A model as a function: takes a placement, returns its N ball centres, shape (N, 3) [m]."""
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
 _FARTHEST = 8 * np.pi
@@ -166,10 +164,26 @@ class CalibratedRobot:
         """The best :attr:`values` for programs that do not correct joint positions, shape (n,)."""
         return self.values if self.exported is None else self.exported
 
-    @property
+    @cached_property
+    def nominal(self) -> "CalibratedRobot":
+        """The robot by its nominal URDF."""
+        return self._rigid(self.model.nominal)
+
+    @cached_property
     def geometric(self) -> "CalibratedRobot":
         """The robot by ``calibrated.urdf`` alone, without any correction of joint positions."""
-        return replace(self, values=self.geometry, deflection=Deflection(), exported=None)
+        return self._rigid(self.geometry)
+
+    def _rigid(self, values: np.ndarray) -> "CalibratedRobot":
+        return replace(self, values=values, deflection=Deflection(), exported=None)
+
+    @property
+    def models(self) -> "dict[ModelName, CalibratedRobot]":
+        """The models to compare: the exported geometry only where it differs from the full one."""
+        alone: dict[ModelName, CalibratedRobot] = {}
+        if self.exported is not None:
+            alone["geometric"] = self.geometric
+        return {"nominal": self.nominal, "calibrated": self, **alone}
 
     @property
     def origins(self) -> np.ndarray:
@@ -190,7 +204,9 @@ class CalibratedRobot:
         Raises:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
-        return self._balls("calibrated", q, effort)
+        return self.model.points(self.values, self._corrected(q, effort)).reshape(
+            *np.shape(q)[:-1], 3
+        )
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the joints truly are while their encoders read q, of q's shape [rad].
@@ -216,38 +232,20 @@ class CalibratedRobot:
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the exported URDF alone, without any correction of q."""
-        return self._balls("geometric", q)
+        return self.geometric.ball(q)
 
     def nominal_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the nominal URDF."""
-        return self._balls("nominal", q)
+        return self.nominal.ball(q)
 
-    def _by(
-        self, model: ModelName, q: ArrayLike, effort: ArrayLike | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return a model's parameters, and the joint positions that it takes for true."""
-        if model == "calibrated":
-            return self.values, self._corrected(q, effort)
-        return self.geometry if model == "geometric" else self.model.nominal, self.positions(q)
+    def predict(self, measured: Measurement) -> np.ndarray:
+        """Return the ball's centres at samples as if their place had not moved, shape (N, 3)."""
+        return measured.at_rest(self.ball(measured.positions, measured.efforts))
 
-    def _balls(self, model: ModelName, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
-        return self.model.points(*self._by(model, q, effort)).reshape(*np.shape(q)[:-1], 3)
-
-    def rotations(self, model: ModelName, measured: Measurement) -> np.ndarray:
-        """Return orientations of the ball's link at samples, by a model, shape (N, 3, 3)."""
-        return self.model.rotations(*self._by(model, measured.positions, measured.efforts)).points
-
-    def predict(self, model: ModelName, measured: Measurement) -> np.ndarray:
-        """Return the ball's centres at samples, by a model, as if their place had stood still."""
-        return measured.at_rest(self._balls(model, measured.positions, measured.efforts))
-
-    @property
-    def models(self) -> dict[str, Predict]:
-        """The models to compare: the exported geometry only where it differs from the full one."""
-        own: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
-        return {
-            name: partial(self.predict, name) for name in own[: 2 + (self.exported is not None)]
-        }
+    def rotations(self, measured: Measurement) -> np.ndarray:
+        """Return orientations of the ball's link at samples, shape (N, 3, 3)."""
+        true = self._corrected(measured.positions, measured.efforts)
+        return self.model.rotations(self.values, true).points
 
     def positions(
         self, q: ArrayLike, what: str = "joint positions", *, stacked: bool = False

@@ -137,9 +137,8 @@ def compare(
 ) -> ComparisonDocument:
     """Compare calibrations, and the nominal model of the first of them, on placements."""
     each = list(contenders.values())
-    models = [each[0].calibrated.models["nominal"]]
-    models += [one.calibrated.models["calibrated"] for one in each]
-    points = [[model(m) for model in models] for m in data]
+    models = [each[0].calibrated.nominal, *(one.calibrated for one in each)]
+    points = [[model.predict(m) for model in models] for m in data]
     pairs = list(zip(points, data, strict=True))
     errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
     metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
