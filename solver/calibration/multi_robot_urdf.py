@@ -14,7 +14,6 @@ from ..robot import (
     Robot,
     add_link,
     find_chain,
-    find_parents,
     find_root,
     scan,
     set_origins,
@@ -80,10 +79,9 @@ def _renamed(tree: ET.Element, prefix: str) -> ET.Element:
 def _stand(one: Placed, urdf: bytes) -> ET.Element:
     """Return the joint from the world to a robot's root."""
     text = one.robot.text
-    parents = find_parents(text)
-    root = find_root(text, parents)
+    root = find_root(text)
     in_root, origins = IDENTITY, scan(urdf, one.name).origins
-    for joint in find_chain(text, parents, root, one.robot.base):
+    for joint in find_chain(text, root, one.robot.base):
         if joint.actuated:
             raise ModelError(
                 f"{one.name}: joint {joint.name!r} moves the base link {one.robot.base!r}; "

@@ -15,13 +15,13 @@ from ..bayes.model import Deflection
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
     BallModel,
-    ColumnFunction,
     Goal,
     Origin,
     Parameter,
     PoseModel,
     PoseSolver,
     Robot,
+    RowFunction,
     Solutions,
     moments_function,
     relocate_meshes,
@@ -102,17 +102,17 @@ class CalibratedRobot:
         return PoseSolver(PoseModel.of(self.robot, self.origins), self.flange, (-endless, endless))
 
     @cached_property
-    def poses(self) -> ColumnFunction:
+    def poses(self) -> RowFunction:
         """Pose of the flange, 16 numbers."""
-        return ColumnFunction("flange", [self.pose_model.q], [self.pose_model.pose(self.flange)])
+        return RowFunction("flange", [self.pose_model.q], [self.pose_model.pose(self.flange)])
 
     @cached_property
-    def jacobians(self) -> ColumnFunction:
+    def jacobians(self) -> RowFunction:
         """Jacobian of a point of the flange, 6 m numbers."""
         model, point = self.pose_model, ca.SX.sym("point", 3)
         R, p = model.frames[self.flange]
         J = model.jacobian(self.flange, p + R @ point)
-        return ColumnFunction("jacobian", [point, model.q], [J])
+        return RowFunction("jacobian", [point, model.q], [J])
 
     def search(
         self,

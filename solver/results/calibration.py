@@ -1,6 +1,5 @@
 """Content of ``calibration.json``, all that is needed to use it: metres, radians, kilograms."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -241,7 +240,8 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
     model = document.model
     try:
         text = scan(model.nominal_urdf.encode(), "nominal_urdf")
-        robot = parse_robot(replace(text, source=model.source), base=model.base, tip=model.tip)
+        text.source = model.source
+        robot = parse_robot(text, base=model.base, tip=model.tip)
     except MukcaError as error:
         raise misfit(source, "model", str(error)) from None
     values = {value.name: value for value in document.parameters}

@@ -1,6 +1,5 @@
 from .chain import Joint as Joint
 from .chain import find_chain as find_chain
-from .chain import find_parents as find_parents
 from .chain import find_root as find_root
 from .chain import matrix_rpy as matrix_rpy
 from .chain import rpy_axes as rpy_axes
@@ -23,6 +22,7 @@ from .pose_model import gravity_moments as gravity_moments
 from .pose_model import limited_step as limited_step
 from .pose_model import moments_function as moments_function
 from .pose_model import newton_step as newton_step
+from .pose_model import pose_on_flange as pose_on_flange
 from .pose_solver import AWAY as AWAY
 from .pose_solver import LAST as LAST
 from .pose_solver import MARGIN as MARGIN
@@ -37,13 +37,11 @@ from .pose_solver import TINY as TINY
 from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver
 from .pose_solver import Solutions as Solutions
-from .row_function import ColumnFunction as ColumnFunction
 from .row_function import RowFunction as RowFunction
 from .urdf import BALL_LINK as BALL_LINK
 from .urdf import Robot as Robot
 from .urdf import load_robot as load_robot
 from .urdf import parse_robot as parse_robot
-from .urdf import pose_on_flange as pose_on_flange
 from .urdf import shipped_robots as shipped_robots
 from .urdf_text import ModelError as ModelError
 from .urdf_text import Origin as Origin

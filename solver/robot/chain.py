@@ -1,12 +1,12 @@
 """The chain of joints from the base to the ball, and the masses on it, read from a URDF's text."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from .urdf_text import ModelError, Origin, UrdfText
+from .urdf_text import ModelError, Origin, UrdfText, numbers
 
 _CALIBRATED = ("revolute", "continuous", "prismatic")
 
@@ -45,36 +45,13 @@ class Body:
     """Centre of mass in that link's frame [m]."""
 
 
-def find_parents(text: UrdfText) -> dict[str, str]:
-    """Return the joint above each link; each link has one at most.
-
-    Raises:
-        ModelError: A joint without its two links, or a link with two parents.
-    """
-    parents: dict[str, str] = {}
-    for name, joint in text.joints.items():
-        for role in ("parent", "child"):
-            link = joint.read(role, "link")
-            if not link:
-                raise ModelError(f'{text.source}: joint {name!r} has no <{role} link="...">')
-            if link not in text.links:
-                raise ModelError(f"{text.source}: joint {name!r} names a missing link {link!r}")
-        child = joint.read("child", "link")
-        if child in parents:
-            raise ModelError(
-                f"{text.source}: link {child!r} has two parents, joints "
-                f"{parents[child]!r} and {name!r}: a loop, where a tree is needed"
-            )
-        parents[child] = name
-    return parents
-
-
-def find_root(text: UrdfText, parents: Mapping[str, str]) -> str:
+def find_root(text: UrdfText) -> str:
     """Return the one link that has no parent.
 
     Raises:
         ModelError: There is none, or more than one, or a link that does not hang on it.
     """
+    parents = text.parents
     roots = [link for link in text.links if link not in parents]
     if not roots:
         raise ModelError(
@@ -101,10 +78,8 @@ def require_link(text: UrdfText, link: str, hint: str = "") -> None:
         raise ModelError(f"{text.source}: no link is called {link!r}{hint} (last links: {some})")
 
 
-def find_chain(
-    text: UrdfText, parents: Mapping[str, str], base: str, tip: str
-) -> tuple[Joint, ...]:
-    """Return the joints from base to tip, in that order, by the joint above each link.
+def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
+    """Return the joints from base to tip, in that order.
 
     Raises:
         ModelError: There is no such chain, or one of its joints is not of a kind to calibrate.
@@ -112,10 +87,10 @@ def find_chain(
     names: list[str] = []
     link = tip
     while link != base:
-        if link not in parents:
+        if link not in text.parents:
             raise ModelError(f"{text.source}: {tip!r} is not below {base!r}; choose another --base")
-        names.append(parents[link])
-        link = text.joints[parents[link]].read("parent", "link")
+        names.append(text.parents[link])
+        link = text.joints[names[-1]].read("parent", "link")
     return tuple(_joint(text, name) for name in reversed(names))
 
 
@@ -124,21 +99,21 @@ def _joint(text: UrdfText, name: str) -> Joint:
     kind = written.attributes.get("type", "without a type")
     if kind not in (*_CALIBRATED, "fixed"):
         raise ModelError(f"{where} is {kind}, which a chain to calibrate cannot have")
-    if kind != "fixed" and "mimic" in written.children:
+    if kind != "fixed" and written.first("mimic"):
         leader = written.read("mimic", "joint")
         raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
-    limits = written.children.get("limit")
+    limits = written.first("limit")
     lower, upper = -math.inf, math.inf
     if kind in ("revolute", "prismatic") and limits and {"lower", "upper"} & {*limits.attributes}:
         lower, upper = (
-            _numbers(written.read("limit", key, "0"), where, key, 1)[0]
+            numbers(limits.attributes.get(key, "0"), where, key, 1, finite=False)[0]
             for key in ("lower", "upper")
         )
     if not lower <= upper:
         raise ModelError(f"{where}: its limits {lower} to {upper} leave no room")
     axis = (1.0, 0.0, 0.0)
     if kind != "fixed":  # a joint that does not move has no axis, whatever is written there
-        along = _numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)
+        along = numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)
         length = float(np.linalg.norm(along))
         if not 1e-9 <= length < math.inf:
             raise ModelError(f"{where}: axis {along} is no direction")
@@ -148,35 +123,22 @@ def _joint(text: UrdfText, name: str) -> Joint:
     return Joint(name, kind, parent, child, text.origins[name], axis, lower, upper)
 
 
-def _numbers(words: str, where: str, what: str, count: int) -> list[float]:
-    try:
-        numbers = [float(word) for word in words.split()]
-    except ValueError:
-        raise ModelError(f"{where}: not a valid URDF: {what} {words!r} is no number") from None
-    if len(numbers) != count:
-        raise ModelError(f"{where}: {what} {words!r} is not {count} finite numbers")
-    return numbers
-
-
-def find_bodies(
-    text: UrdfText, parents: Mapping[str, str], joints: Sequence[Joint]
-) -> tuple[Body, ...]:
+def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
     """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero."""
     index = {joint.child: i for i, joint in enumerate(joints)}
     bodies: list[Body] = []
     for link, element in text.links.items():
-        if "inertial" not in element.children:
+        inertial, where = element.first("inertial"), f"{text.source}: link {link!r}"
+        if inertial is None:
             continue
-        inertial, where = element.children["inertial"], f"{text.source}: link {link!r}"
-        (mass,) = _numbers(inertial.read("mass", "value", "0"), where, "mass", 1)
-        centre = np.array(_numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3))
-        if not np.isfinite([mass, *centre]).all():
-            raise ModelError(f"{where}: its mass and the place of it must be finite numbers")
+        (mass,) = numbers(inertial.read("mass", "value", "0"), where, "mass", 1)
+        centre = np.array(numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3))
         name = link
-        while mass and name not in index and name in parents:
-            origin = text.origins[parents[name]]
+        while mass and name not in index and name in text.parents:
+            joint = text.parents[name]
+            origin = text.origins[joint]
             centre = origin.xyz + matrix_rpy(origin.rpy) @ centre
-            name = text.joints[parents[name]].read("parent", "link")
+            name = text.joints[joint].read("parent", "link")
         if mass and name in index:
             x, y, z = centre.tolist()
             bodies.append(Body(index[name], mass, (x, y, z)))

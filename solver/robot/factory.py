@@ -12,11 +12,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 
 from .chain import Joint
-from .kinematics import link_frames
+from .pose_model import last_frame
 from .urdf import Robot
 from .urdf_text import ModelError, Origin
 
@@ -56,8 +55,8 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     before, last = (robot.joints.index(moving[i]) for i in (0, -1))
     for sizes in TABLES.values() if len(moving) == 6 else ():
         off = [
-            _frame(_chain(moving, sizes, np.zeros((4, 6))), q)
-            - _frame(robot.joints[: last + 1][before:], q)
+            last_frame(_chain(moving, sizes, np.zeros((4, 6))), q)
+            - last_frame(robot.joints[before : last + 1], q)
             for q in np.random.default_rng(0).uniform(-2, 2, (4, 6))
         ]
         if np.abs(off).max() < SAME:
@@ -78,11 +77,3 @@ def _chain(
     end = replace(moving[-1], name="flange_of_table", type="fixed")
     about_z = [replace(joint, axis=(0.0, 0.0, 1.0)) for joint in moving]
     return tuple(replace(j, origin=o) for j, o in zip((*about_z, end), origins, strict=True))
-
-
-def _frame(joints: Sequence[Joint], q: np.ndarray) -> np.ndarray:
-    """Return the pose of the last joint's child link in the first one's parent, shape (3, 4)."""
-    parts = link_frames(
-        joints, [x for j in joints for x in (*j.origin.xyz, *j.origin.rpy)], ca.DM(q)
-    )
-    return np.array(ca.DM(ca.horzcat(*parts[-1])))

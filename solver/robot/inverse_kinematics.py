@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
-from .kinematics import frames_and_motions
-from .pose_model import PoseModel
+from .kinematics import frames_and_motions, nominal_origins
 from .row_function import RowFunction
 from .urdf import Joint, Robot
 
@@ -139,14 +138,11 @@ class InverseKinematics:
 def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    origins = ca.DM([value for j in joints for value in (*j.origin.xyz, *j.origin.rpy)])
-    frames, _, motions = frames_and_motions(joints, origins, q)
-    model = PoseModel(q, q, frames, motions)
-    neck, ball = ca.SX(model.frames[-1][0])[:, 2], model.ball
-    J = model.by_corrected(len(joints) - 1, ball)
-    by_neck = [ca.cross(J[3:, k], neck) for k in range(q.numel())]
-    by_q = ca.vertcat(J[:3, :], ca.horzcat(*by_neck))
-    return RowFunction("pose", [q], [ca.vertcat(ball, neck), by_q])
+    frames, _, motions = frames_and_motions(joints, nominal_origins(joints), q)
+    R, ball = (ca.SX(part) for part in frames[-1])
+    neck = R[:, 2]
+    columns = [ca.vertcat(one.shift(ball), ca.cross(one.turn, neck)) for one in motions]
+    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 
 def _random_necks(generator: np.random.Generator) -> np.ndarray:

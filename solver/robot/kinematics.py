@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Joint
-from .row_function import ColumnFunction, RowFunction
+from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
 
@@ -55,6 +55,11 @@ def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any
     return frames_and_motions(joints, origins, q)[0]
 
 
+def nominal_origins(joints: Sequence[Joint]) -> Any:
+    """Return the origins of joints as written, one after the other, shape (6 joints,)."""
+    return ca.DM([number for joint in joints for number in (*joint.origin.xyz, *joint.origin.rpy)])
+
+
 class Motion(NamedTuple):
     """Motion of what lies beyond a joint by one number of its origin, or by its position."""
 
@@ -70,6 +75,11 @@ class Motion(NamedTuple):
     def shift(self, point: Any) -> Any:
         """Return the derivative of a point that it carries along."""
         return self.axis if self.slides else ca.cross(self.axis, point - self.point)
+
+    @property
+    def turn(self) -> Any:
+        """The turn of what it carries along: the axis, or zero for a slide."""
+        return ca.DM.zeros(3) if self.slides else self.axis
 
 
 def frames_and_motions(
@@ -245,18 +255,18 @@ def _row_function(
     origins, n = ca.SX(given), len(free)
     origins[list(free)] = x
     if kind == "points":
-        return ColumnFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
+        return RowFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
     frames, of_origins, of_q = frames_and_motions(joints, origins, q)
     motions, (value, p) = [*(of_origins[i] for i in free), *of_q], frames[-1]
     if kind == "rotations":
-        slopes = ca.horzcat(*(ca.DM.zeros(3) if one.slides else one.axis for one in motions))
+        slopes = ca.horzcat(*(one.turn for one in motions))
     else:
         value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
     if kind == "volume":
         J = slopes[:, n:]
         value = 0.5 * ca.log(ca.det(J @ J.T))
         slopes = ca.jacobian(value, ca.vertcat(x, q))
-    return ColumnFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
+    return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
 
 
 def _kind(joint: Joint) -> Joint:

@@ -12,10 +12,11 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from .chain import Body, Joint
-from .kinematics import Motion, frames_and_motions, link_frames
-from .row_function import ColumnFunction, RowFunction
+from .chain import Body, Joint, find_chain, require_link
+from .kinematics import Motion, frames_and_motions, link_frames, nominal_origins
+from .row_function import RowFunction
 from .urdf import Robot
+from .urdf_text import ModelError
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Acceleration in the base frame of an arm that stands upright [m/s^2]."""
@@ -94,9 +95,44 @@ class PoseModel:
         columns = [ca.DM.zeros(6)] * len(self.motions)
         for k, one in enumerate(self.motions):
             if one.joint <= joint:
-                turn = ca.DM.zeros(3) if one.slides else one.axis
-                columns[k] = ca.vertcat(one.shift(point), turn)
+                columns[k] = ca.vertcat(one.shift(point), one.turn)
         return ca.horzcat(*columns)
+
+
+def last_frame(joints: Sequence[Joint], q: Sequence[float] | np.ndarray = ()) -> np.ndarray:
+    """Return the pose of the last joint's child link in the first one's parent, shape (4, 4)."""
+    frames = [
+        (ca.DM.eye(3), ca.DM.zeros(3)),
+        *link_frames(joints, nominal_origins(joints), ca.DM(q)),
+    ]
+    return np.vstack([np.array(ca.horzcat(*frames[-1])), np.eye(4)[3:]])
+
+
+def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
+    """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
+
+    The link may be that of the ball, too; origins are those of the chain's joints, shape (joints,
+    6).
+
+    Raises:
+        ModelError: No such link, or one that moves against the flange.
+    """
+    require_link(robot.text, link)
+    calibrated = {joint.name: joint for joint in robot.with_origins(origins).joints}
+
+    def in_last_that_moves(name: str) -> np.ndarray:
+        try:
+            joints = find_chain(robot.text, robot.actuated[-1].child, name)
+        except ModelError:
+            joints = robot.actuated
+        if any(joint.actuated for joint in joints):
+            raise ModelError(
+                f"{robot.source}: link {link!r} does not stand still on "
+                f"{robot.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
+            )
+        return last_frame([calibrated.get(joint.name, joint) for joint in joints])
+
+    return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
 
 
 def gravity_moments(
@@ -132,8 +168,7 @@ def moments_function(
 def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
     q, tilts, gravity = (ca.SX.sym(*of) for of in (("q", m), ("tilts", 2 * m), ("gravity", 3)))
-    origins = [value for joint in joints for value in (*joint.origin.xyz, *joint.origin.rpy)]
-    frames = link_frames(joints, ca.DM(origins), ca.vertcat(q, tilts))
+    frames = link_frames(joints, nominal_origins(joints), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
@@ -141,7 +176,7 @@ def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
     # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
     slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
     upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return ColumnFunction("moments", [gravity, q], [upright])
+    return RowFunction("moments", [gravity, q], [upright])
 
 
 @dataclass(frozen=True)

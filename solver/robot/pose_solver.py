@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from .pose_model import MAX_STEP, Goal, NewtonStep, PoseModel, limited_step, newton_step
-from .row_function import ColumnFunction
+from .row_function import RowFunction
 
 TOLERANCE = 1e-9
 """A pose is reached where no more is left [m, rad]."""
@@ -192,21 +192,21 @@ class PoseSolver:
         return left, change, longest
 
     @cached_property
-    def _free(self) -> ColumnFunction:
+    def _free(self) -> RowFunction:
         step, inputs = self._expressions
         model = ca.vertcat(step.error, ca.vec(step.jacobian))
         outputs = [step.left, step.change, model]
-        return ColumnFunction("step", [step.symbols["tool"], inputs], outputs)
+        return RowFunction("step", [step.symbols["tool"], inputs], outputs)
 
     @cached_property
-    def _limited(self) -> ColumnFunction:
+    def _limited(self) -> RowFunction:
         step, inputs = self._expressions
         names = ("error", "jacobian", "change")
         known = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
         lower, upper = (ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper"))
         values = (*(known[name] for name in ("change", *names[:2])), lower, upper)
         change = limited_step(replace(step, **known), lower, upper)
-        return ColumnFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])
+        return RowFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])
 
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:

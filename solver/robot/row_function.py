@@ -14,7 +14,7 @@ BATCH = 208
 STEP = 16
 """CasADi prepares a function for each number of rows: some rows twice cost less."""
 MANY = 256
-"""Rows from which on :class:`ColumnFunction` goes through the columns."""
+"""Rows from which on NumPy goes through the columns."""
 BLOCK = 1024
 """Rows whose columns are computed at once."""
 
@@ -22,7 +22,9 @@ BLOCK = 1024
 class RowFunction:
     """A CasADi function whose last argument is one row; the other arguments serve all rows.
 
-    Its inputs are column vectors of symbols, its outputs vectors or matrices.
+    Its inputs are column vectors of symbols, its outputs vectors or matrices. CasADi goes through
+    all instructions row by row. Of many rows, NumPy computes each instruction for all of them at
+    once, in a fifth of the time.
     """
 
     def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:
@@ -32,6 +34,7 @@ class RowFunction:
         self._lengths = [symbol.numel() for symbol in inputs]
         self.function = ca.Function(name, inputs, turned, {"cse": True})
         self._mapped = lru_cache(maxsize=32)(self._map)
+        self._program = lru_cache(maxsize=8)(self._instructions)
 
     def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
         """Return each output for each row, shape (N, k); the other arguments serve all rows."""
@@ -39,9 +42,16 @@ class RowFunction:
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them
             raise ValueError(f"arguments of lengths {lengths}, not {self._lengths}")
-        return self._values(arguments)
+        by_columns = len(rows) >= MANY and self._known
+        return (self._by_columns if by_columns else self._by_rows)(*arguments)
 
-    def _values(self, arguments: list[np.ndarray]) -> list[np.ndarray]:
+    @cached_property
+    def _known(self) -> bool:
+        """True where NumPy knows all instructions."""
+        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
+        return _NAMES.keys() >= set(steps)
+
+    def _by_rows(self, *arguments: np.ndarray) -> list[np.ndarray]:
         *fixed, rows = map(np.ascontiguousarray, arguments)
         count = len(rows)
         if count > STEP and count % STEP:
@@ -70,26 +80,8 @@ class RowFunction:
         shared = list(range(self.function.n_in() - 1))
         return self.function.map(f"{self.function.name()}_{N}", "serial", N, shared, []), []
 
-
-class ColumnFunction(RowFunction):
-    """A function for many rows: NumPy computes each of its instructions for all rows at once.
-
-    CasADi goes through all instructions row by row, which takes some five times as long.
-    """
-
-    def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:
-        super().__init__(name, inputs, outputs)
-        self._program = lru_cache(maxsize=8)(self._instructions)
-
-    @cached_property
-    def _known(self) -> bool:
-        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
-        return _NAMES.keys() >= set(steps)
-
-    def _values(self, arguments: list[np.ndarray]) -> list[np.ndarray]:
+    def _by_columns(self, *arguments: np.ndarray) -> list[np.ndarray]:
         *fixed, rows = arguments
-        if len(rows) < MANY or not self._known:
-            return super()._values(arguments)
         results = [np.empty((size, len(rows))).T for size in self._sizes]
         for begin in range(0, len(rows), BLOCK):
             batch = rows[begin : begin + BLOCK]

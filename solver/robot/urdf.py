@@ -12,16 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .chain import (
-    Body,
-    Joint,
-    find_bodies,
-    find_chain,
-    find_parents,
-    find_root,
-    matrix_rpy,
-    require_link,
-)
+from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
 from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 
 BALL_LINK = "ball_link"
@@ -181,57 +172,24 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
     return numbers
 
 
-def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
-    """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
-
-    The link may be that of the ball, too; origins are those of the chain's joints, shape (joints,
-    6).
-
-    Raises:
-        ModelError: No such link, or one that moves against the flange.
-    """
-    text, chain = robot.text, [joint.name for joint in robot.joints]
-    require_link(text, link)
-    parents = find_parents(text)
-
-    def in_last_that_moves(name: str) -> np.ndarray:
-        pose = np.eye(4)
-        while name != robot.actuated[-1].child:
-            joint = parents.get(name, "")
-            if not joint or text.joints[joint].attributes.get("type") != "fixed":
-                raise ModelError(
-                    f"{robot.source}: link {link!r} does not stand still on "
-                    f"{robot.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
-                )
-            written = text.origins[joint]
-            own = origins[chain.index(joint)] if joint in chain else (*written.xyz, *written.rpy)
-            step = np.eye(4)
-            step[:3, :3], step[:3, 3] = matrix_rpy(own[3:]), own[:3]
-            pose, name = step @ pose, text.joints[joint].read("parent", "link")
-        return pose
-
-    return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
-
-
 def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK) -> Robot:
     """Read the chain from a model's text; see :func:`load_robot`.
 
     Raises:
         ModelError: The text has no such chain.
     """
-    source, parents = text.source, find_parents(text)
-    root = find_root(text, parents)
+    root = find_root(text)
     hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
     require_link(text, tip, hint)
     base = base or root
     require_link(text, base)
-    joints = find_chain(text, parents, base, tip)
+    joints = find_chain(text, base, tip)
     if not any(joint.actuated for joint in joints):
-        raise ModelError(f"{source}: no joint moves between {base!r} and {tip!r}")
+        raise ModelError(f"{text.source}: no joint moves between {base!r} and {tip!r}")
     if joints[-1].actuated:
         raise ModelError(
-            f"{source}: {tip!r} hangs on the moving joint {joints[-1].name!r}; the ball must be "
-            f"fixed to a link: --flange {tip} --ball X Y Z"
+            f"{text.source}: {tip!r} hangs on the moving joint {joints[-1].name!r}; the ball must "
+            f"be fixed to a link: --flange {tip} --ball X Y Z"
         )
-    bodies = find_bodies(text, parents, joints)
-    return Robot(text.name, source, text, base, tip, joints, bodies)
+    bodies = find_bodies(text, joints)
+    return Robot(text.name, text.source, text, base, tip, joints, bodies)

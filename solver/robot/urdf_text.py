@@ -3,8 +3,9 @@
 import math
 import os
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from xml.parsers import expat
@@ -34,122 +35,148 @@ class Origin:
 
 @dataclass
 class Element:
-    """A start tag, and the first tag of each kind right inside it."""
+    """A tag, and the tags right inside it."""
 
+    tag: str
     attributes: Mapping[str, str]
+    line: int
     span: tuple[int, int]
-    """First and last byte offset of the tag."""
-    children: dict[str, "Element"] = field(default_factory=dict[str, "Element"])
+    """First and last byte offset of the start tag."""
+    end: int = 0
+    """Byte offset of the end tag."""
+    children: list["Element"] = field(default_factory=list["Element"])
+
+    def first(self, tag: str) -> "Element | None":
+        """Return the first tag of a kind right inside it."""
+        return next((child for child in self.children if child.tag == tag), None)
 
     def read(self, child: str, key: str, default: str = "") -> str:
-        """Return an attribute of a tag right inside it."""
-        return (
-            self.children[child].attributes.get(key, default) if child in self.children else default
-        )
+        """Return an attribute of the first tag of a kind right inside it."""
+        inside = self.first(child)
+        return default if inside is None else inside.attributes.get(key, default)
+
+    def descendants(self) -> Iterator["Element"]:
+        """Yield all tags inside it."""
+        for child in self.children:
+            yield child
+            yield from child.descendants()
 
 
-@dataclass
 class UrdfText:
-    """A URDF's text, what it says, and where the tags stand that may be edited."""
+    """A URDF's text, with its joints and links.
 
-    data: bytes
-    source: str
-    """Its name in messages."""
-    name: str = ""
-    """The robot's name."""
-    joints: dict[str, Element] = field(default_factory=dict[str, Element])
-    links: dict[str, Element] = field(default_factory=dict[str, Element])
-    origins: dict[str, Origin] = field(default_factory=dict[str, Origin])
-    """The origin of each joint; the identity where none is written."""
-    filename_tags: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
-    """Start tags of meshes and textures."""
-    robot_end: int = 0
-    """Byte offset of ``</robot>``."""
+    Raises:
+        ModelError: A joint or link without a name or with one used twice, or an origin that is not
+            three finite numbers.
+    """
+
+    def __init__(self, data: bytes, source: str, root: Element) -> None:
+        self.data, self.source, self.root = data, source, root
+        """``source`` is the text's name in messages."""
+        (self.name,) = _by_name(source, "robot", [root])
+        self.links = _by_name(source, "link", root.children)
+        self.joints = _by_name(source, "joint", root.children)
+        self.origins = {name: _origin(source, name, joint) for name, joint in self.joints.items()}
+        """The origin of each joint; the identity where none is written."""
+
+    @cached_property
+    def parents(self) -> dict[str, str]:
+        """The joint above each link; each link has one at most.
+
+        Raises:
+            ModelError: A joint without its two links, or a link with two parents.
+        """
+        parents: dict[str, str] = {}
+        for name, joint in self.joints.items():
+            for role in ("parent", "child"):
+                link = joint.read(role, "link")
+                if not link:
+                    raise ModelError(f'{self.source}: joint {name!r} has no <{role} link="...">')
+                if link not in self.links:
+                    raise ModelError(f"{self.source}: joint {name!r} names a missing link {link!r}")
+            child = joint.read("child", "link")
+            if child in parents:
+                raise ModelError(
+                    f"{self.source}: link {child!r} has two parents, joints "
+                    f"{parents[child]!r} and {name!r}: a loop, where a tree is needed"
+                )
+            parents[child] = name
+        return parents
+
+
+def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, Element]:
+    named: dict[str, Element] = {}
+    for element in elements:
+        if element.tag != tag:
+            continue
+        name = element.attributes.get("name", "")
+        if not name:
+            raise ModelError(f"{source}:{element.line}: a <{tag}> without a name")
+        if name in named:
+            raise ModelError(f"{source}:{element.line}: a second <{tag}> is called {name!r}")
+        named[name] = element
+    return named
+
+
+def _origin(source: str, name: str, joint: Element) -> Origin:
+    where = f"{source}:{(joint.first('origin') or joint).line}: joint {name!r}"
+    words = (joint.read("origin", key, "0 0 0") for key in ("xyz", "rpy"))
+    return Origin.of(number for part in words for number in numbers(part, where, "origin", 3))
+
+
+def numbers(words: str, where: str, what: str, count: int, *, finite: bool = True) -> list[float]:
+    """Return the numbers in an attribute; messages begin with ``where``."""
+    try:
+        values = [float(word) for word in words.split()]
+    except ValueError:
+        raise ModelError(f"{where}: not a valid URDF: {what} {words!r} is no number") from None
+    if len(values) != count or (finite and not all(map(math.isfinite, values))):
+        raise ModelError(f"{where}: {what} {words!r} is not {count} finite numbers")
+    return values
 
 
 def scan(data: bytes, source: str) -> UrdfText:
     """Find the tags that may be edited, and refuse a file that is no plain URDF.
 
+    No entity is ever expanded.
+
     Raises:
         ModelError: Not UTF-8, not XML, a document type or entity declaration, a xacro file, no
-            ``<robot>``, a joint or link without a name or with one used twice, an origin that
-            is not three finite numbers. The message begins with the source.
+            ``<robot>``, or what :class:`UrdfText` refuses. The message begins with the source.
     """
-    return _Scanner(data, source).run()
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    parser = expat.ParserCreate("utf-8")
+    document = Element("", {}, 0, (0, 0))
+    opened = [document]
 
+    def refuse(reason: str) -> ModelError:
+        return ModelError(f"{source}:{parser.CurrentLineNumber}: {reason}")
 
-class _Scanner:
-    """Reads the text once with expat, and notes where the tags are. No entity is ever expanded."""
-
-    def __init__(self, data: bytes, source: str) -> None:
-        self.text = UrdfText(data.removeprefix(b"\xef\xbb\xbf"), source)
-        self.open: list[Element] = []
-        self.joint = ""
-        self.parser = expat.ParserCreate("utf-8")
-        self.parser.StartElementHandler = self.start
-        self.parser.EndElementHandler = self.end
-        self.parser.StartDoctypeDeclHandler = self.refuse_doctype
-
-    def run(self) -> UrdfText:
-        try:
-            self.parser.Parse(self.text.data, True)
-        except expat.ExpatError as error:
-            reason = expat.errors.messages[error.code]
-            raise ModelError(f"{self.text.source}:{error.lineno}: not XML: {reason}") from None
-        return self.text
-
-    def fail(self, reason: str) -> ModelError:
-        return ModelError(f"{self.text.source}:{self.parser.CurrentLineNumber}: {reason}")
-
-    def refuse_doctype(self, *_: object) -> None:
-        raise self.fail("document type and entity declarations are refused; remove <!DOCTYPE ...>")
-
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
-        text, depth, begin = self.text, len(self.open), self.parser.CurrentByteIndex
-        if not depth and tag != "robot":
-            raise self.fail(f"the outermost element is <{tag}>, a URDF's is <robot>")
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if opened[-1] is document and tag != "robot":
+            raise refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
         if tag.startswith("xacro:"):
-            raise self.fail("this is a xacro file; expand it first: xacro FILE > robot.urdf")
-        element = Element(attributes, (begin, end_of_tag(text.data, begin)))
-        if depth == 0:
-            text.name = self.new_name(attributes, tag, ())
-        elif depth == 1:
-            self.joint = ""
-            if tag == "link":
-                text.links[self.new_name(attributes, tag, text.links)] = element
-            elif tag == "joint":
-                self.joint = self.new_name(attributes, tag, text.joints)
-                text.joints[self.joint], text.origins[self.joint] = element, Origin()
-        elif depth == 2 and self.joint and tag == "origin" and tag not in self.open[1].children:
-            xyz, rpy = (self.triple(attributes.get(key, "0 0 0")) for key in ("xyz", "rpy"))
-            text.origins[self.joint] = Origin(xyz, rpy)
-        if depth:
-            self.open[-1].children.setdefault(tag, element)
-        if "filename" in attributes and tag in {"mesh", "texture"}:
-            text.filename_tags.append(element.span)
-        self.open.append(element)
+            raise refuse("this is a xacro file; expand it first: xacro FILE > robot.urdf")
+        begin = parser.CurrentByteIndex
+        span = begin, end_of_tag(data, begin)
+        element = Element(tag, attributes, parser.CurrentLineNumber, span)
+        opened[-1].children.append(element)
+        opened.append(element)
 
-    def end(self, tag: str) -> None:
-        self.open.pop()
-        if not self.open:
-            self.text.robot_end = self.parser.CurrentByteIndex
+    def end(_: str) -> None:
+        opened.pop().end = parser.CurrentByteIndex
 
-    def new_name(self, attributes: Mapping[str, str], tag: str, known: Collection[str]) -> str:
-        name = attributes.get("name", "")
-        if not name:
-            raise self.fail(f"a <{tag}> without a name")
-        if name in known:
-            raise self.fail(f"a second <{tag}> is called {name!r}")
-        return name
+    def doctype(*_: object) -> None:
+        raise refuse("document type and entity declarations are refused; remove <!DOCTYPE ...>")
 
-    def triple(self, words: str) -> tuple[float, float, float]:
-        try:
-            x, y, z = (float(word) for word in words.split())
-        except ValueError:
-            x = y = z = math.nan
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            raise self.fail(f"joint {self.joint!r}: origin {words!r} is not three finite numbers")
-        return (x, y, z)
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        reason = expat.errors.messages[error.code]
+        raise ModelError(f"{source}:{error.lineno}: not XML: {reason}") from None
+    return UrdfText(data, source, document.children[0])
 
 
 def end_of_tag(data: bytes, begin: int) -> int:
@@ -174,7 +201,7 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
         if changed:
             element = text.joints[joint]
             after = element.span[1]  # where a joint without an origin gets its own
-            written = element.children.get("origin")
+            written = element.first("origin")
             begin, end = written.span if written else (after, after)
             tag = text.data[begin:end] or b"<origin/>"
             edits.append((begin, end, with_attributes(tag, changed)))
@@ -207,8 +234,9 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
 
     attribute = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
     edits = [
-        (begin, end, attribute.sub(moved, text.data[begin:end], count=1))
-        for begin, end in text.filename_tags
+        (*tag.span, attribute.sub(moved, text.data[slice(*tag.span)], count=1))
+        for tag in text.root.descendants()
+        if tag.tag in ("mesh", "texture")
     ]
     return with_edits(text.data, edits)
 
@@ -235,15 +263,14 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
         f'    <origin xyz="{xyz}" rpy="{rpy}"/>\n'
         f"  </joint>\n"
     )
-    return with_edits(text.data, [(text.robot_end, text.robot_end, new.encode())])
+    return with_edits(text.data, [(text.root.end, text.root.end, new.encode())])
 
 
 def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
     """Return the text with a comment before its end."""
     words = "\n       ".join(lines).replace("--", "-")
-    return with_edits(
-        text.data, [(text.robot_end, text.robot_end, f"  <!-- {words} -->\n".encode())]
-    )
+    comment = f"  <!-- {words} -->\n".encode()
+    return with_edits(text.data, [(text.root.end, text.root.end, comment)])
 
 
 def with_edits(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:

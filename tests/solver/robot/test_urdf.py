@@ -210,7 +210,7 @@ def weigh(inertial):
         (ODD_ARM.replace('<link name="finger"/>', '<link name="a"/>'), "second <link>"),
         (ODD_ARM.replace('name="still"', 'name="turn"'), "second <joint> is called 'turn'"),
         (ODD_ARM.replace('xyz="0.1 0 0.2"', 'xyz="0.1 0"'), "joint 'slide': origin"),
-        (ODD_ARM.replace('xyz="0.1 0 0.2"', 'xyz="0.1 0 nan"'), "three finite numbers"),
+        (ODD_ARM.replace('xyz="0.1 0 0.2"', 'xyz="0.1 0 nan"'), "not 3 finite numbers"),
         (ODD_ARM.replace('xyz="1 2 -0.5"', 'xyz="0 0 0"'), "'turn': axis"),
         (ODD_ARM.replace('"continuous"', '"floating"'), "'endless' is floating"),
         (ODD_ARM.replace('lower="-2"', 'lower="3"'), "leave no room"),
