@@ -45,7 +45,7 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
     """Return what is known of the elasticity of each robot's type, by extension."""
     own = [robot.joint_names for robot in robots]
     told: list[results.TypeElasticity] = []
-    for file in [files] if isinstance(files, str) else files:
+    for file in files:
         if file != "none":
             types = _types(_SHIPPED if file == SHIPPED else Path(file))
             told += types if file == SHIPPED else _useful(file, types, own)

@@ -1,7 +1,10 @@
 """Option of a calibration: its documentation and its range, and the refusal of what cannot be."""
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal, cast
 
 from ...errors import MukcaError
@@ -13,6 +16,27 @@ class UsageError(MukcaError):
     """Arguments that cannot be, or do not go together; in words that hold for Python, too."""
 
 
+_TEXTS = Path(__file__).with_name("options.txt")
+
+
+@cache
+def option_texts(file: Path = _TEXTS) -> Mapping[tuple[str, str], Mapping[str, Any]]:
+    """Return placeholder, help and group of each option in a file, by its class and its name."""
+    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
+    owner, group = "", None
+    for line in file.read_text(encoding="utf-8").replace("\n  ", " ").splitlines():
+        if line.startswith("# "):
+            owner, group = line[2:], None
+        elif line.startswith("["):
+            group = line[1:-1]
+        elif line:
+            head, _, text = f"{line} ".partition(": ")
+            name, *words = head.split()
+            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
+            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
+    return texts
+
+
 @dataclass(frozen=True)
 class Option:
     """Documentation of an option, for the command line, Python and the docs alike."""
@@ -21,15 +45,20 @@ class Option:
     """One sentence or two: the value, its unit, its default."""
     metavar: str | tuple[str, ...] | None = None
     """Placeholder of the value on the command line; as many as there must be values."""
-    method: Method | None = None
-    """The only method that knows the option."""
+    group: str = "fit"
+    """Title under which help lists it; ``method auto`` or ``method paper`` for one of a method."""
     default: Any = None
     """The value for which None, or an empty sequence, stands."""
     choices: tuple[str, ...] = ()
     unit: str = ""
     """Of a number, in full: ``metres``."""
-    allowed: Callable[[Any], bool] | None = None
-    """Range check of a value."""
+    within: tuple[float, float] | None = None
+    """Least and largest number, or length of a vector."""
+
+    @property
+    def method(self) -> str | None:
+        """The only method that knows the option."""
+        return self.group.removeprefix("method ") if self.group.startswith("method ") else None
 
     @property
     def help(self) -> str:
@@ -40,17 +69,23 @@ class Option:
     def check(self, name: str, value: Any) -> None:
         """Refuse a value that cannot be."""
         words = f"--{name.replace('_', '-')}"
-        try:
-            allowed = self.allowed is None or self.allowed(value)
-        except TypeError:  # text in place of a number
-            allowed = False
-        if not allowed:
+        if self.within is not None and not self._is_within(value):
             numbers = cast("Sequence[Any]", value if isinstance(value, tuple | list) else [value])
             given = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
             raise UsageError(f"{words} {given}: give {self.unit}")
         unknown = [one for one in value if one not in self.choices] if self.choices else []
         if unknown:
             raise UsageError(f"{words} {unknown[0]}: choose among {', '.join(self.choices)}")
+
+    def _is_within(self, value: Any) -> bool:
+        """Return whether a number is in its range; of a vector, its length, and its components."""
+        low, high = self.within or (-math.inf, math.inf)
+        try:
+            if isinstance(self.metavar, tuple):
+                return len(value) == len(self.metavar) and low <= math.hypot(*value) <= high
+            return bool(low <= value <= high)
+        except TypeError:  # text in place of a number
+            return False
 
 
 def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:

@@ -2,21 +2,20 @@
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
 takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help and group stand in
-``options.txt``, or in an ``Annotated`` with what the solver says of it.
+``options.txt``, for the options of a calibration in the solver's.
 """
 
 import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
-from functools import cache
 from inspect import get_annotations
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from ...solver import results
-from ...solver.calibration import UsageError
+from ...solver.calibration import UsageError, option_texts
 
 POSITIVE = (5e-324, sys.float_info.max)
 """Range of any positive number."""
@@ -134,30 +133,12 @@ def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
     return options(**values)
 
 
-@cache
-def _texts() -> Mapping[tuple[str, str], Mapping[str, Any]]:
-    """Return placeholder, help and group of each option, by its class and its name."""
-    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
-    owner, group = "", None
-    whole = Path(__file__).with_name("options.txt").read_text(encoding="utf-8")
-    for line in whole.replace("\n  ", " ").splitlines():
-        if line.startswith("# "):
-            owner, group = line[2:], None
-        elif line.startswith("["):
-            group = line[1:-1]
-        elif line:
-            head, _, text = f"{line} ".partition(": ")
-            name, *words = head.split()
-            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
-            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
-    return texts
-
-
 def _described(
     options: type[Any], names: Sequence[str] = (), group: str | None = None
 ) -> Iterator[tuple["Field[Any]", Any, Mapping[str, Any]]]:
     """Yield fields, types and descriptions, those of the class before those of its bases."""
-    hints = get_type_hints(options, include_extras=True)
+    texts = {**option_texts(), **option_texts(Path(__file__).with_name("options.txt"))}
+    hints = get_type_hints(options)
     known = {one.name: one for one in fields(options)}
     owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
     order = dict.fromkeys(name for base in options.__mro__ for name in get_annotations(base))
@@ -168,14 +149,9 @@ def _described(
         if "names" in one.metadata:
             yield from _described(kind, one.metadata["names"], one.metadata["group"])
             continue
-        about: dict[str, Any] = {}
-        if get_origin(kind) is Annotated:
-            kind, said = get_args(kind)
-            title = group or (f"method {said.method}" if said.method else "fit")
-            about |= {**vars(said), "text": said.help, "group": title}
-        else:
-            about |= {**_texts()[owners[name].__name__.lstrip("_"), name], **one.metadata}
-        yield one, kind, {**about, "text": _help(about, one.default)}
+        about = {**texts[owners[name].__name__.lstrip("_"), name], **one.metadata}
+        about |= {"text": _help(about, one.default), "group": group or about["group"]}
+        yield one, kind, about
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,6 +180,7 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
 
 def _help(about: Mapping[str, Any], default: Any) -> str:
     text: str = about["text"].replace("{}", str(about.get("usual")))
+    default = about.get("default", default)
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
     shown = (f"{one:g}" if isinstance(one, float) else str(one) for one in _each(default))
