@@ -30,7 +30,9 @@ ALLOWED = {
     # the four requests: protocol and controller version, outputs, start
     "ur": rb"tcp:(\0\x05V\0\x02|\0\x03[vS]|\0.O.{8}timestamp,actual_q,robot_mode,safety_mode)+",
     # command 1, from the host, to an actuator, without data
-    "kinova": rb"(?:line|can):\x01\0\0[\x10-\x15]\0{16}",
+    # on a CAN bus by ISO-TP: its 20 bytes in three frames, and leave to send the answer
+    "kinova": rb"(?:line|can):\x01\0\0[\x10-\x15]\0{16}"
+    rb"|700:(\x10\x14\x01\0\0[\x10-\x15]\0\0|[\x21\x22]\0{7}|\x30\x08\0)",
     # model, torque, homing offset and position; the sum is right
     "feetech": b"line:\xff\xff(?:" + b"|".join(
         re.escape(body + bytes([0xFF - sum(body) % 256])) for body in FEETECH

@@ -6,7 +6,7 @@ client of Kinova's was run against its actuators, on a pseudo-terminal, or by IS
 
 import math
 import struct
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -32,14 +32,11 @@ class DamiaoEmulator(Emulator):
 
     def listen(self, address: str) -> None:
         """Join the bus."""
-        self._bus = CanPort(self, address, self._overhear)
+        self._bus = CanPort(self, address, self._reply)
         self.driver_address = f"damiao:{self._bus.address}"
         self._state: JointState | None = None
 
-    def _overhear(self, identifier: int, data: bytes) -> None:
-        if 0x11 <= identifier <= 0x17:  # our own come back
-            return
-        self.journal.received(f"{identifier:03x}", data)
+    def _reply(self, identifier: int, data: bytes) -> None:
         if identifier != 0x7FF or len(data) != 8 or not 1 <= data[0] <= JOINTS:
             return
         motor = data[0]
@@ -62,10 +59,9 @@ class PiperEmulator(Emulator):
     VERSIONS = {"1": Version(6, 200.0)}  # noqa: RUF012
 
     def listen(self, address: str) -> None:
-        """Join the bus; every frame of anybody else is noted."""
-        self._bus = CanPort(self, address, self._overhear)
+        """Join the bus."""
+        self._bus = CanPort(self, address)
         self.driver_address = f"piper:{self._bus.address}"
-        self._own: Counter[tuple[int, bytes]] = Counter()
         self.begin()
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
@@ -73,18 +69,7 @@ class PiperEmulator(Emulator):
         counts = [round(math.degrees(angle) * 1000) for angle in state.position]
         for index, identifier in enumerate(PIPER_FRAMES):
             pair = struct.pack(">ii", *counts[2 * index : 2 * index + 2])
-            self.emit(self._send, pair, moment, identifier)
-
-    def _send(self, data: bytes, identifier: int) -> None:
-        self._own[identifier, data] += 1
-        self._bus.send(data, identifier)
-
-    def _overhear(self, identifier: int, data: bytes) -> None:
-        """Note a frame, unless it is one of ours that the bus brings back."""
-        if self._own[identifier, data] > 0:
-            self._own[identifier, data] -= 1
-        else:
-            self.journal.received(f"{identifier:03x}", data)
+            self.emit(self._bus.send, pair, moment, identifier)
 
 
 MESSAGE_BYTES = 20
@@ -124,17 +109,16 @@ class KinovaEmulator(Emulator):
             del received[:MESSAGE_BYTES]
 
     def _hear_frame(self, identifier: int, data: bytes) -> None:
-        if identifier not in (REQUESTS, ANSWERS):
-            self.journal.received(f"{identifier:03x}", data)
         self._frames.append(self._frame(arbitration_id=identifier, data=data))
         self._transfer.process()
         while self._transfer.available():
-            self._reply(bytes(self._transfer.recv() or b""))
+            message = bytes(self._transfer.recv() or b"")
+            self.journal.received("can", message)
+            self._reply(message)
             self._transfer.process()
 
     def _reply(self, message: bytes) -> None:
         """Answer a request of an actuator's position, and nothing else."""
-        self.journal.received("line", message)
         if len(message) != MESSAGE_BYTES:
             return
         command, _, actuator = struct.unpack_from("<hBB", message)

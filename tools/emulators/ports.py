@@ -3,6 +3,7 @@
 import os
 import socket
 import sys
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -26,6 +27,10 @@ DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
 Heard = Callable[[bytes], object]
 
 
+def _ignore(*_: object) -> None:
+    """Do nothing with what has come in, or with who has."""
+
+
 class TcpServer:
     """A TCP port; ``on_join`` and ``on_leave`` are called for each client."""
 
@@ -33,13 +38,13 @@ class TcpServer:
         self,
         emulator: Emulator,
         address: tuple[str, int],
-        heard: Heard = bool,
+        heard: Heard = _ignore,
         channel: str = "tcp",
         places: int = 1,
     ) -> None:
         self.clients: list[socket.socket] = []
-        self.on_join: Callable[[], object] = bool
-        self.on_leave: Callable[[], object] = bool
+        self.on_join: Callable[[], object] = _ignore
+        self.on_leave: Callable[[], object] = _ignore
         self._emulator, self._heard, self._channel = emulator, heard, channel
         self._places = places
         self._server = emulator.opened.enter_context(socket.create_server(address))
@@ -100,7 +105,9 @@ class TcpServer:
 class UdpPort:
     """A UDP port."""
 
-    def __init__(self, emulator: Emulator, address: tuple[str, int], heard: Heard = bool) -> None:
+    def __init__(
+        self, emulator: Emulator, address: tuple[str, int], heard: Heard = _ignore
+    ) -> None:
         self._emulator, self._heard = emulator, heard
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         emulator.opened.enter_context(self._socket)
@@ -132,6 +139,7 @@ class SerialPort:
             raise MukcaError(f"{kind} opens a terminal of its own; leave --address out")
         self._line, self.name = _open_terminal()
         emulator.opened.callback(os.close, self._line)
+        self._journal = emulator.journal
         self._heard, self._received, self._last = heard, bytearray(), 0.0
         emulator.watched[self._line] = self._hear
 
@@ -145,7 +153,9 @@ class SerialPort:
         if self._last > before + PAUSE:
             self._received.clear()
         with suppress(OSError):
-            self._received += os.read(self._line, MOST_BYTES)
+            message = os.read(self._line, MOST_BYTES)
+            self._journal.received("line", message)
+            self._received += message
         self._heard(self._received)
 
 
@@ -163,11 +173,14 @@ def _open_terminal() -> tuple[int, str]:
 
 
 class CanPort:
-    """A place on a CAN bus."""
+    """A place on a CAN bus; ``heard`` is given each frame of others, by identifier and data."""
 
-    def __init__(self, emulator: Emulator, address: str, heard: Callable[[int, bytes], object]):
+    def __init__(
+        self, emulator: Emulator, address: str, heard: Callable[[int, bytes], object] = _ignore
+    ) -> None:
         self.address = address or DEFAULT_BUS
-        self._heard = heard
+        self._journal, self._heard = emulator.journal, heard
+        self._sent: deque[tuple[int, bytes]] = deque(maxlen=100)
         self._bus = open_bus(parse_can_address(self.address))
         emulator.opened.callback(self._bus.shutdown)
         emulator.watched[self._bus.fileno()] = self._hear
@@ -176,9 +189,15 @@ class CanPort:
         """Send a frame."""
         with suppress(can.CanError, OSError):
             frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+            self._sent.append((identifier, data))
             self._bus.send(frame)
 
     def _hear(self) -> None:
-        frame = self._bus.recv(0)
-        if frame is not None:
-            self._heard(frame.arbitration_id, bytes(frame.data))
+        if (frame := self._bus.recv(0)) is None:
+            return
+        identifier, data = frame.arbitration_id, bytes(frame.data)
+        if (identifier, data) in self._sent:  # some buses bring back what was sent
+            self._sent.remove((identifier, data))
+        else:
+            self._journal.received(f"{identifier:03x}", data)
+            self._heard(identifier, data)

@@ -80,27 +80,19 @@ class ServoEmulator(Emulator):
         return steps
 
     def _hear(self, received: bytearray) -> None:
-        before = bytes(received)
-        while (request := self._take_request(received)) is not None:
-            self.journal.received("line", before[: len(before) - len(received)])
-            before = bytes(received)
-            self._reply(*request)
-
-    def _take_request(self, received: bytearray) -> Request | None:
-        """Take the next whole packet off; bytes that are none are dropped."""
+        """Answer all requests that have come in whole; bytes of no packet are dropped."""
         head, least = bytes(self.TABLE["head"]), self.TABLE["least"]
         while len(received) >= least:
             size = self._size(received)
             if not received.startswith(head) or size < least:
                 del received[:1]
-                continue
-            if len(received) < size:
-                return None
-            packet = bytes(received[:size])
-            del received[:size]
-            if (request := self._request(packet)) is not None:
-                return request
-        return None
+            elif len(received) < size:
+                return
+            else:
+                request = self._request(bytes(received[:size]))
+                del received[:size]
+                if request is not None:
+                    self._reply(*request)
 
     def _reply(self, servo: int, instruction: int, parameters: bytes) -> None:
         self.begin()

@@ -3,7 +3,8 @@
 import importlib
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from ctypes.util import find_library
 from typing import Any
 
@@ -23,6 +24,7 @@ WIDTH, HEIGHT = 320, 240
 """Of one picture [pixels]."""
 FINER = 2
 """A picture is rendered so many times larger, for smooth edges."""
+FRAME = (FINER * WIDTH, FINER * HEIGHT)
 LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 """MuJoCo's name for what renders without a display, and the library's."""
 TITLE = 20
@@ -45,39 +47,32 @@ SCALE = WIDTH / 0.2
 LINES = ("#c4511d", "#0b63a5", "#1b7f4b", "#8a4fa3", "#b98900", "#3c8f9c")
 
 
-class Camera:
-    """Renders a scene, off screen; a context manager."""
+@contextmanager
+def _camera(scene: Scene) -> Generator[Callable[[np.ndarray, Any], Image.Image]]:
+    """Yield a function that renders the arm at joint positions, shape (m,) [rad], from a view."""
+    gl = _gl_context()
+    gl.make_current()
+    canvas = mujoco.MjrContext(scene.model, mujoco.mjtFontScale.mjFONTSCALE_100)
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, canvas)
+    drawn, option = mujoco.MjvScene(scene.model, maxgeom=500), mujoco.MjvOption()
+    frame, everything = mujoco.MjrRect(0, 0, *FRAME), mujoco.mjtCatBit.mjCAT_ALL
+    camera = mujoco.MjvCamera()
+    camera.azimuth = OPEN_TO + 180
+    pixels = np.empty((*FRAME[::-1], 3), dtype=np.uint8)
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self._gl = _gl_context()
-        self._gl.make_current()
-        model = scene.model
-        self._canvas = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._canvas)
-        self._drawn = mujoco.MjvScene(model, maxgeom=500)
-
-    def __enter__(self) -> "Camera":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._canvas.free()
-        self._gl.free()
-
-    def shot(self, q: np.ndarray, view: Any) -> Image.Image:
-        """Return a picture of the arm at joint positions, shape (m,) [rad]."""
-        self.scene.show(q)
-        camera = mujoco.MjvCamera()
+    def render(q: np.ndarray, view: Any) -> Image.Image:
+        scene.show(q)
         camera.lookat, camera.distance, camera.elevation = view
-        camera.azimuth = OPEN_TO + 180
-        model, data, everything = self.scene.model, self.scene.data, mujoco.mjtCatBit.mjCAT_ALL
-        option = mujoco.MjvOption()
-        mujoco.mjv_updateScene(model, data, option, None, camera, everything, self._drawn)
-        pixels = np.empty((FINER * HEIGHT, FINER * WIDTH, 3), dtype=np.uint8)
-        whole = mujoco.MjrRect(0, 0, FINER * WIDTH, FINER * HEIGHT)
-        mujoco.mjr_render(whole, self._drawn, self._canvas)
-        mujoco.mjr_readPixels(pixels, None, whole, self._canvas)
+        mujoco.mjv_updateScene(scene.model, scene.data, option, None, camera, everything, drawn)
+        mujoco.mjr_render(frame, drawn, canvas)
+        mujoco.mjr_readPixels(pixels, None, frame, canvas)
         return Image.fromarray(pixels[::-1]).reduce(FINER)
+
+    try:
+        yield render
+    finally:
+        canvas.free()
+        gl.free()
 
 
 def _gl_context() -> Any:
@@ -86,38 +81,12 @@ def _gl_context() -> Any:
     installed = next((name for name, file in LIBRARIES.items() if find_library(file)), "egl")
     name = os.environ.get("MUJOCO_GL") or installed
     try:
-        return importlib.import_module(f"mujoco.{name}").GLContext(FINER * WIDTH, FINER * HEIGHT)
+        return importlib.import_module(f"mujoco.{name}").GLContext(*FRAME)
     except Exception as error:  # OpenGL fails in as many ways as there are drivers
         raise PictureError(
             f"no pictures: {name} gives no OpenGL ({' '.join(str(error).split())}); "
             "apt-get install libegl1, or libosmesa6"
         ) from None
-
-
-def panel(columns: Sequence[tuple[str, Sequence[Image.Image]]]) -> Image.Image:
-    """Return pictures in columns, each under its title."""
-    rows = max(len(pictures) for _, pictures in columns)
-    whole = Image.new("RGB", (len(columns) * WIDTH, TITLE + rows * HEIGHT), "white")
-    draw = ImageDraw.Draw(whole)
-    for column, (title, pictures) in enumerate(columns):
-        draw.text((column * WIDTH + 8, 4), title, fill="black")
-        for row, picture in enumerate(pictures):
-            whole.paste(picture, (column * WIDTH, TITLE + row * HEIGHT))
-    return whole
-
-
-def animation(pictures: Sequence[Image.Image], seconds: float) -> bytes:
-    """Return pictures as an animated GIF file, each shown for some seconds, the last longer."""
-    # All share the last one's colours: where nothing moves, nothing is stored.
-    palette = pictures[-1].quantize(COLOURS)
-    none = Image.Dither.NONE
-    small = [picture.quantize(palette=palette, dither=none) for picture in pictures]
-    shown = [round(1e3 * seconds)] * (len(small) - 1) + [2000]
-    file = io.BytesIO()
-    small[0].save(
-        file, "gif", save_all=True, append_images=small[1:], duration=shown, loop=0, optimize=True
-    )
-    return file.getvalue()
 
 
 def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
@@ -127,27 +96,44 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     below the peg at the hole, or the lines of all trials. A machine that cannot render is a
     PictureError.
     """
-    columns = [(model.results.model, _frames(model)) for model in models]
-    count = min(len(frames) for _, frames in columns)
-    pictures = [panel([(title, frames[i]) for title, frames in columns]) for i in range(count)]
-    file = io.BytesIO()
-    pictures[-1].save(file, "png", optimize=True)
-    return file.getvalue(), animation(pictures, INTERVAL / 2)
+    titles, columns = [model.results.model for model in models], map(_frames, models)
+    pictures = [_side_by_side(titles, frames) for frames in zip(*columns, strict=False)]
+    # All share the last one's colours: where nothing moves, nothing is stored.
+    palette, plain = pictures[-1].quantize(COLOURS), Image.Dither.NONE
+    first, *others = (picture.quantize(palette=palette, dither=plain) for picture in pictures)
+    shown = [round(1e3 * INTERVAL / 2)] * len(others) + [2000]  # [ms]
+    png, gif = io.BytesIO(), io.BytesIO()
+    pictures[-1].save(png, "png", optimize=True)
+    first.save(
+        gif, "gif", save_all=True, append_images=others, duration=shown, loop=0, optimize=True
+    )
+    return png.getvalue(), gif.getvalue()
+
+
+def _side_by_side(titles: Sequence[str], columns: Sequence[Sequence[Image.Image]]) -> Image.Image:
+    """Return two pictures of each model, one below the other, under its title."""
+    page = Image.new("RGB", (len(titles) * WIDTH, TITLE + 2 * HEIGHT), "white")
+    draw = ImageDraw.Draw(page)
+    for column, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
+        draw.text((column * WIDTH + 8, 4), title, fill="black")
+        for row, picture in enumerate(pictures):
+            page.paste(picture, (column * WIDTH, TITLE + row * HEIGHT))
+    return page
 
 
 def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
-    """Return the pictures of a model's column, moment by moment; the last row is among them."""
+    """Return a model's two pictures, moment by moment, the log's last row among them."""
     shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
     insertion = isinstance(shown.result, Insertion)
     if insertion:
         model.scene.place_hole(np.array(shown.result.hole))
     q = shown.log.q
     rows = np.arange(len(q) - 1, 0, -round(INTERVAL * ROWS_PER_SECOND))[::-1]
-    with Camera(model.scene) as camera:
+    with _camera(model.scene) as render:
         return [
             [
-                camera.shot(q[row], ALL),
-                camera.shot(q[row], AT_HOLE) if insertion else _paper(model.trials, row),
+                render(q[row], ALL),
+                render(q[row], AT_HOLE) if insertion else _paper(model.trials, row),
             ]
             for row in rows.tolist()
         ]

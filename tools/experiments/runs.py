@@ -70,21 +70,20 @@ def run_experiment(
     except ModelError as error:
         raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
 
-    def done(trials: Iterator[Trial[Result]]) -> list[Trial[Result]]:
-        kept: list[Trial[Result]] = []
+    def counted(trials: Iterator[Trial[Result]]) -> Iterator[Trial[Result]]:
         for trial in trials:
             progress(name)
-            kept.append(trial)
-        return kept
+            yield trial
 
     if settings.hole is None:
-        lines = done(retrace(cell, settings.trials, settings.seed))
+        lines = list(counted(retrace(cell, settings.trials, settings.seed)))
         results = ModelTrials(model=name, drawing=drawing_results(lines))
         return ExperimentRun(results, cell.scene, lines)
-    trials = done(insert_at_centre(cell, settings.trials, settings.seed))
+    trials = list(counted(insert_at_centre(cell, settings.trials, settings.seed)))
     cross = None
     if settings.cross:
-        cross = insertion_results(done(insert_on_cross(cell, settings.cross, settings.seed)))
+        on_cross = list(counted(insert_on_cross(cell, settings.cross, settings.seed)))
+        cross = insertion_results(on_cross)
     results = ModelTrials(model=name, centre=insertion_results(trials), cross=cross)
     return ExperimentRun(results, cell.scene, trials)
 

@@ -5,7 +5,6 @@ too; the drawing is shown, elbow up.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -44,36 +43,21 @@ BRANCHES = np.array([[1, 1], [-1, -1], [1, -1], [-1, 1]]) / 2**0.5
 """Directions of the X on the table; the second and fourth go on from the first and third."""
 
 
-@dataclass(frozen=True)
-class Taught:
-    """The taught goal, by the model's forward kinematics."""
-
-    goal: Pose
-    """The peg's pose in the hole."""
-    out: np.ndarray
-    """Unit vector out of the hole, shape (3,)."""
-
-    def moved(self, offset: np.ndarray) -> "Taught":
-        """Return the same for a hole moved by an offset, shape (3,) [m]."""
-        return Taught(shifted(self.goal, offset), self.out)
-
-    @property
-    def hover(self) -> Pose:
-        """The pose above the hole from which the peg goes in."""
-        return shifted(self.goal, HOVER * self.out)
-
-
 def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
     """Return where a tip truly is that is at the taught depth in a hole, or above that [m]."""
     return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
 
 
-def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> Taught:
-    """Guide the arm into a tight hole, and as far out as the hole still guides the peg."""
+def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> tuple[Pose, np.ndarray]:
+    """Guide the arm into a tight hole, and as far out as the hole still guides the peg.
+
+    Returns, by the model's forward kinematics, the peg's pose in the hole, and the unit vector out
+    of the hole, shape (3,).
+    """
     goal = cell.model.pose(_guide(cell, tip_at(hole), generator))
     mouth = cell.model.pose(_guide(cell, tip_at(hole, TAUGHT_DEPTH), generator))
     out = mouth.translation - goal.translation
-    return Taught(goal, out / np.linalg.norm(out))
+    return goal, out / np.linalg.norm(out)
 
 
 def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
@@ -86,36 +70,44 @@ def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.
 def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
     """Insert into the hole that was taught, from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 0])
-    taught = teach(cell, CENTRE, generator)
+    goal, out = teach(cell, CENTRE, generator)
     for fraction in stratified(count, generator):
-        yield insert(cell, CENTRE, taught, float(fraction), generator)
+        yield insert(cell, CENTRE, goal, out, float(fraction), generator)
 
 
 def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
     """Insert at the first positions of the X; taught are its centre and two branches' ends."""
     generator = np.random.default_rng([seed, 1])
-    taught = teach(cell, CENTRE, generator)
+    goal, out = teach(cell, CENTRE, generator)
     axes: list[np.ndarray] = []
     for branch in BRANCHES[::2]:
-        end = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
-        axis = end.goal.translation - taught.goal.translation
+        end, _ = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
+        axis = end.translation - goal.translation
         axes += [axis / np.linalg.norm(axis), -axis / np.linalg.norm(axis)]
     for place, fraction in enumerate(stratified(count, generator)):
         branch, step = place % len(BRANCHES), 1 + place // len(BRANCHES)
         hole = CENTRE + step * STEP * BRANCHES[branch]
-        goal = taught.moved(step * STEP * axes[branch])
-        yield insert(cell, hole, goal, float(fraction), generator)
+        there = shifted(goal, step * STEP * axes[branch])
+        yield insert(cell, hole, there, out, float(fraction), generator)
 
 
 def insert(
-    cell: Cell, hole: np.ndarray, taught: Taught, fraction: float, generator: np.random.Generator
+    cell: Cell,
+    hole: np.ndarray,
+    goal: Pose,
+    out: np.ndarray,
+    fraction: float,
+    generator: np.random.Generator,
 ) -> Trial[Insertion]:
-    """Put the peg into a hole, shape (2,) [m], from 0 to 1 of the elbow's range."""
+    """Put the peg into a hole, shape (2,) [m], from 0 to 1 of the elbow's range.
+
+    Goal and direction out of the hole, shape (3,), are those of the model, as :func:`teach` says.
+    """
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
     cell.scene.place_hole(hole)
-    down = move("insert", 4.0, taught.hover, taught.goal)
-    then = [down, hold("rest", 1.0, taught.goal)]
-    log, done = cell.perform(start, taught.hover, then, ("insert", "rest"))
+    hover = shifted(goal, HOVER * out)
+    then = [move("insert", 4.0, hover, goal), hold("rest", 1.0, goal)]
+    log, done = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
     inserted, at = depth > INSERTED_DEPTH, tuple(hole.tolist())
