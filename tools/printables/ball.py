@@ -38,18 +38,6 @@ SHALLOWEST = math.radians(12)  # between a leaning neck's lower side and the hor
 
 
 @dataclass(frozen=True)
-class Overhang:
-    """A region of a part that leans beyond 45 degrees as it is printed."""
-
-    where: str
-    low: float
-    high: float
-    """Between these heights."""
-    radius: float
-    """No farther than this from the part's axis."""
-
-
-@dataclass(frozen=True)
 class BallPart:
     """The parameters of a ball part, and what follows from them.
 
@@ -163,15 +151,6 @@ class BallPart:
         d = np.interp(x, (self._start, self.length), (self.throat, root))
         integrand = FORCE * x**2 / (YOUNG * math.pi * d**4 / 64)
         return float(np.sum((integrand[1:] + integrand[:-1]) / 2 * np.diff(x)))
-
-    @property
-    def overhangs(self) -> tuple[Overhang, ...]:
-        """Regions that lean beyond 45 degrees: under the ball, beside its neck."""
-        if self.bought:
-            return ()
-        low = self.height - self._start
-        high = self.height - self.ball / 2 * math.cos(math.pi / 4)
-        return (Overhang("under the ball, beside its neck", low, high, 0.36 * self.ball),)
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""

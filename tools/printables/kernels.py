@@ -1,4 +1,4 @@
-"""From a solid to triangles by manifold3d, to drawings, and to exact surfaces by Open CASCADE.
+"""From a solid to triangles by manifold3d, and to exact surfaces by Open CASCADE.
 
 The last, a STEP file, needs the extra ``step``; its classes are made at run time, without stubs.
 """
@@ -7,7 +7,7 @@ import importlib
 import math
 import tempfile
 from collections.abc import Sequence
-from functools import cache, lru_cache, reduce
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,6 @@ import numpy as np
 from .solid import Outline, PrintableError, Solid, signed_area
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
     from manifold3d import Manifold
 
 SLIVER = 0.0005
@@ -24,6 +23,9 @@ SLIVER = 0.0005
 
 CHORD = 0.002
 """Largest distance of a chord from the round surface that it replaces [mm]."""
+
+COARSE = 0.02
+"""The same in drawings, and where a part leans."""
 
 Mesh = Any
 """A ``trimesh.Trimesh`` [mm], its vertices in single precision, as an STL file holds them."""
@@ -141,65 +143,3 @@ def _boolean(operation: str, shapes: Sequence[Shape]) -> Shape:
     """Combine the first shape with the others, one by one: ``Fuse``, ``Cut`` or ``Common``."""
     combine = _occ(f"BRepAlgoAPI_{operation}")
     return reduce(lambda shape, tool: combine(shape, tool).Shape(), shapes)
-
-
-MARGIN, STEP = 28.0, 8.0  # around a view, and between two dimensions
-COARSE = 0.02  # round surfaces are that exact in drawings, and where a part leans [mm]
-
-
-@cache
-def templates() -> "Environment":
-    """Return the templates of files."""
-    from jinja2 import Environment, FileSystemLoader
-
-    folder = FileSystemLoader(Path(__file__).parent / "templates")
-    return Environment(loader=folder, trim_blocks=True)  # noqa: S701 (texts are escaped one by one)
-
-
-def rendered(template: str, **values: Any) -> list[str]:
-    """Return the lines of a template of text, without those that are empty."""
-    text = templates().get_template(template).render(**values)
-    return [line for line in text.splitlines() if line]
-
-
-def drawing_bytes(
-    title: str,
-    solid: Solid,
-    levels: Sequence[tuple[float, float]],
-    circles: Sequence[tuple[float, str]],
-    notes: Sequence[str],
-) -> bytes:
-    """Return a drawing with heights between levels, circles of holes by diameter, and notes."""
-    body: Any = to_manifold(solid, COARSE)
-    low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
-    (wide, _, tall), middle = high - low, MARGIN - low[0]
-    front = MARGIN + tall  # where z = 0 is drawn
-    above, right = front + MARGIN + high[1], MARGIN + wide
-    foot = above - low[1] + MARGIN
-    dimensions = [  # x and y of both ends
-        *(
-            (right + STEP * i, front - a, right + STEP * i, front - b)
-            for i, (a, b) in enumerate(((low[2], high[2]), *levels), 1)
-        ),
-        (MARGIN, front + STEP, right, front + STEP),
-        (MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
-    ]
-    page = templates().get_template("drawing.svg.j2")
-    return page.render(
-        title=title,
-        width=round(max(right + MARGIN + STEP * len(levels), 210), 1),
-        height=round(foot + 6 * len(notes) + 6, 1),
-        foot=round(foot, 1),
-        paths=[_path(body.rotate((-90, 0, 0)), middle, front), _path(body, middle, above)],
-        dimensions=dimensions,
-        centre=(round(middle, 2), round(above, 2)),
-        right=right,
-        circles=circles,
-        notes=notes,
-    ).encode()
-
-
-def _path(body: Any, x: float, y: float) -> str:
-    """Return the outline of a body's shadow along z, its origin drawn at x, y."""
-    rings = (ring * (1, -1) + (x, y) for ring in body.project().to_polygons())
-    return "".join("M" + "L".join(f"{a:.2f} {b:.2f}" for a, b in ring) + "Z" for ring in rings)

@@ -1,31 +1,23 @@
-"""A set of parts, the base and the balls that go with it: built, checked, and as files."""
+"""A set of parts, the base and the balls that go with it: built and checked."""
 
 import math
-import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
-from io import BytesIO
-from typing import Any
+from functools import cache, reduce
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._version import __version__
 from ...solver.data import turn
 from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
-from .kernels import (
-    COARSE,
-    Mesh,
-    drawing_bytes,
-    rendered,
-    step_bytes,
-    templates,
-    to_manifold,
-    to_mesh,
-)
-from .socket_base import SCREW_HOLE, SocketBase
+from .kernels import COARSE, Mesh, to_manifold, to_mesh
+from .socket_base import SocketBase
 from .solid import BED, TILT, PrintableError, Solid, sphere
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
 """Of solid plastic [kg/m³]."""
@@ -37,6 +29,21 @@ LIFT = 0.1
 COLLISION = 1e-6  # [mm³]
 AZIMUTHS = np.radians(np.arange(0, 360, 15))
 SPINS = (0.0, math.pi / 4, math.pi / 2)  # of the ball part about its own neck
+
+
+@cache
+def templates() -> "Environment":
+    """Return the templates of files."""
+    from jinja2 import Environment, FileSystemLoader
+
+    folder = FileSystemLoader(Path(__file__).parent / "templates")
+    return Environment(loader=folder, trim_blocks=True)  # noqa: S701 (texts are escaped one by one)
+
+
+def rendered(template: str, **values: Any) -> list[str]:
+    """Return the lines of a template of text, without those that are empty."""
+    text = templates().get_template(template).render(**values)
+    return [line for line in text.splitlines() if line]
 
 
 @dataclass(frozen=True)
@@ -117,7 +124,7 @@ def ball_part(name: str, ball: BallPart) -> Part:
         "note": ball.mount.note,
         "bend": ball.bend / 1000,
         "tilt": TILT,
-        "overhangs": [overhang.where for overhang in ball.overhangs],
+        "overhangs": [] if ball.bought else ["under the ball, beside its neck"],
     }
     circles = [ball.mount.holes] if ball.mount.holes else []
     part = _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)], circles)
@@ -182,52 +189,3 @@ def leaning(
     lean = reduce(np.matmul, (turn(np.array(vector)) for vector in turns))
     centre = np.array((*base.centres[socket], base.height + LIFT))
     return np.column_stack((lean, centre - lean[:, 2] * part.height))
-
-
-def stl_bytes(mesh: Mesh) -> bytes:
-    """Return a binary STL file; its unit, which the format does not state, is the millimetre."""
-    return b"mukca, millimetres".ljust(80) + mesh.export(file_type="stl")[80:]
-
-
-def threemf_bytes(part: Part, author: str) -> bytes:
-    """Return a 3MF file (3MF Core Specification 1.3) of one object, by its author."""
-    # trimesh gives its 3MF files new identifiers each time: the same part must make the same file.
-    metadata = {
-        "Title": part.name,
-        "Designer": author,
-        "Application": f"mukca {__version__}",
-        "LicenseTerms": "Apache-2.0",
-        "Description": part.making,
-    }
-    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.faces.tolist()}
-    stream = BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, template in (
-            ("[Content_Types].xml", "content_types.xml"),
-            ("_rels/.rels", "_rels.rels"),
-            ("3D/3dmodel.model", "3dmodel.model.j2"),
-        ):
-            text = templates().get_template(template).render(metadata=metadata, **words)
-            archive.writestr(zipfile.ZipInfo(path), text, zipfile.ZIP_DEFLATED)
-    return stream.getvalue()
-
-
-def svg_bytes(part: Part) -> bytes:
-    """Return a drawing of a part with its dimensions."""
-    values = {"making": part.making, "circles": part.circles, "screw_hole": SCREW_HOLE}
-    notes = rendered("notes.txt.j2", part=part.facts, **values)
-    return drawing_bytes(part.name, part.solid, part.levels, part.circles, notes)
-
-
-_ENCODERS: Mapping[str, Callable[[Part, str], bytes]] = {
-    "stl": lambda part, _: stl_bytes(part.mesh),
-    "3mf": threemf_bytes,
-    "svg": lambda part, _: svg_bytes(part),
-    "step": lambda part, _: step_bytes(part.name, part.solid),
-}
-FORMATS = tuple(_ENCODERS)
-
-
-def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
-    """Return a part's file in one of FORMATS; a 3MF file names its author."""
-    return _ENCODERS[suffix](part, author)

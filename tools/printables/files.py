@@ -1,0 +1,90 @@
+"""A part's files: triangles as STL and 3MF, exact surfaces as STEP, and a drawing as SVG."""
+
+import zipfile
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from ..._version import __version__
+from .kernels import COARSE, step_bytes, to_manifold
+from .parts import Part, rendered, templates
+from .socket_base import SCREW_HOLE
+
+FORMATS = ("stl", "3mf", "svg", "step")
+MARGIN, STEP = 28.0, 8.0  # around a view, and between two dimensions
+
+
+def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
+    """Return a part's file in one of FORMATS; a 3MF file names its author."""
+    match suffix:
+        case "stl":  # binary; its unit, which the format does not state, is the millimetre
+            return b"mukca, millimetres".ljust(80) + part.mesh.export(file_type="stl")[80:]
+        case "3mf":
+            return _threemf(part, author)
+        case "svg":
+            return _drawing(part)
+        case _:
+            return step_bytes(part.name, part.solid)
+
+
+def _threemf(part: Part, author: str) -> bytes:
+    """Return a file by the 3MF Core Specification 1.3, of one object."""
+    # trimesh gives its 3MF files new identifiers each time: the same part must make the same file.
+    metadata = {
+        "Title": part.name,
+        "Designer": author,
+        "Application": f"mukca {__version__}",
+        "LicenseTerms": "Apache-2.0",
+        "Description": part.making,
+    }
+    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.faces.tolist()}
+    stream = BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, template in (
+            ("[Content_Types].xml", "content_types.xml"),
+            ("_rels/.rels", "_rels.rels"),
+            ("3D/3dmodel.model", "3dmodel.model.j2"),
+        ):
+            text = templates().get_template(template).render(metadata=metadata, **words)
+            archive.writestr(zipfile.ZipInfo(path), text, zipfile.ZIP_DEFLATED)
+    return stream.getvalue()
+
+
+def _drawing(part: Part) -> bytes:
+    """Return a drawing from the front and from above, with dimensions, holes and notes."""
+    values = {"making": part.making, "circles": part.circles, "screw_hole": SCREW_HOLE}
+    notes = rendered("notes.txt.j2", part=part.facts, **values)
+    body: Any = to_manifold(part.solid, COARSE)
+    low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
+    (wide, _, tall), middle = high - low, MARGIN - low[0]
+    front = MARGIN + tall  # where z = 0 is drawn
+    above, right = front + MARGIN + high[1], MARGIN + wide
+    foot = above - low[1] + MARGIN
+    dimensions = [  # x and y of both ends
+        *(
+            (right + STEP * i, front - a, right + STEP * i, front - b)
+            for i, (a, b) in enumerate(((low[2], high[2]), *part.levels), 1)
+        ),
+        (MARGIN, front + STEP, right, front + STEP),
+        (MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
+    ]
+    page = templates().get_template("drawing.svg.j2")
+    return page.render(
+        title=part.name,
+        width=round(max(right + MARGIN + STEP * len(part.levels), 210), 1),
+        height=round(foot + 6 * len(notes) + 6, 1),
+        foot=round(foot, 1),
+        paths=[_path(body.rotate((-90, 0, 0)), middle, front), _path(body, middle, above)],
+        dimensions=dimensions,
+        centre=(round(middle, 2), round(above, 2)),
+        right=right,
+        circles=part.circles,
+        notes=notes,
+    ).encode()
+
+
+def _path(body: Any, x: float, y: float) -> str:
+    """Return the outline of a body's shadow along z, its origin drawn at x, y."""
+    rings = (ring * (1, -1) + (x, y) for ring in body.project().to_polygons())
+    return "".join("M" + "L".join(f"{a:.2f} {b:.2f}" for a, b in ring) + "Z" for ring in rings)
