@@ -6,7 +6,7 @@ the inverses are short loops round one of them, in ``templates``.
 
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -38,23 +38,22 @@ def write(request: Request) -> Exported:
         )
     calibrated = request.calibration.kinematics(payload=request.options.get("payload")).calibrated
     load = calibrated.load
-    curved = _with_curves(calibrated)
-    model = curved.model
+    model, d, dd = _with_curves(calibrated)
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
     place = _flange(request)
     rigid = PoseModel.of(calibrated.robot, calibrated.origins)
     values = {
         "ball": model.ball,
         "flange": ca.vec(model.pose(place).T),  # row after row
-        "jacobian": ca.vec(curved.jacobian(place).T),
+        "jacobian": ca.vec(_jacobian(model, place, d, dd).T),
         "true_positions": model.true_positions,
         "gravity": moments[: len(calibrated.robot.actuated)],
     }
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
-    q = {"q": model.q, "d": curved.d, "dd": curved.dd}
+    q = {"q": model.q, "d": d, "dd": dd}
     functions = {word: (sizes.get(word), _body(q, value)) for word, value in values.items()}
     arguments, value = _step(model, place, calibrated.robot)
-    step = _body({**arguments, "d": curved.d}, value)
+    step = _body({**arguments, "d": d}, value)
     curves = calibrated.deflection.curves
     carried = sum(b.mass for b in calibrated.robot.bodies[len(request.calibration.robot.bodies) :])
     source = _filled(
@@ -64,7 +63,7 @@ def write(request: Request) -> Exported:
         urdf_flange=_body({"q": rigid.q}, ca.vec(rigid.pose(place).T)),
         number=len(calibrated.robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
-        curved=[word for word, value in values.items() if ca.depends_on(value, curved.d)],
+        curved=[word for word, value in values.items() if ca.depends_on(value, d)],
         names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
         step=step,
         limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
@@ -87,29 +86,12 @@ def write(request: Request) -> Exported:
     return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
 
 
-@dataclass(frozen=True)
-class _Curved:
-    """A robot's model in which a table says what the joints' error curves are."""
-
-    model: PoseModel
-    d: Any
-    dd: Any
-    """Values of the curves at q [rad], and their slopes there, shape (m,)."""
-
-    def jacobian(self, joint: int) -> Any:
-        """Return :meth:`.PoseModel.jacobian`, by the curves, too."""
-        model = self.model
-        by_curves: Any = ca.jacobian(model.corrected, self.d) @ ca.diag(self.dd)
-        by_reading = ca.jacobian(model.corrected, model.q) + by_curves
-        return ca.densify(model.by_corrected(joint, model.frames[joint][1]) @ by_reading)
-
-
-def _with_curves(calibrated: CalibratedRobot) -> _Curved:
-    """Return the model, with symbols in place of its curves where it has any."""
+def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:
+    """Return the model with symbols for its error curves' values and slopes at q, and these."""
     m, deflection = len(calibrated.robot.actuated), calibrated.deflection
     d, dd = ca.SX.sym("d", m), ca.SX.sym("dd", m)
     if deflection.curves is None:
-        return _Curved(calibrated.pose_model, d, dd)
+        return calibrated.pose_model, d, dd
     rest = replace(calibrated, deflection=deflection.without_curves).pose_model
 
     def correct(q: Any) -> Any:
@@ -117,7 +99,14 @@ def _with_curves(calibrated: CalibratedRobot) -> _Curved:
         return ca.vertcat(true[:m] + d, true[m:])
 
     origins = calibrated.model.origins(calibrated.values)
-    return _Curved(PoseModel.of(calibrated.robot, origins, correct), d, dd)
+    return PoseModel.of(calibrated.robot, origins, correct), d, dd
+
+
+def _jacobian(model: PoseModel, joint: int, d: Any, dd: Any) -> Any:
+    """Return :meth:`.PoseModel.jacobian`, by the curves of such values and slopes, too."""
+    by_curves: Any = ca.jacobian(model.corrected, d) @ ca.diag(dd)
+    by_reading = ca.jacobian(model.corrected, model.q) + by_curves
+    return ca.densify(model.by_corrected(joint, model.frames[joint][1]) @ by_reading)
 
 
 def _flange(request: Request) -> int:
