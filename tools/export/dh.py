@@ -7,52 +7,44 @@ import csv
 import io
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 
+from ...solver.calibration import pose_of_numbers
+from ...solver.data import turn
 from ...solver.robot import Joint
-from .request import Exported, Request, losses_without, rigid, to_axis
+from .request import Exported, Request, losses_without
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
 
 
 class Row(NamedTuple):
-    """The numbers of one joint."""
+    """The numbers of one joint, or of a step between two axes."""
 
-    joint: str
-    type: str
+    joint: str = ""
+    type: str = ""
     """``revolute`` (continuous too) or ``prismatic``."""
-    form: str
+    form: str = ""
     """``dh``, ``mdh`` in a modified table, or ``hayati``: the row's alpha is of such a step."""
-    theta: float
-    """[rad], added to q of a revolute joint."""
-    d: float
-    """[m], added to q of a prismatic joint."""
-    a: float
-    alpha: float
-    beta: float
-    """[rad], Hayati's parameter; zero in every row of another form."""
-
-
-class _Step(NamedTuple):
-    """A step between two axes, its numbers as a row has them."""
-
-    hayati: bool = False
     theta: float = 0.0
+    """[rad], added to q of a revolute joint."""
     d: float = 0.0
+    """[m], added to q of a prismatic joint."""
     a: float = 0.0
     alpha: float = 0.0
     beta: float = 0.0
+    """[rad], Hayati's parameter; zero in every row of another form."""
 
     @property
     def matrix(self) -> np.ndarray:
-        """The transform A."""
-        about_z = rigid((0, 0, self.d, 0, 0, self.theta))
-        return about_z @ rigid((self.a, 0, 0, self.alpha, 0, 0)) @ rigid((0, 0, 0, 0, self.beta, 0))
+        """The step's transform, shape (4, 4)."""
+        moves = ((0, 0, self.d, 0, 0, self.theta), (self.a, 0, 0, self.alpha, 0, 0))
+        return reduce(np.matmul, pose_of_numbers([*moves, (0, 0, 0, 0, self.beta, 0)]))
 
 
 def dh_table(
@@ -64,30 +56,43 @@ def dh_table(
     from the last line's frame to the link that carries the ball (``flange``), and to it (``tool``).
     """
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
-    steps: list[_Step] = []
+    steps: list[Row] = []
     # From the frame on the present line to the URDF's frame of that joint: a turn about the line
     # and a shift along it, so that it may stand on either side of the joint's motion.
     rest, base, begin = np.eye(4), np.eye(4), 0
     for i in moving:
-        upright = to_axis(joints[i].axis)
-        across = reduce(np.matmul, map(rigid, origins[begin : i + 1]), rest) @ upright
+        upright = _to_axis(joints[i].axis)
+        across = reduce(np.matmul, pose_of_numbers(origins[begin : i + 1]), rest) @ upright
         if begin == 0:
             base, rest = across, np.eye(4)
         else:
             steps.append(_step(across))
             rest = np.linalg.inv(steps[-1].matrix) @ across
         rest, begin = rest @ upright.T, i + 1
-    flange = reduce(np.matmul, map(rigid, origins[begin:-1]), rest)
+    flange = reduce(np.matmul, pose_of_numbers(origins[begin:-1]), rest)
     rows: list[Row] = []
-    overs = [*steps, _Step()] if standard else [_Step(), *steps]
-    for i, along, over in zip(moving, [*steps, _Step()], overs, strict=True):
+    overs = [*steps, Row()] if standard else [Row(), *steps]
+    for i, along, over in zip(moving, [*steps, Row()], overs, strict=True):
         kind = "prismatic" if joints[i].type == "prismatic" else "revolute"
-        form = "hayati" if over.hayati else "dh" if standard else "mdh"
-        rows.append(Row(joints[i].name, kind, form, along.theta, along.d, *over[3:]))
-    return rows, {"base": base, "flange": flange, "tool": flange @ rigid(origins[-1])}
+        form = over.form or ("dh" if standard else "mdh")
+        rows.append(
+            over._replace(joint=joints[i].name, type=kind, form=form, theta=along.theta, d=along.d)
+        )
+    return rows, {"base": base, "flange": flange, "tool": flange @ pose_of_numbers(origins[-1])}
 
 
-def _step(across: np.ndarray) -> _Step:
+def _to_axis(axis: Sequence[float]) -> np.ndarray:
+    """Return the smallest turn that carries the z axis to another axis, shape (4, 4)."""
+    x, y, z = axis
+    sine = math.hypot(x, y)
+    if sine < 1e-12:
+        return np.diag([1.0, math.copysign(1, z), math.copysign(1, z), 1.0])
+    T = np.eye(4)
+    T[:3, :3] = turn(np.array([-y, x, 0.0]) * (math.atan2(sine, z) / sine))
+    return T
+
+
+def _step(across: np.ndarray) -> Row:
     """Return the step from a frame to another line, which is the z axis of ``across``."""
     point, line = across[:3, 3], across[:3, 2]
     if math.hypot(line[0], line[1]) < math.sin(NEARLY_PARALLEL):
@@ -98,17 +103,17 @@ def _step(across: np.ndarray) -> _Step:
     upright = np.array([0.0, 0.0, 1.0])
     d, a, _ = np.linalg.solve(np.stack([upright, normal, -line], axis=1), point).tolist()
     alpha = math.atan2(float(np.cross(upright, line) @ normal), float(line[2]))
-    return _Step(False, math.atan2(normal[1], normal[0]), d, a, alpha)
+    return Row(theta=math.atan2(normal[1], normal[0]), d=d, a=a, alpha=alpha)
 
 
-def _hayati(point: np.ndarray, line: np.ndarray) -> _Step:
+def _hayati(point: np.ndarray, line: np.ndarray) -> Row:
     x, y, _ = point - point[2] / line[2] * line  # where the line pierces the plane z = 0
     sign = -1.0 if x < 0 else 1.0
     theta = math.atan2(sign * y, sign * x)
-    turned = rigid((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
+    turned = pose_of_numbers((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
     beta = math.atan2(turned[0], math.hypot(turned[1], turned[2]))
     alpha = math.atan2(-turned[1], turned[2])
-    return _Step(True, theta, 0.0, sign * math.hypot(x, y), alpha, beta)
+    return Row(form="hayati", theta=theta, a=sign * math.hypot(x, y), alpha=alpha, beta=beta)
 
 
 def write(request: Request) -> Exported:

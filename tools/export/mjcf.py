@@ -14,10 +14,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...solver.calibration import joints_named
+from ...solver.calibration import joints_named, pose_of_numbers
 from ...solver.data import kabsch_rotation, turn
 from ...solver.robot import end_of_tag, with_attributes, with_edits
-from .request import Exported, ExportError, Request, after_last_exported, losses_without, rigid
+from .request import Exported, ExportError, Request, after_last_exported, losses_without
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 SAME_AXIS = 2e-3
@@ -72,7 +72,7 @@ def write(request: Request) -> Exported:
 
 def _links(origins: Any, request: Request) -> np.ndarray:
     """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
-    poses = accumulate(map(rigid, origins), np.matmul)
+    poses = accumulate(pose_of_numbers(origins), np.matmul)
     joints = request.calibration.robot.joints
     return np.array([T for T, joint in zip(poses, joints, strict=True) if joint.actuated])
 

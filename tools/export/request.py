@@ -2,10 +2,8 @@
 
 import hashlib
 import json
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
@@ -14,9 +12,9 @@ import numpy as np
 from ..._version import __version__
 from ...errors import MukcaError
 from ...solver.bayes.results import angles_near
-from ...solver.data import Pose, kabsch, turn
+from ...solver.calibration import pose_of_numbers
+from ...solver.data import kabsch
 from ...solver.results import encode
-from ...solver.robot import Origin
 
 if TYPE_CHECKING:
     from ...solver.calibration import Calibration
@@ -92,7 +90,7 @@ class Request:
             known = " or ".join(endings)
             raise ExportError(f"--out {self.file}: name a file that ends in {known}")
 
-    @cached_property
+    @property
     def origins(self) -> np.ndarray:
         """Origins of the chain's joints as ``calibrated.urdf`` has them, shape (joints, 6)."""
         return self.calibration.calibrated.origins
@@ -169,22 +167,6 @@ def plain(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text).replace("--", "-").replace("*/", "")
 
 
-def rigid(origin: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the transform of a URDF origin: x y z [m], roll pitch yaw [rad]."""
-    return Pose.of(Origin.of(origin)).matrix
-
-
-def to_axis(axis: Sequence[float]) -> np.ndarray:
-    """Return the smallest turn that carries the z axis to another axis."""
-    x, y, z = axis
-    sine = math.hypot(x, y)
-    if sine < 1e-12:
-        return np.diag([1.0, math.copysign(1, z), math.copysign(1, z), 1.0])
-    T = np.eye(4)
-    T[:3, :3] = turn(np.array([-y, x, 0.0]) * (math.atan2(sine, z) / sine))
-    return T
-
-
 def redistributed_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:
     """Return origins, shape (6,), of some joints, which take the changes of those before them."""
     origins: dict[str, np.ndarray] = {}
@@ -194,12 +176,13 @@ def redistributed_origins(request: Request, carried: Collection[str]) -> dict[st
         if joint.name in carried:
             origins[joint.name] = origin
             if changed:
-                T = change @ rigid(origin)
+                T = change @ pose_of_numbers(origin)
                 angles = angles_near(T[:3, :3], nominal[3:])
                 origins[joint.name] = np.concatenate([T[:3, 3], angles])
             change, changed = np.eye(4), False
         elif changed or np.any(origin != nominal):
-            change, changed = np.linalg.inv(rigid(nominal)) @ change @ rigid(origin), True
+            change = np.linalg.inv(pose_of_numbers(nominal)) @ change @ pose_of_numbers(origin)
+            changed = True
     return origins
 
 
