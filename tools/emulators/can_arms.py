@@ -40,7 +40,7 @@ class DamiaoEmulator(Emulator):
         if identifier != 0x7FF or len(data) != 8 or not 1 <= data[0] <= JOINTS:
             return
         motor = data[0]
-        self.begin()
+        self.arm.connect()
         if data[2:4] == b"\x33\x15":
             reply = data[:4] + struct.pack("<f", self.pmax)
         elif data[2] == 0xCC:
@@ -62,7 +62,7 @@ class PiperEmulator(Emulator):
         """Join the bus."""
         self._bus = CanPort(self, address)
         self.driver_address = f"piper:{self._bus.address}"
-        self.begin()
+        self.arm.connect()
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
@@ -125,7 +125,7 @@ class KinovaEmulator(Emulator):
         joint = actuator - FIRST_ACTUATOR
         if command != 1 or joint not in range(ACTUATORS):
             return
-        self.begin()
+        self.arm.connect()
         state = self.next_state(self.moment)
         torque = state.effort[joint] if state.effort else 0.0
         values = struct.pack("<4f", 0.0, math.degrees(state.position[joint]), 0.0, torque)

@@ -84,7 +84,6 @@ class Emulator(ABC):
         """Called while it serves nobody."""
         self.opened = ExitStack()
         """Sockets, lines and buses, to be closed at the end."""
-        self._begun = math.nan
         self._streaming_since = math.nan
         self._sent = 0
         self._frozen: JointState | None = None
@@ -101,12 +100,7 @@ class Emulator(ABC):
     @property
     def moment(self) -> float:
         """The arm's time [s]: it stands at 0 until the first connection."""
-        return 0.0 if math.isnan(self._begun) else clock.now() - self._begun
-
-    def begin(self) -> None:
-        """Let the arm move, if it does not yet."""
-        if math.isnan(self._begun):
-            self._begun = clock.now()
+        return self.arm.now()
 
     def is_away(self, moment: float) -> bool:
         """Return whether it serves nobody at a moment [s], by a fault."""
@@ -151,9 +145,9 @@ class Emulator(ABC):
 
     def send_due(self) -> None:
         """Send the next state, if it is time to."""
-        due = self.due()
-        if clock.now() >= due:
-            moment = 0.0 if math.isnan(self._begun) else max(0.0, due - self._begun)
+        late = clock.now() - self.due()
+        if late >= 0:
+            moment = max(0.0, self.moment - late)
             state = self.next_state(moment)
             if self.is_away(moment):
                 for leave in self.on_away:

@@ -95,7 +95,7 @@ class ServoEmulator(Emulator):
                     self._reply(*request)
 
     def _reply(self, servo: int, instruction: int, parameters: bytes) -> None:
-        self.begin()
+        self.arm.connect()
         asked: Sequence[int] = [one for one in self._known if servo in (one, 0xFE)]
         if instruction == PING:
             answers = [(one, self._pong()) for one in asked]

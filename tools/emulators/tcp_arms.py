@@ -75,7 +75,7 @@ class UrEmulator(Emulator):
         elif kind in (b"S", b"P"):
             self._tcp.send(packed(kind, b"\x01"))
             self.streaming = kind == b"S"
-            self.begin()
+            self.arm.connect()
 
     def _set_up(self, payload: bytes) -> None:
         if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) > 0:
@@ -135,10 +135,10 @@ class XArmEmulator(Emulator):
     def _follow(self) -> None:
         self.streaming = bool(self._fast.clients)
         if self.streaming:
-            self.begin()
+            self.arm.connect()
 
     def _send_rich(self) -> None:
-        self.begin()
+        self.arm.connect()
         self._rich.send(rich_report(self.arm.state(0.0)))
 
 

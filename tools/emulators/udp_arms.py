@@ -61,7 +61,7 @@ class FrankaEmulator(Emulator):
         own = 99 if self.faults.is_active("version", self.moment) else int(self.version)
         self._reply(0, identifier, struct.pack("<BH", version != own, own))
         for client in self._tcp.clients if version == own else ():  # it may have left
-            self.begin()
+            self.arm.connect()
             self._target, self.streaming = (client.getpeername()[0], port), True
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
@@ -130,7 +130,7 @@ class KukaEmulator(Emulator):
     def _reply(self, _: bytes) -> None:
         """Count a reply; the client counts its replies from 0."""
         self._replies += 1
-        self.begin()
+        self.arm.connect()
 
 
 def encode_message(
