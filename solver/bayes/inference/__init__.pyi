@@ -7,4 +7,3 @@ from .objective import Objective as Objective
 from .objective import linearise as linearise
 from .posterior import JointPosterior as JointPosterior
 from .posterior import Posterior as Posterior
-from .state import State as State

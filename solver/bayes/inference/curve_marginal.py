@@ -38,6 +38,22 @@ class CurveFit:
     """w_i, shape (N,)."""
 
     @cached_property
+    def shift(self) -> np.ndarray:
+        """[R, c without e], shape (coefficients, d + 1) [rad]; zero where nothing is given."""
+        d, given = self.state.objective.size, self.prior.given
+        if given is not None:
+            return given.shift(self.state.x, d)
+        return np.zeros((np.prod(self.samples.shape), d + 1))
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """[G_i, a_i] for e in place of the curves, shape (N, 3, d + 1) [m]."""
+        columns = self.samples.columns
+        if self.prior.given is None:
+            return columns
+        return columns + (self.samples.basis @ self.shift).reshape(columns.shape)
+
+    @cached_property
     def rest(self) -> tuple[np.ndarray, np.ndarray]:
         """See :func:`rest_of`."""
         return rest_of(self.state, len(self.weights) / len(self.state.errors))
@@ -56,8 +72,8 @@ class CurveFit:
     def curves(self) -> tuple[np.ndarray, ...]:
         """The curves' part of M and, unless it is given, its derivative by log l, (3 N, 3 N)."""
         samples, prior = self.samples, self.prior
-        if samples.given is not None:
-            return (samples.given_covariance,)
+        if prior.given is not None:
+            return (samples.basis @ prior.block @ samples.basis.T,)
         if not prior.amplitude:
             return ()
         S, n = samples.slopes, len(samples.readings)
@@ -87,7 +103,7 @@ class CurveFit:
     @cached_property
     def whitened(self) -> np.ndarray:
         """L^-1 [G, a], shape (3 N, d + 1)."""
-        return _times(self.root, self.samples.columns)
+        return _times(self.root, self.columns)
 
     @cached_property
     def solved(self) -> np.ndarray:
@@ -116,9 +132,9 @@ class CurveFit:
 
     def weights_at(self, y: np.ndarray, e: np.ndarray) -> np.ndarray:
         """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
-        (index, basis), samples = self.samples.places, self.samples
+        index, basis = self.samples.places
         shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
-        errors = (samples.columns @ y)[..., None] + samples.slopes @ shifts[..., None]
+        errors = (self.columns @ y)[..., None] + self.samples.slopes @ shifts[..., None]
         return (self.degrees + 3) / (self.degrees + self.squares_of(errors))
 
     @cached_property

@@ -1,7 +1,7 @@
-"""The prior of all joints' error curves: a Gaussian process, or what an earlier calibration told.
+"""The prior of all joints' error curves: a Gaussian process, or an earlier calibration's posterior.
 
-Coefficients of curves are joint after joint. In (A9) they are c = mu_c + R (x - mu_x) + e; of a
-process, e is all there is.
+Coefficients of curves are in the order of the effect: knot after knot, at each robot after robot.
+In (A9) they are c = mu_c + R (x - mu_x) + e; of a process, e is all there is.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ..model import ExtendedModel
-from ..model.effects import CURVE, KNOTS, circulant, spectrum
+from ..model.effects import CURVE, circulant, spectrum
 
 JITTER, LEAST = 1e-6, 1e-20
 """Added to a prior's correlations, and the least of its variances, so that it has an inverse."""
@@ -19,19 +19,19 @@ JITTER, LEAST = 1e-6, 1e-20
 
 @dataclass(frozen=True)
 class GivenCurves:
-    """Knowledge of one robot's curves by a prior."""
+    """Prior of one robot's curves by an earlier calibration."""
 
     mean: np.ndarray
-    """mu_c, shape (m KNOTS,) [rad]."""
+    """mu_c, shape (KNOTS m,) [rad]."""
     known: np.ndarray
     """mu_x, shape (size,)."""
     by_unknowns: np.ndarray
-    """R, shape (m KNOTS, size); zero for what the prior does not tell of."""
+    """R, shape (KNOTS m, size); zero for unknowns of which the calibration has none."""
     covariance: np.ndarray
-    """Of e, shape (m KNOTS, m KNOTS)."""
+    """Of e, shape (KNOTS m, KNOTS m)."""
 
     def shift(self, x: np.ndarray, d: int) -> np.ndarray:
-        """Return R, padded to d unknowns, and c without e at x, shape (m KNOTS, d + 1)."""
+        """Return R, padded to d unknowns, and c without e at x, shape (KNOTS m, d + 1)."""
         size = len(self.known)
         there = self.mean + self.by_unknowns @ (x[:size] - self.known)
         return np.column_stack([np.pad(self.by_unknowns, ((0, 0), (0, d - size))), there])
@@ -46,7 +46,7 @@ class CurvePrior:
     length: float
     """l [rad]."""
     given: GivenCurves | None = None
-    """Knowledge beyond the process that the curves were of at first."""
+    """Prior by an earlier calibration; None for the process alone."""
 
     @cached_property
     def block(self) -> np.ndarray:
@@ -65,16 +65,22 @@ class CurvePrior:
         return np.linalg.inv(correlations) * unit[:, None] * unit
 
 
+def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
+    """Add to a matrix of all curves' coefficients, in place, a block for each joint."""
+    joints = len(matrix) // len(block)
+    for k in range(joints):
+        matrix[k::joints, k::joints] += block
+
+
 def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
-    """Return what the prior of a single robot tells of its curves; None for nothing."""
+    """Return the prior of a single robot's curves by an earlier calibration; None without one."""
     model = models[0]
     if len(models) > 1 or model.given is None:
         return None
-    joints = model.robot.joint_names
-    names = np.reshape(CURVE.coefficient_names(joints), (KNOTS, -1)).T.ravel().tolist()
-    if not {*names} & {*model.given.names}:
-        return None
+    names = CURVE.coefficient_names(model.robot.joint_names)
     own, others = model.given.of(names), model.given.of(model.names)
+    if not own.names:
+        return None
     n, S = len(own.names), model.given.of([*own.names, *others.names]).covariance
     unit = 1 / np.sqrt(np.diag(S)[n:])
     by_others = S[:n, n:] * unit @ np.linalg.inv(S[n:, n:] * unit[:, None] * unit) * unit
@@ -85,5 +91,5 @@ def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
     by_unknowns, covariance = (np.zeros((len(names), k)) for k in (model.size, len(names)))
     by_unknowns[np.ix_(rows, columns)] = by_others
     covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
-    told = GivenCurves(mean, known, by_unknowns, covariance)
-    return CurvePrior(*model.given.curve_scales, told)
+    given = GivenCurves(mean, known, by_unknowns, covariance)
+    return CurvePrior(*model.given.curve_scales, given)

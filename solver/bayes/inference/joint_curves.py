@@ -65,8 +65,7 @@ def _with_joint_curves(
     found: JointPosterior, other: tuple[JointPosterior, float] | None
 ) -> tuple[JointPosterior, str]:
     prior = given_curves(found.models)
-    given = None if prior is None else prior.given
-    around = samples_around(found.state, found.objective.rows, None, given)
+    around = samples_around(found.state, found.objective.rows)
     n = len(around[1].sources)
     if prior is not None:
         rows = _drawn(n, MOST_SAMPLES)
@@ -89,7 +88,7 @@ def _with_joint_curves(
         return found, f"not supported by the data {evidence}"
     chosen, whole = found, found.log_evidence - before
     if other is not None:
-        beside = samples_around(other[0].state, found.objective.rows, None)
+        beside = samples_around(other[0].state, found.objective.rows)
         fit = _fit_of(beside, rows, fitted.prior)
         near = replace(fit.state, noises=fitted.state.noises)
         fit = marginalised(replace(fit, state=near, weights=fitted.next_weights))
@@ -132,20 +131,19 @@ def _settled(
     weights, coefficients = np.ones(len(state.errors)), np.zeros(fitted.samples.shape)
     weights[rows] = fitted.next_weights
     for _ in range(ROUNDS):
-        around = samples_around(state, readings, coefficients, prior.given)
-        fit = CurveFit(*around, prior, weights)
+        fit = CurveFit(*samples_around(state, readings, coefficients), prior, weights)
         part = given_rest(fit)
         change, _ = posterior_beside(fit.state, fit.rest, part.information)
         y = np.append(change, 1.0)
-        e = part.mean(y)
+        e = part.gain @ y
         weights = fit.weights_at(y, e)
-        coefficients = (e + fit.samples.shift @ y).reshape(coefficients.shape)
+        coefficients = (e + fit.shift @ y).reshape(coefficients.shape)
         state = fit.state.changed(change)
-        moved = np.abs(fit.samples.columns[:, :, :-1] @ change).max()
+        moved = np.abs(fit.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
         if max(moved, np.abs(weights - fit.weights).max()) < STILL:
             break
-    state, samples = samples_around(state, readings, coefficients, prior.given)
+    state, samples = samples_around(state, readings, coefficients)
     nu = state.degrees
     part = given_rest(CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5)))
     _, known = posterior_beside(state, rest_of(state, widened=True), part.information)
@@ -160,16 +158,17 @@ def _posterior(
     whole: np.ndarray,
     log_evidence: float,
 ) -> JointPosterior:
-    """Return the result with curves, (robots, m, KNOTS), last in the covariance, in their place."""
-    readings, state, m = found.objective, fitted.state, curves.shape[1]
+    """Return the result with curves, (KNOTS, robots, m), last in the covariance, in their place."""
+    readings, state, own = found.objective, fitted.state, found.own
     models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
-    world, own = replace(readings, models=models), readings.own
+    world = replace(readings, models=models)
     process = CurvePrior(fitted.prior.amplitude, fitted.prior.length)
+    places = readings.size + np.arange(curves.size).reshape(curves.shape)
     order, groups = list[np.ndarray](), list[PriorGroup]()
     for i, model in enumerate(models):
-        knots = readings.size + (i * m + np.arange(len(model.robot.joint_names))) * KNOTS
-        order += [np.arange(own[i].start, own[i].stop), (np.arange(KNOTS)[:, None] + knots).ravel()]
-        groups.append(_curve_group(model, order[-1], process, whole))
+        knots = places[:, i, : len(model.robot.joint_names)]
+        order += [np.arange(own[i].start, own[i].stop), knots.ravel()]
+        groups.append(_curve_group(model, knots, process, whole))
     picked = np.concatenate([*order, np.arange(int(own[-1].stop), readings.size)])
     place = np.argsort(np.append(picked, np.setdiff1d(np.arange(len(whole)), picked)))
 
@@ -190,17 +189,17 @@ def _posterior(
 
 
 def _curve_group(
-    model: ExtendedModel, members: np.ndarray, prior: CurvePrior, whole: np.ndarray
+    model: ExtendedModel, knots: np.ndarray, prior: CurvePrior, whole: np.ndarray
 ) -> PriorGroup:
-    """Return the prior of a robot's curves, whose knots are members of the covariance."""
+    """Return the prior of a robot's curves by their places in the covariance, (KNOTS, m)."""
     effective = 0.0
-    for own, joint in zip(members.reshape(KNOTS, -1).T, model.robot.actuated, strict=True):
+    for own, joint in zip(knots.T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":
             effective += KNOTS - float(np.sum(prior.inverse * whole[np.ix_(own, own)]))
     return PriorGroup(
         CURVE.name,
         CURVE.unit,
-        members,
+        knots.ravel(),
         prior.amplitude,
         effective=effective,
         length=prior.length,

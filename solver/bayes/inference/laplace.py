@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import erfc, log, pi, sqrt
+from math import erfc, exp, log, pi, sqrt
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def expectation_propagation(
         centre, variance = now @ (h + nu), np.diag(now)
         free, pull = 1 / variance - tau, centre / variance - nu  # without its own factor
         z = pull / np.sqrt(free)
-        hazard, excess, log_half = _half(z)
+        hazard, excess, log_half = np.array([_half(one) for one in z.tolist()]).T
         wanted = free / (1 - hazard * excess)  # 1 / variance with the bound
         change = np.array([wanted - free - tau, wanted * excess / np.sqrt(free) - pull - nu])
         tau, nu = tau + DAMPING * change[0], nu + DAMPING * change[1]
@@ -59,24 +59,18 @@ def expectation_propagation(
     return tau / unit**2, nu / unit, share
 
 
-def _half(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return figures of a standard Gaussian around z of which only x >= 0 is left."""
-    hazard, excess, log_half = np.empty(len(z)), np.empty(len(z)), np.empty(len(z))
-    for i, one in enumerate(z.tolist()):
-        density = -0.5 * one**2 - 0.5 * log(2 * pi)
-        if one > -5:
-            half = 0.5 * erfc(-one / sqrt(2))
-            hazard[i] = np.exp(density) / half
-            excess[i] = one + hazard[i]
-            log_half[i] = log(half)
-        else:  # Laplace's continued fraction, where rounding would leave nothing
-            rest = -one
-            for k in range(40, 1, -1):
-                rest = -one + k / rest
-            excess[i] = 1 / rest
-            hazard[i] = excess[i] - one
-            log_half[i] = density - log(hazard[i])
-    return hazard, excess, log_half
+def _half(z: float) -> tuple[float, float, float]:
+    """Return hazard, mean and log share of the half x >= 0 of a standard Gaussian around z."""
+    log_density = -0.5 * z**2 - 0.5 * log(2 * pi)
+    if z > -5:
+        share = 0.5 * erfc(-z / sqrt(2))
+        hazard = exp(log_density) / share
+        return hazard, z + hazard, log(share)
+    rest = -z  # Laplace's continued fraction, where rounding would leave nothing
+    for k in range(40, 1, -1):
+        rest = -z + k / rest
+    mean = 1 / rest
+    return mean - z, mean, log_density - log(mean - z)
 
 
 def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
@@ -96,7 +90,8 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
     evidence += 0.5 * float(slope @ away)
     evidence -= 0.5 * covariance.log_determinant
     bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
-    widened, mean = widths_held(state).prior_precision(widened=True), state
+    known = tuple(replace(g, learned=g.learned and not _averaged(g)) for g in state.groups)
+    widened, mean = replace(state, groups=known).prior_precision(widened=True), state
     if len(b):
         sigma, pulled = covariance.dense[np.ix_(b, b)], np.zeros(objective.size)
         bounds[b], pulled[b], log_share = expectation_propagation((x - away)[b], sigma)
@@ -107,9 +102,9 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
         if change.any():
             mean = moved(state, change)
             iterates = [*iterates, mean.x]
-    known = _of_data(state).plus(widened).inverse(free).whole()
+    sigma = _of_data(state).plus(widened).inverse(free).whole()
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
-    return JointPosterior(mean, over_widths(state, known), weights, evidence, iterates)
+    return JointPosterior(mean, _over_widths(state, sigma), weights, evidence, iterates)
 
 
 def _of_data(state: State) -> ArrowheadMatrix:
@@ -137,15 +132,12 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
 
 def log_prior_share(state: State) -> float:
     """Return log A: a half is within the bound for each unknown whose mean is zero."""
-    shares = [
-        erfc(-mean / variance**0.5 / sqrt(2)) / 2
-        for group in state.groups
-        if group.non_negative and group.width
-        for mean, variance in zip(
-            group.mean.tolist(), np.diag(group.covariance(group.width)).tolist(), strict=True
-        )
-    ]
-    return float(np.sum(np.log(shares)))
+    result = 0.0
+    for group in state.groups:
+        if group.non_negative and group.width:
+            ratios = group.mean / np.sqrt(np.diag(group.covariance(group.width)))
+            result += sum(_half(one)[2] for one in ratios.tolist())
+    return result
 
 
 def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
@@ -160,13 +152,7 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
     return result
 
 
-def widths_held(state: State) -> State:
-    """Return a state whose geometry's widths count as known, to be averaged over afterwards."""
-    known = tuple(replace(g, learned=g.learned and not _averaged(g)) for g in state.groups)
-    return replace(state, groups=known)
-
-
-def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
+def _over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
     """Return a covariance of all unknowns, made at known widths, averaged over these (A10)."""
     for own in state.objective.own:
         mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
@@ -176,6 +162,7 @@ def over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
 
 
 def _averaged(group: PriorGroup) -> bool:
+    """Return True for the geometry's widths: known in a fit, and averaged over afterwards."""
     return group.learned and group.width > 0 and group.name in GEOMETRY_WIDTHS
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..model import SampleRows
 from ..model.effects import KNOTS, curve_values, splines
-from .curve_prior import GivenCurves
 from .objective import linearise
 from .state import State
 
@@ -17,7 +16,7 @@ class LinearSamples:
     """N samples of robots with m joints at most, and d unknowns y beside the curves, see (A7)."""
 
     columns: np.ndarray
-    """[G_i, a_i], shape (N, 3, d + 1) [m]; with given curves, of these but e."""
+    """[G_i, a_i], shape (N, 3, d + 1) [m]."""
     readings: np.ndarray
     """q_ij, shape (N, m) [rad]."""
     slopes: np.ndarray
@@ -28,10 +27,6 @@ class LinearSamples:
     """Index of each sample's noise, shape (N,)."""
     count: int
     """Number of robots."""
-    given: GivenCurves | None
-    """Knowledge of one robot's curves by a prior."""
-    shift: np.ndarray
-    """[R, c without e], shape (robots m KNOTS, d + 1) [rad]; zero where nothing is given."""
 
     def of(self, rows: np.ndarray) -> "LinearSamples":
         """Return some of the samples."""
@@ -40,31 +35,25 @@ class LinearSamples:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of all curves' coefficients: robots, m, KNOTS."""
-        return self.count, self.readings.shape[1], KNOTS
+        """Shape of all curves' coefficients: (KNOTS, robots, m)."""
+        return KNOTS, self.count, self.readings.shape[1]
 
     @cached_property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """The four coefficients of each sample and joint among all, and their weights."""
         index, weights = splines(self.readings)
-        m = self.readings.shape[1]
-        first: np.ndarray = (self.arms[:, None] * m + np.arange(m, dtype=np.int64)) * KNOTS
-        return index + first[..., None], weights
+        _, robots, m = self.shape
+        first: np.ndarray = self.arms[:, None] * m + np.arange(m, dtype=np.int64)
+        return index * (robots * m) + first[..., None], weights
 
     @cached_property
     def basis(self) -> np.ndarray:
-        """F, derivatives of the errors by all coefficients, shape (3 N, robots m KNOTS)."""
+        """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS robots m)."""
         (places, weights), n = self.places, len(self.readings)
-        basis = np.zeros((n, 3, self.count * self.readings.shape[1] * KNOTS))
+        basis = np.zeros((n, 3, np.prod(self.shape)))
         for k in range(3):
             basis[np.arange(n)[:, None, None], k, places] = self.slopes[:, k, :, None] * weights
         return basis.reshape(3 * n, -1)
-
-    @cached_property
-    def given_covariance(self) -> np.ndarray:
-        """Covariance of the given curves' part of the errors, shape (3 N, 3 N) [m^2]."""
-        assert self.given is not None
-        return self.basis @ self.given.covariance @ self.basis.T
 
     @cached_property
     def distances(self) -> np.ndarray:
@@ -74,47 +63,34 @@ class LinearSamples:
 
 
 def samples_around(
-    state: State, readings: SampleRows, curves: np.ndarray | None, given: GivenCurves | None = None
+    state: State, readings: SampleRows, curves: np.ndarray | None = None
 ) -> tuple[State, LinearSamples]:
-    """Return a state at the joint positions that curves, (robots, m, KNOTS), make of readings."""
-    scene = readings.scene
-    widest = max(arm.positions.shape[1] for arm in scene.arms)
-    curves = np.zeros((len(scene.arms), widest, KNOTS)) if curves is None else curves
-    positions = np.concatenate([_padded(arm.positions, widest) for arm in scene.arms])
-    shifts = [
-        curve_values(arm.positions, own[: arm.positions.shape[1]].T.ravel())
-        for arm, own in zip(scene.arms, curves, strict=True)
-    ]
-    true = zip(scene.arms, shifts, strict=True)
-    arms = tuple(replace(arm, positions=arm.positions + shift) for arm, shift in true)
-    rows = SampleRows(replace(scene, arms=arms))
-    objective = replace(state.objective, rows=rows)
+    """Return a state at the joint positions that curves, (KNOTS, robots, m), make of readings."""
+    arms, objective = readings.scene.arms, state.objective
+    n, d, m = len(readings.source_of), objective.size, state.linear.by_joints.shape[2]
+    positions, shifts, turning = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
+    robots = np.zeros(n, dtype=np.int64)
+    for i, (own, arm, model) in enumerate(zip(readings.own, arms, objective.models, strict=True)):
+        width = arm.positions.shape[1]
+        positions[own, :width], robots[own] = arm.positions, i
+        turning[own, :width] = [joint.type != "prismatic" for joint in model.robot.actuated]
+        if curves is not None:
+            shifts[own, :width] = curve_values(arm.positions, curves[:, i, :width].ravel())
+    true = tuple(
+        replace(arm, positions=arm.positions + shifts[own, : arm.positions.shape[1]])
+        for own, arm in zip(readings.own, arms, strict=True)
+    )
+    rows = SampleRows(replace(readings.scene, arms=true))
+    objective = replace(objective, rows=rows)
     linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
-    n, d = len(positions), objective.size
-    robots = np.zeros(n, dtype=np.int64)
-    slopes = linear.by_joints.copy()
-    for i, (own, model) in enumerate(zip(rows.own, objective.models, strict=True)):
-        robots[own] = i
-        prismatic = [k for k, j in enumerate(model.robot.actuated) if j.type == "prismatic"]
-        slopes[own][:, :, prismatic] = 0.0
+    slopes = linear.by_joints * turning[:, None]
     columns, seated = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
     columns[:, :, : objective.dense] = linear.by_unknowns
     centres = objective.dense + 3 * rows.sockets[:, None] + np.arange(3)
     columns[seated[:, None], np.arange(3), centres] = -1.0
-    bent = np.concatenate([_padded(shift, widest) for shift in shifts])
-    columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, bent)
-    shift = np.zeros((curves.size, d + 1)) if given is None else given.shift(state.x, d)
-    samples = LinearSamples(
-        columns, positions, slopes, robots, rows.source_of, len(arms), given, shift
-    )
-    if given is not None:
-        columns += (samples.basis @ shift).reshape(columns.shape)
-    return state, samples
-
-
-def _padded(rows: np.ndarray, width: int) -> np.ndarray:
-    return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
+    columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, shifts)
+    return state, LinearSamples(columns, positions, slopes, robots, rows.source_of, len(arms))
 
 
 def rest_of(

@@ -110,13 +110,11 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     volume = _volume_weight(state, spread)
     bounded = state.bounded
     held = state.at_zero & ~(may_leave & bounded[: objective.model_size])
-    released, unheld = replace(state, at_zero=held), covariance
-    if (held != state.at_zero).any():
-        prior, unheld = released.prior_precision(), None
+    released = replace(state, at_zero=held)
+    free, prior = released.free, released.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
     gradient = slope + state.prior_gradient(prior) + volume * state.linear.by_volume
-    free, H = released.free, information.plus(prior)
-    change, covariance = active_set_step(H, gradient, x, free, bounded & free, unheld)
+    change, covariance = active_set_step(information.plus(prior), gradient, x, free, bounded & free)
     return Step(change, covariance, spread, volume, float(gradient @ change))
 
 

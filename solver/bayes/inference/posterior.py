@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ...data import MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Kind, Movement, Noise, PriorGroup
+from ..model import Deflection, ExtendedModel, Kind, Noise, PriorGroup
+from ..model.effects import CURVE
 from .objective import Objective
 from .state import State
 
@@ -125,13 +126,11 @@ class JointPosterior:
         kept = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
         return self.whole[kept[:, None], kept]
 
-    @property
-    def movements(self) -> tuple[tuple[Movement, np.ndarray], ...]:
-        """Movements of placements while they were recorded, with the unknowns."""
-        movements = self.objective.movements
-        ends = (self.own[-1].stop + np.cumsum([one.size for one in movements])).tolist()
-        each = zip(movements, ends, strict=True)
-        return tuple((one, self.state.x[end - one.size : end]) for one, end in each)
+    @cached_property
+    def active(self) -> tuple[tuple[str, ...], ...]:
+        """Names of each robot's groups that are not held at zero, but curves."""
+        names = [[group.name for group in arm.groups if group.width] for arm in self.arms]
+        return tuple(tuple(name for name in own if name != CURVE.name) for own in names)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).
@@ -146,10 +145,7 @@ class JointPosterior:
     def _arm(self, robot: int) -> Posterior:
         objective, state, own = self.objective, self.state, self.own[robot]
         rows, base = objective.rows.own[robot], objective.rows.base(robot, state.frames)
-        known = self.whole[own, own]
-        if objective.size > objective.dense:
-            picked = np.r_[own, objective.dense : objective.size]
-            known = self.whole[np.ix_(picked, picked)]
+        rows_known = np.r_[own, objective.dense : objective.size]
         mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
         kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
         noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
@@ -161,7 +157,7 @@ class JointPosterior:
             self.scene.arms[robot],
             state.x[own],
             state.centres if base is None else base.inverse().apply(state.centres),
-            known,
+            self.whole[np.ix_(rows_known, rows_known)],
             tuple(replace(g, members=g.members - own.start) for g in mine),
             noises,
             state.linear.points[rows],

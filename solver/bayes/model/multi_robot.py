@@ -36,10 +36,9 @@ class SampleRows:
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
     @cached_property
-    def seated(self) -> slice | np.ndarray:
-        """Samples that are in a socket."""
-        seated = self.every.sockets >= 0
-        return slice(None) if seated.all() else seated
+    def seated(self) -> np.ndarray:
+        """True for samples that are in a socket, shape (N,)."""
+        return self.every.sockets >= 0
 
     @cached_property
     def sockets(self) -> np.ndarray:
@@ -47,10 +46,8 @@ class SampleRows:
         return self.every.sockets[self.seated]
 
     @cached_property
-    def sources(self) -> tuple[np.ndarray | slice, ...]:
+    def sources(self) -> tuple[np.ndarray, ...]:
         """Samples that share one noise, those of a robot of one of :data:`KINDS`."""
-        if len(self.source_kinds) == 1:
-            return (slice(None),)
         return tuple(np.flatnonzero(self.source_of == k) for k in range(len(self.source_kinds)))
 
     @cached_property
@@ -71,18 +68,14 @@ class SampleRows:
         return 3 * robots + (self.every.sockets < 0) + self.every.turned
 
     @cached_property
-    def order(self) -> np.ndarray | slice:
+    def order(self) -> np.ndarray:
         """The samples in sockets, sorted by socket."""
-        sockets = self.every.sockets
-        if (sockets >= 0).all() and (np.diff(sockets) >= 0).all():
-            return slice(None)
-        seated = np.flatnonzero(sockets >= 0)
-        return seated[np.argsort(sockets[seated], kind="stable")]
+        return np.flatnonzero(self.seated)[np.argsort(self.sockets, kind="stable")]
 
     def by_socket(self, values: np.ndarray) -> np.ndarray:
         """Return the sums over the samples of each socket, shape (S, ...)."""
         sockets = np.arange(self.every.socket_count)
-        starts = np.searchsorted(self.every.sockets[self.order], sockets)
+        starts = np.searchsorted(np.sort(self.sockets), sockets)
         return np.add.reduceat(values[self.order], starts, axis=0)
 
     @cached_property

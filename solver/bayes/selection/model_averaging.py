@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from math import log
 
 import numpy as np
 
-from ...data import FrameError, MultiRobotObservations, fit_pose
-from ..inference import JointPosterior, Objective, State, linearise, refit
+from ...data import FrameError, MultiRobotObservations, fit_pose, rotation_vectors
+from ..inference import JointPosterior, Objective, linearise, refit
 from ..model import PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
@@ -26,7 +27,7 @@ fit for each placement would take too long where there are many."""
 def log_odds(model: JointPosterior) -> float:
     """Return the logarithm of a model's odds before the data, by ALSO_TILTS."""
     pair = {COMPLIANCE.name, TILT.name}
-    both = sum(pair <= {g.name for g in arm.groups if g.width} for arm in model.arms)
+    both = sum(pair <= {*names} for names in model.active)
     return both * log(ALSO_TILTS)
 
 
@@ -43,10 +44,7 @@ def beside_curves(
     """Return the model that may be more probable beside curves, and the logarithm of its odds."""
     # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
     elastic, harmonics = {COMPLIANCE.name, TILT.name}, {one.name for one in HARMONICS}
-    own, *others = (
-        {group.name for arm in one.arms for group in arm.groups if group.width}
-        for one in (found, *models)
-    )
+    own, *others = ({*chain(*one.active)} for one in (found, *models))
     pairs = zip(models, others, strict=True)
     bent = [model for model, names in pairs if names & elastic and not names & harmonics]
     if not bent or (own & elastic and not own & harmonics):
@@ -77,30 +75,19 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
             groups[robot, group.name] = replace(group, members=rows[group.members])
     mean = probabilities @ means
     covariance += ((means - mean).T * probabilities) @ (means - mean)
-    ordered = tuple(sorted(groups.values(), key=_first))
+    ordered = tuple(sorted(groups.values(), key=lambda group: int(group.members[0])))
     at_zero = np.zeros(objective.model_size, dtype=bool)
     for group in ordered:
         at_zero[group.members] = not group.width
     x, centres = np.zeros(len(at_zero)), np.zeros_like(best.state.centres)
-    state = State(
-        objective,
-        x,
-        centres,
-        best.state.frames,
-        ordered,
-        best.state.noises,
-        at_zero,
-        best.state.linear,
+    state = replace(
+        best.state, objective=objective, x=x, centres=centres, groups=ordered, at_zero=at_zero
     ).changed(mean)
     state = replace(state, linear=linearise(objective, state.x, state.frames))
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     iterates = [*before[:, : objective.model_size], state.x]
     return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
-
-
-def _first(group: PriorGroup) -> int:
-    return int(group.members[0])
 
 
 def _rows(whole: Objective, part: Objective) -> np.ndarray:
@@ -116,8 +103,7 @@ def _places(result: JointPosterior, near: JointPosterior) -> np.ndarray:
     """Return the frames, as changes from another result, and then the sockets."""
     changes: list[np.ndarray] = []
     for pose, there in zip(result.state.frames, near.state.frames, strict=True):
-        R = pose.rotation @ there.rotation.T  # hardly any turn, so its sine is its angle
-        turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+        (turn,) = rotation_vectors((pose.rotation @ there.rotation.T)[None])
         changes += [turn, pose.translation - there.translation]
     return np.concatenate([*changes, result.state.centres.ravel()])
 

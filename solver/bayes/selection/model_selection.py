@@ -94,7 +94,7 @@ def select_models(
     full, note = mean, ""
     if CURVE.extension in stages:
         full, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
-    if _active(full) != _active(mean):
+    if full.active != mean.active:
         models, probabilities, words = [full], np.ones(1), "; beside curves"
     notes = _notes(tried, types, models, probabilities, words)
     for own, arm in zip(notes, full.arms, strict=True):
@@ -121,7 +121,7 @@ def _notes(
     """Return for each robot what became of each extension, and of what is known of its type."""
     notes: list[list[str]] = [[] for _ in models[0].arms]
     for (stage, i), gain in tried.gains.items():
-        there = [bool({*EXTENSIONS[stage]} & {*_active(model)[i]}) for model in models]
+        there = [bool({*EXTENSIONS[stage]} & {*model.active[i]}) for model in models]
         notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
     for i, own in enumerate(notes if any(types) else ()):
         if types[i]:
@@ -158,7 +158,7 @@ def _search(
 ) -> _Tried:
     """Add extension after extension to the best model; twice, since one may help beside another."""
     best, gains = geometric, dict[tuple[str, int], float | None]()
-    models, tried, fits = {_active(best): best}, {_kept(best.models)}, list[JointPosterior]()
+    models, tried, fits = {best.active: best}, {_kept(best.models)}, list[JointPosterior]()
     for stage, robot in 2 * stages:
         own = list(best.models)
         own[robot] = own[robot].with_effects((*own[robot].extensions, *EXTENSIONS[stage]))
@@ -173,8 +173,8 @@ def _search(
             continue
         fits.append(candidate)
         gain = gains[stage, robot] = candidate.log_evidence - best.log_evidence
-        if _active(candidate) not in models:
-            models[_active(candidate)] = candidate
+        if candidate.active not in models:
+            models[candidate.active] = candidate
             best = candidate if gain > 0 else best
     return _Tried(list(models.values()), gains, fits)
 
@@ -195,7 +195,7 @@ def _by_type(
             progress("type prior")
             with suppress(NotConverged):
                 models[_kept(own)] = refit(found, own)
-    return list({_active(model): model for model in models.values()}.values())
+    return list({model.active: model for model in models.values()}.values())
 
 
 def _supported(models: list[JointPosterior]) -> tuple[list[JointPosterior], str]:
@@ -239,9 +239,3 @@ def _note(gain: float | None, probability: float, words: str) -> str:
 
 def _kept(models: Sequence[ExtendedModel]) -> tuple[tuple[str, ...], ...]:
     return tuple(one.extensions for one in models)
-
-
-def _active(found: JointPosterior) -> tuple[tuple[str, ...], ...]:
-    """Return the names of each robot's groups that are not held at zero, but curves."""
-    names = [[group.name for group in arm.groups if group.width] for arm in found.arms]
-    return tuple(tuple(name for name in own if name != CURVE.name) for own in names)

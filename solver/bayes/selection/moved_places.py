@@ -57,7 +57,7 @@ def movements_by_evidence(
                 best, gain = (with_it, rise) if rise > gain else (best, gain)
         if best is found:
             break
-        new, _ = best.movements[-1]
+        new = best.objective.movements[-1]
         gain = gain if new.kind == "step" else INDEPENDENT * gain
         if gain < TOLD:
             break
@@ -84,9 +84,8 @@ def _price(one: Movement, tried: Sequence[Movement]) -> float:
 
 def _line(found: JointPosterior, gain: float) -> FoundMovement:
     """Return what is told of the last movement of a result."""
-    movement, unknowns = found.movements[-1]
-    data = found.scene.arms[0]
-    course = movement.course(data) @ unknowns.reshape(-1, 3)
+    movement, data = found.objective.movements[-1], found.scene.arms[0]
+    course = movement.course(data) @ found.state.x[-movement.size :].reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
     follows = "" if movement.clock == "time" else f", with {movement.clock}"
     if movement.kind == "step":
