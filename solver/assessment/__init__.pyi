@@ -1,4 +1,3 @@
-from .assessment import DRAWN as DRAWN
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since

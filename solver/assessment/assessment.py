@@ -23,8 +23,6 @@ from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
 from .verdict import Verdict, judge
 
-DRAWN = 3000
-"""Samples drawn at most; all figures are computed from all of them."""
 FEW = 15
 """Samples in a socket below which its mean is too unsure for a limit on means of many."""
 TRAINED = "all of these were trained on, so their errors prove nothing"
@@ -56,7 +54,7 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     between = known_distance_errors(predictions, options.known)
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
-    covered = coverage(predictions, DRAWN)
+    covered = coverage(predictions)
     held_out = held_out_rows(predictions, limits)
     rows = [
         *held_out,

@@ -8,7 +8,7 @@ import numpy as np
 from ..data import KnownDistance, as_point, find_socket
 from ..results import Document, PlacementErrors, Role, Summary
 from .formatting import short_where
-from .predictions import MODELS, ByModel, ModelName, PlacementPrediction, Point, Predictions
+from .predictions import DRAWN, ByModel, ModelName, PlacementPrediction, Point, Predictions
 
 
 class Quantiles(Document, kw_only=True, frozen=True):
@@ -108,30 +108,30 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
 
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
-    models = MODELS[: 2 + (placements[0].points.geometric is not None)]
-    return ByModel(**{m: np.concatenate([p.errors(m) for p in placements]) for m in models})
+    """Return the errors of all samples of some placements, shape (N,) [m]."""
+    points = placements[0].points
+    return points.by_name(lambda model: np.concatenate([p.errors(model) for p in placements]))
 
 
 def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
-    """Return each placement's errors, and where it stands."""
-    reports: list[PlacementReport] = []
-    rows = zip(predictions.document.placements, predictions.placements, strict=True)
-    for given, placement in rows:
+    """Return each placement's errors, and its position."""
+
+    def report(given: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
         errors = _by_model([placement])
         centres = zip(placement.measured.sockets, placement.centres(), strict=True)
-        one = PlacementReport.filled(
+        return PlacementReport.filled(
             given,
             position=as_point(placement.position),
             sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
             quantiles=errors.each(quantiles),
             within_tolerance=float(np.mean(errors.loaded <= tolerance)),
         )
-        reports.append(one)
-    return tuple(reports)
+
+    return tuple(map(report, predictions.document.placements, predictions.placements))
 
 
-def sample_errors(predictions: Predictions, most: int) -> tuple[SampleErrors, ...]:
-    """Return the deviation of every sample from its socket's mean, thinned out to ``most``."""
+def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
+    """Return the deviation of every sample from its socket's mean, thinned out where many."""
     rows: list[SampleErrors] = []
     for index, placement in enumerate(predictions.placements):
         places = (i for count in placement.measured.counts for i in range(1, count + 1))
@@ -146,11 +146,11 @@ def sample_errors(predictions: Predictions, most: int) -> tuple[SampleErrors, ..
                 weight=sample.weight,
             )
             rows.append(one)
-    return tuple(rows[:: -(-len(rows) // most)])
+    return tuple(rows[:: -(-len(rows) // DRAWN)])
 
 
 class KnownDistanceErrors(Document, kw_only=True, frozen=True):
-    """A distance between two sockets that was measured from outside, and how far models are off."""
+    """A distance between two sockets that was measured from outside, and the errors of models."""
 
     a: str
     """``PLACEMENT:SOCKET``."""
@@ -166,11 +166,11 @@ class KnownDistanceErrors(Document, kw_only=True, frozen=True):
     calibrated_error: float
     geometric_error: float | None = None
 
-    def error(self, model: ModelName) -> float:
-        """Return the error of one model [m]."""
-        if model == "geometric" and self.geometric_error is not None:
-            return self.geometric_error
-        return self.nominal_error if model == "nominal" else self.calibrated_error
+    @property
+    def errors(self) -> ByModel[float]:
+        """The errors by model [m]."""
+        nominal, calibrated = self.nominal_error, self.calibrated_error
+        return ByModel(nominal=nominal, calibrated=calibrated, geometric=self.geometric_error)
 
 
 def known_distance_errors(
@@ -180,24 +180,25 @@ def known_distance_errors(
     placements = predictions.placements
     sockets = [(one, socket) for one in placements for socket in one.measured.sockets]
     labels = [(one.name, socket) for one, socket in sockets]
-    # What the fit was told proves nothing; it can be told only of what it was trained on.
+    centres = placements[0].points.by_name(
+        lambda model: np.concatenate([one.centres(model) for one in placements])
+    )
+    # A distance that was fitted proves nothing; only sockets trained on can be fitted to.
     fitted = bool(predictions.document.settings.get("known"))
-    models = MODELS[: 2 + (placements[0].points.geometric is not None)]
-    rows: list[KnownDistanceErrors] = []
-    for each in known:
+
+    def errors(each: KnownDistance) -> KnownDistanceErrors:
         ends = each.first, each.second
         a, b = (find_socket(labels, end, where="known distance: ") for end in ends)
-        off: dict[str, float] = {}
-        for model in models:
-            centres = np.concatenate([one.centres(model) for one in placements])
-            off[f"{model}_error"] = float(np.linalg.norm(centres[b] - centres[a])) - each.distance
-        one = KnownDistanceErrors(
+        off = centres.each(lambda of: float(np.linalg.norm(of[b] - of[a])) - each.distance)
+        return KnownDistanceErrors(
             a="{}:{}".format(*labels[a]),
             b="{}:{}".format(*labels[b]),
             distance=each.distance,
             standard_deviation=each.deviation,
             in_fit=fitted and sockets[a][0].role == sockets[b][0].role == "train",
-            **off,
+            nominal_error=off.nominal,
+            calibrated_error=off.calibrated,
+            geometric_error=off.geometric,
         )
-        rows.append(one)
-    return tuple(rows)
+
+    return tuple(map(errors, known))

@@ -4,7 +4,7 @@ The distance stands beside the error, which a model that shrinks to a point woul
 """
 
 from collections.abc import Sequence
-from statistics import NormalDist
+from statistics import NormalDist, fmean
 
 import msgspec
 import numpy as np
@@ -14,7 +14,7 @@ from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
 from .limits import TITLES, Limit, LimitResult, Limits, limit_row, with_full
-from .predictions import ModelName, PlacementPrediction, Predictions
+from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
 NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
@@ -134,12 +134,9 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
     missing = "no distance between placements is known; measure one and add it by --known"
     if between:
         missing = "all distances known were used in the fit; add others by --known"
-
-    def mean(model: ModelName) -> float:
-        return sum(abs(row.error(model)) for row in rows) / len(rows)
-
-    loaded = mean("geometric") if rows else None
-    full = mean("calibrated") if rows and rows[0].geometric_error is not None else None
+    loaded = fmean(abs(row.errors.loaded) for row in rows) if rows else None
+    apart = bool(rows) and rows[0].geometric_error is not None
+    full = fmean(abs(row.errors.calibrated) for row in rows) if apart else None
     return _length_row("between_placements", limit, loaded, full, missing)
 
 

@@ -20,6 +20,7 @@ from ..results import (
     misfit,
 )
 from ..robot import Robot
+from .formatting import short_names
 
 Value = TypeVar("Value")
 Other = TypeVar("Other")
@@ -46,16 +47,20 @@ class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
         """The figure by ``calibrated.urdf``, which is what a user loads."""
         return self.of("geometric")
 
+    def by_name(self, figure: Callable[[ModelName], Other]) -> "ByModel[Other]":
+        """Return another figure of the same models, computed by their names."""
+        models = MODELS[: 2 + (self.geometric is not None)]
+        return ByModel(**{model: figure(model) for model in models})
+
     def each(self, figure: Callable[[Value], Other]) -> "ByModel[Other]":
-        """Return another figure of each model's."""
-        alone = None if self.geometric is None else figure(self.geometric)
-        return ByModel(
-            nominal=figure(self.nominal), calibrated=figure(self.calibrated), geometric=alone
-        )
+        """Return another figure of the same models, computed from this one."""
+        return self.by_name(lambda model: figure(self.of(model)))
 
 
 MODELS: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
 Frames = dict[ModelName, dict[str, Pose]]
+DRAWN = 3000
+"""Samples drawn at most; all figures are computed from all of them."""
 _AGREE = 1e-6
 """Figures in the file and those that follow from its samples differ by less than this [m]."""
 
@@ -81,12 +86,12 @@ class PlacementPrediction:
     @cached_property
     def deviations(self) -> ByModel[np.ndarray]:
         """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
-        of = {
-            model: points - targets(points, self.measured, self.frames.get(model))
-            for model in MODELS
-            if (points := getattr(self.points, model)) is not None
-        }
-        return ByModel(**of)
+        return self.points.by_name(
+            lambda model: (
+                self.points.of(model)
+                - targets(self.points.of(model), self.measured, self.frames[model])
+            )
+        )
 
     def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""
@@ -114,6 +119,11 @@ class Predictions:
     def robot(self) -> Robot:
         """The nominal robot."""
         return self.calibration.robot
+
+    @property
+    def names(self) -> list[str]:
+        """Short names of the placements."""
+        return short_names([placement.name for placement in self.placements])
 
     def of_role(self, role: Role) -> list[PlacementPrediction]:
         """Return the placements of a role."""
@@ -212,8 +222,8 @@ class Coverage(Document, kw_only=True, frozen=True):
     sockets: tuple[SocketCoverage, ...]
 
 
-def coverage(predictions: Predictions, most: int) -> Coverage:
-    """Return where the joints were in each socket, at most so many samples of each."""
+def coverage(predictions: Predictions) -> Coverage:
+    """Return the joint positions in each socket, thinned out where there are many."""
     joints = [
         JointRange(
             name=joint.name,
@@ -230,7 +240,7 @@ def coverage(predictions: Predictions, most: int) -> Coverage:
             socket=k,
             low=tuple(rows.min(axis=0).tolist()),
             high=tuple(rows.max(axis=0).tolist()),
-            positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // most)], 4).tolist())),
+            positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // DRAWN)], 4).tolist())),
         )
         for one in predictions.placements
         for k, rows in zip(one.measured.sockets, one.measured.by_socket, strict=True)

@@ -7,8 +7,6 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-import msgspec
-
 from ...errors import MukcaError
 from ...recorder import Placement, is_placement, read_placement
 from ...solver.assessment import mm
@@ -97,10 +95,13 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
                 before = name, calibration
     except MukcaError as reason:
         error = " ".join(str(reason).split())
-    row = FleetArm(
-        name=arm.folder.name, robot=arguments["robot"], sessions=tuple(sessions), error=error
+    return FleetArm(
+        name=arm.folder.name,
+        robot=arguments["robot"],
+        sessions=tuple(sessions),
+        error=error,
+        again=_next_step(sessions, error),
     )
-    return msgspec.structs.replace(row, again=_again(row))
 
 
 def _session(
@@ -154,11 +155,11 @@ def _drift(
     )
 
 
-def _again(arm: FleetArm) -> str | None:
+def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | None:
     """Return the next thing to record or to do; None where all is well."""
-    if arm.error is not None:
-        return f"Mend the recordings: {arm.error}"
-    last = arm.sessions[-1]
+    if error is not None:
+        return f"Mend the recordings: {error}"
+    last = sessions[-1]
     if last.status == "refused":
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
     if last.status == "fail":
@@ -192,23 +193,23 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
         robot = MODEL if "/" in arm.robot else arm.robot
         for value in (value for session in last_sessions([arm]) for value in session.parameters):
             groups.setdefault((robot, value.name), {})[arm.name] = value
-    return tuple(_compared(robot, name, each) for (robot, name), each in groups.items())
-
-
-def _compared(robot: str, name: str, arms: Mapping[str, ParameterValue]) -> FleetParameter:
-    changes = {arm: value.change for arm, value in arms.items()}
-    mean = fmean(changes.values())
-    farthest = max(changes, key=lambda arm: abs(changes[arm] - mean))
-    return FleetParameter(
-        robot=robot,
-        name=name,
-        unit=arms[farthest].unit,
-        arms=len(arms),
-        mean=mean,
-        spread=stdev(changes.values()) if len(arms) > 1 else None,
-        farthest=farthest,
-        change=changes[farthest],
-    )
+    rows: list[FleetParameter] = []
+    for (robot, name), values in groups.items():
+        changes = {arm: value.change for arm, value in values.items()}
+        mean = fmean(changes.values())
+        farthest = max(changes, key=lambda arm: abs(changes[arm] - mean))
+        row = FleetParameter(
+            robot=robot,
+            name=name,
+            unit=values[farthest].unit,
+            arms=len(values),
+            mean=mean,
+            spread=stdev(changes.values()) if len(values) > 1 else None,
+            farthest=farthest,
+            change=changes[farthest],
+        )
+        rows.append(row)
+    return tuple(rows)
 
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:

@@ -1,6 +1,5 @@
 from .build import build_comparison as build_comparison
 from .build import build_report as build_report
-from .build import found_page as found_page
 from .build import render as render
 from .build import report_files as report_files
 from .build import simulation_page as simulation_page

@@ -138,7 +138,6 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         report,
         {"by-tolerance": answers_by_tolerance(report)},
         report=report,
-        names=short_names([row.name for row in report.placements]),
         role=role,
         judged=judged,
         role_name={"test": "held out", "train": "trained on"}.__getitem__,
@@ -148,12 +147,6 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         table_map=table_map,
         sections=[(title, group) for title, group in sections if group],
     )
-
-
-def found_page(title: str, lines: Sequence[str], result: Mapping[str, Any]) -> str:
-    """Return the page of one thing found with the calibrated arm held, in the terminal's words."""
-    found = {"title": title, "lines": lines, "result": result}
-    return render("found.html.j2", found, found=found)
 
 
 def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:

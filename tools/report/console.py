@@ -1,21 +1,15 @@
 """The report in short, for the terminal: the verdict, the placements, the answers."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 from rich.text import Text
 
-from ...solver.assessment import mm
+from ...solver.assessment import Limits, Verdict, mm
 from ..cli import table
-from .figures import ReportDocument
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
-    from ...solver.assessment import Limits, Verdict
-    from .figures import Step
+from .figures import ReportDocument, Step
 
 BARS = 24
 """Of a placement's errors, each the largest of a stretch, at most."""
@@ -30,7 +24,7 @@ _STYLES = {
 }
 
 
-def show(console: "Console", report: ReportDocument) -> None:
+def show(console: Console, report: ReportDocument) -> None:
     """Print the report in short."""
     show_verdict(console, report.verdict, report.limits, report.todo)
     console.print(_placements(console, report))
@@ -49,23 +43,20 @@ def show(console: "Console", report: ReportDocument) -> None:
             console.print(Text.assemble(f"  {check.level} ", line))
 
 
-def show_verdict(
-    console: "Console", verdict: "Verdict", limits: "Limits", todo: "Iterable[Step]"
-) -> None:
+def show_verdict(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
     """Print the verdict, limit by limit."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     stamp = verdict.stamp
     console.print(Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :]))
     two = any(row.full is not None for row in verdict.limits)
-    heads = ["limit on", "", "URDF alone" if two else "found", "at most"]
+    lengths = ["URDF alone", "at most", "with corrected joints"] if two else ["found", "at most"]
     rows: list[list[str | Text]] = []
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
-        lengths = [row.found, row.limit, *([row.full] if two else [])]
-        shown = ["-" if length is None else mm(length, 3) for length in lengths]
+        values = (row.found, row.limit, row.full)[: len(lengths)]
+        shown = ["-" if value is None else mm(value, 3) for value in values]
         rows.append([row.title, status, *shown])
-    heads += ["with corrected joints"] if two else []
-    console.print(table("", heads, rows, left=(0, 1)))
+    console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
     for row in verdict.limits:
         unknown = row.found is None and row.status == "fail"
         if unknown or row.status in ("warning", "not enough", "not evaluated"):
@@ -80,7 +71,7 @@ def show_verdict(
         console.print(Text(f"The arm's repeatability: {words}."))
 
 
-def _placements(console: "Console", report: ReportDocument) -> "Table":
+def _placements(console: Console, report: ReportDocument) -> Table:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     within = f"within {1e3 * report.tolerance:g} mm?"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]

@@ -79,8 +79,9 @@ def emit_with_page(
     written = dict(outputs or {})
     if options.out is not None:
         title = f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
-        html = report.found_page(title, lines, result).encode()
-        write_report(options.out, {"report.html": html}, force=options.force)
+        found = {"title": title, "lines": lines, "result": result}
+        html = report.render("found.html.j2", found, found=found)
+        write_report(options.out, {"report.html": html.encode()}, force=options.force)
         written["report"] = str(options.out / "report.html")
         terminal.say(*(f"Wrote {file}" for file in written.values()))
     terminal.emit({**result, "outputs": written})

@@ -10,7 +10,6 @@ import numpy as np
 from ....solver import assessment, diagnostics
 from ....solver.assessment import area, fixed, joined, mm, percent, plural, short_where
 from ....solver.data import as_point
-from ....solver.results import Diagnostic
 from . import types
 from .types import Answer
 
@@ -79,22 +78,18 @@ def answers_of(
     found: assessment.Assessment, samples: Sequence[assessment.SampleErrors], tolerance: float
 ) -> types.Answers:
     """Return the answers to a user's three questions, for a task's tolerance [m]."""
-    names = assessment.short_names([row.name for row in found.placements])
-    wrong = placements_with_errors(found.placements, found.predictions.document.checks)
     return types.Answers(
-        use=_use_answer(found, names, tolerance),
-        next=_next_answer(found, names, wrong),
-        data=_data_answer(found, names, wrong, samples),
+        use=_use_answer(found, tolerance),
+        next=_next_answer(found),
+        data=_data_answer(found, samples),
     )
 
 
 def _data_answer(
-    found: assessment.Assessment,
-    names: Sequence[str],
-    wrong: Sequence[int],
-    samples: Sequence[assessment.SampleErrors],
+    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
 ) -> types.DataAnswer:
-    placements, checks = found.placements, found.predictions.document.checks
+    placements, names = found.placements, found.predictions.names
+    checks = found.predictions.document.checks
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
     measured = [placement.measured for placement in found.predictions.placements]
@@ -114,7 +109,7 @@ def _data_answer(
         errors=sum(check.level == "error" for check in checks or ()),
         warnings=sum(check.level == "warning" for check in checks or ()),
         drifts=[row.text for row in limits if "drift" in row.name and row.status in _DRIFTS],
-        trained=[names[i] for i in wrong if placements[i].role == "train"],
+        trained=[names[i] for i in placements_with_errors(found) if placements[i].role == "train"],
         floors=left,
         repeatability=repeatability,
         unsound=[name for name, floor in alone.items() if floor > most],
@@ -139,14 +134,12 @@ def _worst(
     )
 
 
-def _use_answer(
-    found: assessment.Assessment, names: Sequence[str], tolerance: float
-) -> types.UseAnswer:
+def _use_answer(found: assessment.Assessment, tolerance: float) -> types.UseAnswer:
     """Return the answer whether a task with a tolerance may be done, placement by placement."""
     uncertainty = found.predictions.document.uncertainty
     answers: list[Answer] = [answer_at(row, tolerance) for row in found.placements]
     rows: list[types.UseAtPlacement] = []
-    for name, row, answer in zip(names, found.placements, answers, strict=True):
+    for name, row, answer in zip(found.predictions.names, found.placements, answers, strict=True):
         y = row.position[1]  # the name may be given from the other side
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
         where = area(row.position, brief=True)
@@ -181,11 +174,10 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
     return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
 
 
-def _next_answer(
-    found: assessment.Assessment, names: Sequence[str], wrong: Sequence[int]
-) -> types.NextAnswer:
+def _next_answer(found: assessment.Assessment) -> types.NextAnswer:
     """Return what to train on and to record next: the method's advice, or the farthest place."""
-    placements, advice = found.placements, found.predictions.document.next_placement
+    placements, names = found.placements, found.predictions.names
+    advice = found.predictions.document.next_placement
     positions = np.array([row.position for row in placements])
     place = as_point(diagnostics.farthest_place(positions))
     trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
@@ -195,12 +187,12 @@ def _next_answer(
         if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in trained)
     ]
     advised = advice.text if advice else ""
-    farthest = None if advised else farthest_held_out(placements, wrong)
+    farthest = None if advised else farthest_held_out(found)
     train_on = names[farthest[0]] if farthest else None
     words = text(
         _TEXTS,
         "next",
-        wrong=[names[i] for i in wrong],
+        wrong=[names[i] for i in placements_with_errors(found)],
         advice=advised,
         train_on=train_on,
         far=farthest and farthest[1],
@@ -212,26 +204,23 @@ def _next_answer(
     return types.NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
 
 
-def placements_with_errors(
-    placements: Sequence[assessment.PlacementReport],
-    checks: Sequence[Diagnostic] | None,
-) -> list[int]:
+def placements_with_errors(found: assessment.Assessment) -> list[int]:
     """Return the indices of the placements in which the checks found errors."""
-    wheres = [check.where for check in checks or () if check.level == "error"]
+    checks = found.predictions.document.checks or ()
+    wheres = [check.where for check in checks if check.level == "error"]
     return [
         i
-        for i, row in enumerate(placements)
+        for i, row in enumerate(found.placements)
         if diagnostics.EVERYWHERE in wheres
         or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
     ]
 
 
-def farthest_held_out(
-    placements: Sequence[assessment.PlacementReport], wrong: Sequence[int]
-) -> tuple[int, float] | None:
+def farthest_held_out(found: assessment.Assessment) -> tuple[int, float] | None:
     """Return the sound placement farthest from those trained on, and its distance to them [m]."""
-    positions = np.array([row.position for row in placements])
-    trained = np.array([row.role == "train" for row in placements])
+    positions = np.array([row.position for row in found.placements])
+    trained = np.array([row.role == "train" for row in found.placements])
+    wrong = placements_with_errors(found)
     free = [i for i in np.flatnonzero(~trained).tolist() if i not in wrong]
     if not free or not trained.any():
         return None

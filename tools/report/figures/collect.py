@@ -162,22 +162,20 @@ def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
     return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])
 
 
-_ASSESSED = ("summary", "placements", "between", "limits", "coverage", "verdict")
-
-
 def report_figures(
     document: CalibrationDocument, source: str, options: assessment.Options
 ) -> types.ReportDocument:
     """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
     found = assessment.assess(document, source, options)
     predictions = found.predictions
-    samples = assessment.sample_errors(predictions, assessment.DRAWN)
+    assessed = {name: value for name, value in vars(found).items() if name != "predictions"}
+    samples = assessment.sample_errors(predictions)
     matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
     return types.ReportDocument.filled(
         document,
         format=types.REPORT,
         robot_name=predictions.robot.name,
-        **{name: getattr(found, name) for name in _ASSESSED},
+        **assessed,
         tolerance=options.tolerance,
         samples=samples,
         cross_placement=matrix,

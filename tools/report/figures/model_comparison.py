@@ -1,7 +1,7 @@
 """Several calibrations of one robot on the same data: which is better where, beyond the noise."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ....errors import MukcaError
 from ....solver.assessment import Quantiles, measurements_of, mm, plural, quantiles
 from ....solver.calibration import Calibration
-from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, targets
+from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
 from ....solver.results import CurveAgreement, Document, agreement, agreement_words
 from .types import Displacement, PlotCaption
 
@@ -39,15 +39,10 @@ class ComparedModel(Document, kw_only=True, frozen=True):
     """None where every placement was trained on by some model."""
 
 
-class ErrorsAtPlacement(Document, kw_only=True, frozen=True):
+@dataclass(frozen=True, kw_only=True)
+class ErrorsAtPlacement(Metrics):
     """A model's errors at one placement."""
 
-    mean_absolute_error: float
-    max_error: float
-    distance_error: float | None
-    """Predicted less measured; None where there is one socket only."""
-    orientation_error: float | None = None
-    """[rad]; None where no orientation was measured."""
     quantiles: Quantiles
     trained_on: bool
 

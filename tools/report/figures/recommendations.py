@@ -9,7 +9,7 @@ from typing import Any, cast
 from ....errors import MukcaError
 from ....recorder import METADATA, RecordingError, read_keys, read_metadata
 from ....solver import assessment
-from ....solver.assessment import PlacementReport, joined, mm, short_names
+from ....solver.assessment import PlacementReport, joined, mm
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -27,7 +27,6 @@ def steps(found: assessment.Assessment) -> Iterator[Step]:
         return
     document, placements = found.predictions.document, found.placements
     status = {row.name: row.status for row in found.verdict.limits}
-    wrong = placements_with_errors(placements, document.checks)
     if status["data_checks"] != "pass":
         text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = "figures that can be believed"
@@ -35,18 +34,18 @@ def steps(found: assessment.Assessment) -> Iterator[Step]:
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
         yield Step(text, command, words)
-        yield from _leave_out(found, wrong)
+        yield from _leave_out(found)
     if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
         yield from _measure(document, placements)
     held_out = sum(row.role == "test" for row in placements)
     open_ = "fail" in status.values() or "not enough" in status.values()
-    if open_ and held_out > 1 and (farthest := farthest_held_out(placements, wrong)):
-        (best, gap), names = farthest, short_names([row.name for row in placements])
+    if open_ and held_out > 1 and (farthest := farthest_held_out(found)):
+        best, gap = farthest
+        name, short = placements[best].name, found.predictions.names[best]
         text = (
-            f"Train on {names[best]} too: recorded already, {gap:.2f} m from the nearest trained "
+            f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained "
             "on; a second placement is what lowers the errors most"
         )
-        name = placements[best].name
         yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
     limits = found.verdict.limits[:2]
     if any(row.status == "not evaluated" and row.found is not None for row in limits):
@@ -104,11 +103,10 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     return Step(text, command, words, before, after)
 
 
-def _leave_out(found: assessment.Assessment, bad: Sequence[int]) -> Iterator[Step]:
+def _leave_out(found: assessment.Assessment) -> Iterator[Step]:
     """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    predictions, placements = found.predictions, found.placements
-    names = short_names([row.name for row in placements])
-    wrong = {placements[i].name for i in bad}
+    predictions, bad = found.predictions, placements_with_errors(found)
+    wrong = {found.placements[i].name for i in bad}
     paired = [p for p in predictions.placements if p.measured.has_distance]
     trained = [p.measured for p in paired if p.role == "train"]
     kept = [m for m in trained if m.name not in wrong]
@@ -124,7 +122,7 @@ def _leave_out(found: assessment.Assessment, bad: Sequence[int]) -> Iterator[Ste
 
     with suppress(MukcaError):
         before, after = held_out(trained), held_out(kept)
-        text = f"Leave out {joined([names[i] for i in bad])}"
+        text = f"Leave out {joined([found.predictions.names[i] for i in bad])}"
         command = solve_command(predictions.document, moved=dict.fromkeys(sorted(wrong)))
         words = f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
         yield Step(text, command, words, before, after)

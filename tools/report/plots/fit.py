@@ -117,7 +117,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
         return None
     ends = short_names([end for row in rows for end in (row.a, row.b)])
     names = [f"{a} to {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    errors = {model: [1e3 * row.error(model) for row in rows] for model in MODELS}
+    errors = {model: [1e3 * row.errors.of(model) for row in rows] for model in MODELS}
     limit = 1e3 * (report.limits.between_placements.value or 0)
     axis = Axis.around_zero([*errors["nominal"], *errors["calibrated"], limit], "mm", least=0.01)
     panel = named_rows("predicted less known distance", names, axis, pitch=22)

@@ -4,15 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....solver.assessment import ModelName, SampleErrors, area, nice_above, short_names
+from ....solver.assessment import ModelName, SampleErrors, area, nice_above
 from ....solver.results import Role
 from ..figures import FAR, Answer, ReportDocument, text
 from .figure import MODELS, Axis, Panel, Plot, named_rows, plot, to_scale
-
-
-def _names_of(report: ReportDocument) -> list[str]:
-    """Return the placements' names, as short as they can be."""
-    return short_names([row.name for row in report.placements])
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -97,7 +92,7 @@ def order(report: ReportDocument) -> Plot:
     own = np.array([means[row.placement] for row in report.samples])
     return plot(
         "order",
-        *(_order_panel(report, i, name, top) for i, name in enumerate(_names_of(report))),
+        *(_order_panel(report, i, use.name, top) for i, use in enumerate(report.answers.use.rows)),
         worst=report.answers.data.worst[0],
         beyond=int(np.sum(errors / np.maximum(own, 1e-12) > FAR)),
         count=len(errors),
@@ -146,7 +141,7 @@ HALF = 0.16
 
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
-    rows, names = report.placements, _names_of(report)
+    rows, names = report.placements, [row.name for row in report.answers.use.rows]
     before = [1e3 * row.nominal.mean_absolute_error for row in rows]
     after = [1e3 * row.calibrated.mean_absolute_error for row in rows]
     x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
@@ -173,15 +168,14 @@ def table_map(report: ReportDocument) -> Plot:
     panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
     panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
-    answers: list[Answer] = [row.answer for row in report.answers.use.rows]
-    named = list(zip(_names_of(report), answers, strict=True))
-    for i, (row, (name, answer)) in enumerate(zip(rows, named, strict=True)):
+    uses = report.answers.use.rows
+    for i, (row, use) in enumerate(zip(rows, uses, strict=True)):
         x, y = panel.x(-row.position[1]), panel.y(row.position[0])
-        mark = {"class_": f"answer {answer.split(' ')[0]}", "data_placement": i}
-        panel.add("circle", f"{name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
+        mark = {"class_": f"answer {use.answer.split(' ')[0]}", "data_placement": i}
+        panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
         panel.text(x, y + 4, str(i + 1), "number middle light")
-    sentence = map_sentence(report, answers, f"{1e3 * report.tolerance:g}")
-    return plot("table-map", panel, layout="beside", controls={"answers": named}, text=sentence)
+    sentence = map_sentence(report, [use.answer for use in uses], f"{1e3 * report.tolerance:g}")
+    return plot("table-map", panel, layout="beside", controls={"uses": uses}, text=sentence)
 
 
 def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str) -> str:
