@@ -18,9 +18,9 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
 from .evidence import another_arm
-from .fit import FAR, NoiseBelief, System, Task, fit
+from .fit import System, fit
 from .prior import ArmPrior, prior_of
-from .rows import Rows, flanges
+from .task import FAR, NoiseBelief, Rows, Task, flanges
 from .updated import Found, framed
 
 Camera = Literal["on-arm", "beside"]
@@ -124,7 +124,7 @@ def handeye(
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     where, target = (U, V) if on_arm else (V, U)
-    own = prior.ball if on_arm else task.place(0)[:3]
+    own = prior.ball if on_arm else task.places[0][:3]
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
     return CameraPose(
         *framed(calibration, system, (name, parent), where, own),
@@ -159,21 +159,20 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     if (far := float(np.abs(B[:, :3, 3]).max())) > FARTHEST:
         raise UsageError(f"{where}: places up to {far:.0f} m away; are these millimetres?")
     moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
-    wheres = tuple(s.where for m in data for s in m.placement.samples)
-    x = prior.mean[: prior.model.size]
-    at = flanges(prior.model, prior.ball, x, q, moments)
+    at = flanges(prior, prior.mean, q, moments)
     ways = {"beside": B, "on-arm": np.linalg.inv(B)}
     starts = {
         way: hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
     }
     _check_way(camera, starts, B, where)
-    start = starts[camera]
-    sides = {"left" if camera == "on-arm" else "right": B}
-    rows = Rows(q, moments, np.zeros(len(q), dtype=np.int64), ("",), wheres=wheres, **sides)
+    same = np.tile(np.eye(4), (len(q), 1, 1))
+    sides = (B, same) if camera == "on-arm" else (same, B)
+    wheres = tuple(s.where for m in data for s in m.placement.samples)
+    rows = Rows(q, moments, np.zeros(len(q), int), ("",), *sides, turns=True, wheres=wheres)
     noise = replace(DETECTOR, joint=prior.noise.joint)
     free = dict.fromkeys(prior.ball.tolist(), FAR)
     warnings = tuple(warning for m in data for warning in m.warnings)
-    return Task(prior, rows, noise, free, (), start.tool.matrix, start.frame.matrix[None], warnings)
+    return Task(prior, rows, noise, free, start=starts[camera], warnings=warnings)
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
@@ -199,7 +198,7 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
 def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view by all others, those that fit no other left out."""
     N, d, _ = system.by_joints.shape
-    inverse = np.linalg.inv(system.spread + system.scatter(system.state.noise))
+    inverse = np.linalg.inv(system.covariance(system.state.noise))
     pulls = (inverse @ system.errors).reshape(N, d)
     own = inverse.reshape(N, d, N, d)[np.arange(N), :, np.arange(N)]
     left = np.linalg.solve(own, pulls[..., None])[..., 0]

@@ -6,15 +6,16 @@ that wander by what a ball's seat wanders a metre away are unchanged in each of 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from ..assessment import mm
-from .fit import System, Task, fit, linear, next_step
+from .fit import System, fit, linear, next_step
 from .prior import ZERO
+from .task import Task
 
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
 PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
@@ -47,7 +48,7 @@ class Explanation:
     name: str
     prior: float
     """Its probability before the samples."""
-    widths: Sequence[Mapping[int, float]]
+    widths: Sequence[dict[int, float]]
     """Standard deviations by which unknowns are freed; one of these holds, each as likely.
 
     Behind all unknowns stand the errors of the distances that were stated.
@@ -76,63 +77,49 @@ class NearestCause:
         return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
 
 
-Explain = Callable[[System], Sequence[Explanation]]
-
-
-def weigh(
-    task: Task, wide: Mapping[int, float], explain: Explain, *, lengths: bool = False
-) -> tuple[System, list[tuple[Explanation, float]]]:
-    """Return a fit with much freed, and explanations of it with their probabilities.
-
-    Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong one draws all
-    else after it. Where it does not converge there are no explanations.
-    """
-    wider = replace(task, free={**wide, **task.free})
-    about = fit(replace(wider, distances=()) if lengths else wider)
-    system = linear(wider, about.state)
-    each = explain(system) if next_step(about) < ASTRAY else ()
-    return system, list(zip(each, _probabilities(system, each), strict=True)) if each else []
-
-
-def freed(task: Task, joints: Sequence[int]) -> System:
+def freed(task: Task, joints: Iterable[int]) -> System:
     """Return the fit with the zeros of some joints free, too."""
     own = [task.prior.zeros.start + j for j in joints]
-    return fit(replace(task, free={**task.free, **dict.fromkeys(own, ZERO)}))
+    return fit(replace(task, free=task.free | dict.fromkeys(own, ZERO)))
 
 
-def _probabilities(system: System, explanations: Sequence[Explanation]) -> list[float]:
-    belief = system.task.noise
-    zeros = system.task.prior.zeros
-    held = replace(system.task, free=dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED))
-    spread = system.slopes @ held.covariance @ system.slopes.T
-    unknowns = sorted({i for e in explanations for width in e.widths for i in width})
-    place = {unknown: i for i, unknown in enumerate(unknowns)}
-    lengths = np.eye(len(system.errors))[:, len(system.errors) - len(held.distances) :]
-    A = np.hstack([system.slopes, lengths])[:, unknowns]
+def linear_about(
+    task: Task, wide: dict[int, float], *, lengths: bool = False
+) -> tuple[System, bool]:
+    """Return a task, linear about a fit with much freed, and if that fit converged.
+
+    Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong one draws all
+    else after it.
+    """
+    wider = replace(task, free=wide | task.free)
+    about = fit(replace(wider, distances=()) if lengths else wider)
+    return linear(wider, about.state), next_step(about) < ASTRAY
+
+
+def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
+    """Return the probabilities of explanations by a linear system, shape (E,)."""
+    zeros, noise = system.task.prior.zeros, system.task.noise
+    wander = dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED)
+    held = replace(system, task=replace(system.task, free=wander))
+    used = sorted({i for e in explanations for width in e.widths for i in width})
+    lengths = np.eye(len(system.errors))[:, len(system.errors) - len(system.task.distances) :]
+    A = np.hstack([system.slopes, lengths])[:, used]
     logs = np.full((len(LEVELS), len(explanations)), -np.inf)
     for level, factor in enumerate(LEVELS):
-        noise = replace(belief, place=factor * belief.place, turn=factor * belief.turn)
-        root = np.linalg.cholesky(spread + system.scatter(noise))
+        trial = replace(noise, place=factor * noise.place)
+        root, alone = np.linalg.cholesky(held.covariance(trial)), held.log_evidence(trial)
         e, B = np.linalg.solve(root, system.errors), np.linalg.solve(root, A)
-        alone = -0.5 * (e @ e + (np.log(factor) / belief.spread) ** 2)
-        alone -= float(np.log(np.diag(root)).sum())
         M, g = B.T @ B, B.T @ e
         for i, one in enumerate(explanations):
-            gains = [_gain(M, g, width, place) for width in one.widths]
-            logs[level, i] = alone + np.log(one.prior) + np.logaddexp.reduce(gains)
-            logs[level, i] -= np.log(len(gains))
+            gains = [_gain(M, g, np.searchsorted(used, list(w)), w) for w in one.widths]
+            logs[level, i] = alone + np.log(one.prior / len(gains)) + np.logaddexp.reduce(gains)
     each = np.logaddexp.reduce(logs, axis=0)
     odds: np.ndarray = np.exp(each - each.max())
-    return (odds / odds.sum()).tolist()
+    return odds / odds.sum()
 
 
-def _gain(
-    M: np.ndarray, g: np.ndarray, width: Mapping[int, float], place: Mapping[int, int]
-) -> float:
+def _gain(M: np.ndarray, g: np.ndarray, own: np.ndarray, width: Mapping[int, float]) -> float:
     """Return ln N(e; 0, C + A A^T) - ln N(e; 0, C)."""
-    if not width:
-        return 0.0
-    own = [place[i] for i in width]
     w = np.array(list(width.values()))
     N = np.eye(len(own)) + w[:, None] * M[np.ix_(own, own)] * w
     b = w * g[own]
@@ -143,10 +130,8 @@ def explanations(task: Task) -> list[Explanation]:
     """Return explanations: nothing, a wrong distance, a joint, the tool, the base, everything."""
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
-    base = [i for k in task.known for i in task.place(k).tolist()]
-    geometry = _geometry(task)
+    base = [i for k in task.known for i in task.places[k].tolist()]
     each = PRIOR["joint"] / len(joints)
-    found = [Explanation(NOTHING, PRIOR[NOTHING], [task.free])]
     some = [(name, each, [begin + j]) for j, name in enumerate(joints)]
     if task.distances:
         own = list(range(task.size, task.size + len(task.distances)))
@@ -155,26 +140,27 @@ def explanations(task: Task) -> list[Explanation]:
         some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
     if base:
         some.append(("base", PRIOR["base"], base))
-    for name, before, own in some:
-        widths = [{**task.free, **dict.fromkeys(own, width)} for width in TYPICAL]
-        moved = (joints.index(name),) if name in joints else ()
-        found.append(Explanation(name, before, widths, moved))
-    return [*found, Explanation(EVERYTHING, PRIOR[EVERYTHING], [{**task.free, **geometry}])]
+    found = [
+        Explanation(name, before, [task.free | dict.fromkeys(own, width) for width in TYPICAL])
+        for name, before, own in some
+    ]
+    everything = Explanation(EVERYTHING, PRIOR[EVERYTHING], [task.free | _geometry(task)])
+    return [Explanation(NOTHING, PRIOR[NOTHING], [task.free]), *found, everything]
 
 
-def sets_of_zeros(task: Task, told: Sequence[int]) -> list[Explanation]:
-    """Return explanations by sets of joints whose zeros changed, of some joints; none first."""
+def sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
+    """Return explanations by sets of joints, of some, whose zeros changed; that of none first."""
     sets: list[tuple[int, ...]] = []
-    for size in range(len(told) + 1):
-        sets += combinations(told, size)
+    for size in range(len(joints) + 1):
+        sets += combinations(joints, size)
         if len(sets) > MOST_TOGETHER:
             break
     begin = task.prior.zeros.start
     return [
         Explanation(
             "",
-            ZERO_CHANGED ** len(one) * (1 - ZERO_CHANGED) ** (len(told) - len(one)),
-            [{**task.free, **{begin + j: width for j in one}} for width in WIDTHS],
+            ZERO_CHANGED ** len(one) * (1 - ZERO_CHANGED) ** (len(joints) - len(one)),
+            [task.free | {begin + j: width for j in one} for width in WIDTHS],
             one,
         )
         for one in sets
@@ -183,10 +169,10 @@ def sets_of_zeros(task: Task, told: Sequence[int]) -> list[Explanation]:
 
 def another_arm(system: System) -> tuple[str, ...]:
     """Return in words that samples fit no arm like this one, but another; none where they do."""
-    task = system.task
-    freed = fit(replace(task, free={**task.free, **_geometry(task)}))
-    held, free = system.state.noise, freed.state.noise
-    gain = freed.log_evidence(free, task.noise) - system.log_evidence(held, task.noise)
+    task, held = system.task, system.state.noise
+    loose = fit(replace(task, free=task.free | _geometry(task)))
+    free = loose.state.noise
+    gain = loose.log_evidence(free) - system.log_evidence(held)
     if gain < ANOTHER or free.place > LESS * held.place:
         return ()
     scatter = f"{1e3 * held.place:.2f} mm an axis, and by {1e3 * free.place:.2f}"

@@ -13,10 +13,11 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import another_arm, freed, sets_of_zeros, weigh
-from .fit import System, Task
+from .evidence import another_arm, freed, linear_about, probabilities, sets_of_zeros
+from .fit import System
 from .prior import ZERO, prior_of
 from .sockets import alike, new_samples, socket_task
+from .task import Task
 from .updated import updated, urdf_with_zeros
 
 TICK = 2 * math.pi / 4096
@@ -205,7 +206,7 @@ def rezero(
         raise UsageError(
             f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
         )
-    found, unchanged, system = find_zeros(task, joints)
+    found, unchanged, system = _find_zeros(task, joints)
     off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
     most = OTHER_MODEL
     if isinstance(arm, Calibration):
@@ -235,47 +236,40 @@ def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
     return f"These samples cannot tell the zero of {zero.joint}: {way}."
 
 
-def find_zeros(
-    task: Task, joints: Sequence[str] = ()
+def _find_zeros(
+    task: Task, joints: Sequence[str]
 ) -> tuple[tuple[JointZero, ...], float | None, System]:
     """Return the joints' zeros, the probability that none changed, and the fit."""
-    prior, names = task.prior, task.prior.robot.joint_names
-    begin = prior.zeros.start
-    unknown = [joint for joint in joints if joint not in names]
-    if unknown:
-        raise UsageError(f"--joint {unknown[0]}: the joints are {', '.join(names)}")
-    some, unchanged = [names.index(joint) for joint in joints], None
-    probability = np.array([float(name in joints) for name in names])
+    names, zeros = task.prior.robot.joint_names, task.prior.zeros
+    for joint in joints:
+        if joint not in names:
+            raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
     if joints:
-        system = freed(task, some)
+        probability = np.array([float(name in joints) for name in names])
+        unchanged, changed = None, [names.index(joint) for joint in joints]
+        system = freed(task, changed)
+        deviations = _alone(system, task)
     else:
-        every = dict.fromkeys(range(begin, begin + len(names)), ZERO)
-        system, odds = weigh(
-            task,
-            every,
-            lambda one: sets_of_zeros(task, np.flatnonzero(_alone(one, task) < UNTOLD).tolist()),
-        )
-        probability = np.array(
-            [sum(p for one, p in odds if j in one.joints) for j in range(len(names))]
-        )
-        unchanged = odds[0][1] if odds else 0.0
-        some = np.flatnonzero(probability > SURE).tolist()
-    deviations = _alone(system, task)
-    if not joints:
-        system = freed(task, some)
-    offsets, found = np.zeros(len(names)), deviations.copy()
-    if some:
-        own = np.array(some) + begin
-        found[some] = np.sqrt(np.diag(system.posterior_covariance(own)))
-        offsets[some] = np.where(found[some] < UNTOLD, system.state.x[own] - prior.mean[own], 0)
-    rows = zip(names, probability.tolist(), offsets.tolist(), found.tolist(), strict=True)
+        about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
+        deviations = _alone(about, task)
+        sets = sets_of_zeros(task, np.flatnonzero(deviations < UNTOLD).tolist())
+        odds = probabilities(about, sets) if converged else np.zeros(len(sets))
+        probability = odds @ [[j in one.joints for j in range(len(names))] for one in sets]
+        unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
+        system = freed(task, changed)
+    offsets = np.zeros(len(names))
+    if changed:
+        own = np.array(changed) + zeros.start
+        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(own)))
+        moved = system.state.x[own] - task.prior.mean[own]
+        offsets[changed] = np.where(deviations[changed] < UNTOLD, moved, 0)
+    rows = zip(names, probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
     return tuple(JointZero(*row) for row in rows), unchanged, system
 
 
 def _alone(system: System, task: Task) -> np.ndarray:
     """Return the standard deviation of each joint's zero, were it alone to be found."""
-    spread = system.slopes @ task.covariance @ system.slopes.T
-    C = spread + system.scatter(system.state.noise, told=True)
     A = system.slopes[:, task.prior.zeros]
-    told: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
-    return 1 / np.sqrt(told + ZERO**-2)
+    C = replace(system, task=task).covariance(system.state.noise, gaussian=True)
+    information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
+    return 1 / np.sqrt(information + ZERO**-2)

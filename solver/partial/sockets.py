@@ -9,9 +9,9 @@ import numpy as np
 from ..calibration import Calibration, UsageError
 from ..data import Measurement, measure
 from ..robot import Robot
-from .fit import NoiseBelief, Task, fit
+from .fit import fit
 from .prior import SOCKET, ArmPrior, prior_of
-from .rows import Rows
+from .task import NoiseBelief, Rows, Task
 
 BALL_ELSEWHERE = 0.1
 """Standard deviation of the ball's place where it was put on again [m]."""
@@ -56,11 +56,15 @@ def socket_task(
         raise UsageError("give placements with the ball in sockets, not measured points")
     pairs = [(m.name, socket) for m in data for socket in m.sockets]
     place = {pair: i for i, pair in enumerate(pairs)}
+    q = np.concatenate([m.positions for m in data])
+    same = np.tile(np.eye(4), (len(q), 1, 1))
     rows = Rows(
-        np.concatenate([m.positions for m in data]),
+        q,
         np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
         np.repeat(np.arange(len(pairs)), [count for m in data for count in m.counts]),
         tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
+        same,
+        same,
     )
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)

@@ -12,9 +12,10 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
 from ..robot import InverseKinematics, SimulationError
 from .evidence import another_arm
-from .fit import FAR, NoiseBelief, System, fit
+from .fit import System, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
+from .task import FAR, NoiseBelief
 from .updated import Found, framed
 
 TOUCH, SPREAD = 1e-4, 1.0

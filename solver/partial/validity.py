@@ -35,7 +35,8 @@ from .evidence import (
     NearestCause,
     explanations,
     freed,
-    weigh,
+    linear_about,
+    probabilities,
 )
 from .fit import fit, next_step
 from .sockets import alike, known_of, socket_task
@@ -150,8 +151,10 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
-    measured = [*map(calibration.as_read_now, given)]
+    measured = [
+        calibration.as_read_now(measure(p, calibration.robot, distance, sockets=1))
+        for p in as_list(data)
+    ]
     weighed, now = _weigh(calibration, measured, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
@@ -198,10 +201,11 @@ def _weigh(
     each = explanations(task)
     single = [one for one in each if one.name not in (LENGTHS, EVERYTHING)]
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
-    _, odds = weigh(task, wide, lambda _: each, lengths=True)
-    if not odds:
+    system, converged = linear_about(task, wide, lengths=True)
+    if not converged:
         return Weighed({}), None
-    weighed = Weighed({one.name: p for one, p in odds})
+    odds = probabilities(system, each).tolist()
+    weighed = Weighed({one.name: p for one, p in zip(each, odds, strict=True)})
     joints = prior.robot.joint_names
     if weighed.changed and weighed.likeliest in joints:
         j = joints.index(weighed.likeliest)
@@ -217,8 +221,7 @@ def _weigh(
         weighed = replace(weighed, cause=cause)
     if not ball_moved:
         return weighed, None
-    arm = replace(prior, covariance=0 * prior.covariance)
-    system = fit(replace(task, prior=arm))
+    system = fit(task.with_exact_arm)
     shift = (system.state.x - prior.mean)[prior.ball]
     if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
         weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
