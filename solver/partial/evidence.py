@@ -37,6 +37,10 @@ MOST_TOGETHER = 128
 """Sets of joints that are compared; of more joints, only the smaller sets."""
 ZERO_CHANGED = 0.02
 """Probability before the samples that a joint's zero changed, where several may have."""
+UNTOLD = 1e-2
+"""A zero whose standard deviation is larger is not told [rad], [m]."""
+SURE = 0.9
+"""Probability from which a joint's zero changed."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Scales of noise that are tried, as factors."""
 
@@ -148,7 +152,47 @@ def explanations(task: Task) -> list[Explanation]:
     return [Explanation(NOTHING, PRIOR[NOTHING], [task.free]), *found, everything]
 
 
-def sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
+def find_zeros(
+    task: Task, named: Sequence[int]
+) -> tuple[System, float | None, list[tuple[float, float, float]]]:
+    """Return a fit with the zeros free of joints that are named, or that the evidence names.
+
+    Then the probability that none changed, None for joints that were named; and for each joint the
+    probability that it changed, the offset of its zero (0 where it did not change), and the
+    standard deviation of that (where it did not change, were it alone to be found) [rad], [m].
+    """
+    count, zeros = len(task.prior.robot.joint_names), task.prior.zeros
+    if named:
+        probability, unchanged, changed = np.isin(np.arange(count), named) * 1.0, None, list(named)
+        system = freed(task, changed)
+        deviations = _alone(system, task)
+    else:
+        about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
+        deviations = _alone(about, task)
+        sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNTOLD).tolist())
+        odds = probabilities(about, sets) if converged else np.zeros(len(sets))
+        probability = odds @ [[j in one.joints for j in range(count)] for one in sets]
+        unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
+        system = freed(task, changed)
+    offsets = np.zeros(count)
+    if changed:
+        own = np.array(changed) + zeros.start
+        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(own)))
+        moved = system.state.x[own] - task.prior.mean[own]
+        offsets[changed] = np.where(deviations[changed] < UNTOLD, moved, 0)
+    rows = zip(probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
+    return system, unchanged, list(rows)
+
+
+def _alone(system: System, task: Task) -> np.ndarray:
+    """Return the standard deviation of each joint's zero, were it alone to be found."""
+    A = system.slopes[:, task.prior.zeros]
+    C = replace(system, task=task).covariance(system.state.noise, gaussian=True)
+    information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
+    return 1 / np.sqrt(information + ZERO**-2)
+
+
+def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
     """Return explanations by sets of joints, of some, whose zeros changed; that of none first."""
     sets: list[tuple[int, ...]] = []
     for size in range(len(joints) + 1):

@@ -13,20 +13,16 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import LaterZero, refuse_existing, write_files
 from ..robot import Robot
-from .evidence import another_arm, freed, linear_about, probabilities, sets_of_zeros
+from .evidence import SURE, UNTOLD, another_arm, find_zeros
 from .fit import System
-from .prior import ZERO, prior_of
+from .prior import prior_of
 from .sockets import alike, new_samples, socket_task
-from .task import Task
 from .updated import updated, urdf_with_zeros
 
 TICK = 2 * math.pi / 4096
 """Step of a servo with 4096 in a turn [rad]."""
-UNTOLD = 1e-2
-"""A zero whose standard deviation is larger is not told [rad], [m]."""
-SURE, EVEN = 0.9, 0.5
-"""Probability from which a joint's zero changed, and of none having changed below which some may
-have."""
+EVEN = 0.5
+"""Probability of no change below which some zero may have changed."""
 OTHER_ARM = 5.0
 """Errors beyond so many times those of its calibration are not explained by zeros."""
 OTHER_MODEL = 2e-2
@@ -195,18 +191,23 @@ def rezero(
         MeasurementError: Samples of another arm, or too few.
     """
     prior = prior_of(arm)
+    names = prior.robot.joint_names
+    for joint in joints:
+        if joint not in names:
+            raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
     measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
     measured, new, remarks = new_samples(arm, measured)
     if alike(measured):
         remarks.append("The postures are alike and tell little: move all joints between samples.")
     task = socket_task(prior, measured, stood, ball_moved=ball_moved)
     task = replace(task, warnings=(*task.warnings, *remarks))
-    asked, row = len(joints) or len(prior.robot.joint_names), task.rows
+    asked, row = len(joints) or len(names), task.rows
     if 3 * len(row.q) + len(task.distances) <= 3 * (len(row.names) - len(task.known)) + asked:
         raise UsageError(
             f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
         )
-    found, unchanged, system = _find_zeros(task, joints)
+    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
+    found = tuple(JointZero(name, *zero) for name, zero in zip(names, zeros, strict=True))
     off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
     most = OTHER_MODEL
     if isinstance(arm, Calibration):
@@ -234,42 +235,3 @@ def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
     elif zero.joint == robot.joint_names[-1]:
         way = "the ball lies on its axis, or its own place is free: put a ball beside the axis"
     return f"These samples cannot tell the zero of {zero.joint}: {way}."
-
-
-def _find_zeros(
-    task: Task, joints: Sequence[str]
-) -> tuple[tuple[JointZero, ...], float | None, System]:
-    """Return the joints' zeros, the probability that none changed, and the fit."""
-    names, zeros = task.prior.robot.joint_names, task.prior.zeros
-    for joint in joints:
-        if joint not in names:
-            raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
-    if joints:
-        probability = np.array([float(name in joints) for name in names])
-        unchanged, changed = None, [names.index(joint) for joint in joints]
-        system = freed(task, changed)
-        deviations = _alone(system, task)
-    else:
-        about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
-        deviations = _alone(about, task)
-        sets = sets_of_zeros(task, np.flatnonzero(deviations < UNTOLD).tolist())
-        odds = probabilities(about, sets) if converged else np.zeros(len(sets))
-        probability = odds @ [[j in one.joints for j in range(len(names))] for one in sets]
-        unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
-        system = freed(task, changed)
-    offsets = np.zeros(len(names))
-    if changed:
-        own = np.array(changed) + zeros.start
-        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(own)))
-        moved = system.state.x[own] - task.prior.mean[own]
-        offsets[changed] = np.where(deviations[changed] < UNTOLD, moved, 0)
-    rows = zip(names, probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
-    return tuple(JointZero(*row) for row in rows), unchanged, system
-
-
-def _alone(system: System, task: Task) -> np.ndarray:
-    """Return the standard deviation of each joint's zero, were it alone to be found."""
-    A = system.slopes[:, task.prior.zeros]
-    C = replace(system, task=task).covariance(system.state.noise, gaussian=True)
-    information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
-    return 1 / np.sqrt(information + ZERO**-2)
