@@ -44,7 +44,6 @@ from mukca.solver.calibration import calibrate
 from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
 from mukca.solver.design import (
     ParameterCovariance,
-    expected_groups,
     from_fit,
     from_prior,
     workspace_of,
@@ -266,16 +265,16 @@ def travel(case: tuple[str, int]) -> np.ndarray:
             target = of(coach, samples, following, q)
             stays = target is not None and socket == following
             lifted += stays and coach._lifted(samples, q, target)
-        known = from_prior(model, expected_groups(model), Noise(NOISE, 0.0), 2)
+        known = from_prior(model, Noise(NOISE, 0.0), 2)
         known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
         for sample in samples:
             known = known.with_samples(np.array([sample.position]), sample.socket)
-        own = known.covariance[: model.size, : model.size]
+        own, shape = known.covariance[: model.size, : model.size], anywhere.judged[:, 1:]
         turned = np.rad2deg(np.abs(np.diff([s.position for s in samples], axis=0)))
         total, most = turned.sum(axis=0), turned.max(axis=1)
         figures.append(
             [total[0], total.max(), total.sum(), (most > 120).sum(), np.median(most),
-             known.error(anywhere), np.trace(own @ anywhere.shape) ** 0.5, lifted]
+             known.error(anywhere), np.sum(shape * (own @ shape)) ** 0.5, lifted]
         )  # fmt: skip
     return np.array(figures)
 
@@ -299,7 +298,7 @@ def nearest(
         return None
     known = knowledge(coach, samples)
     where = workspace_of(known.model, 0 * known.x)
-    gains = known.variance_reduction(poses, socket, where.shape)
+    gains = known.variance_reduction(poses, socket, where)[1]
     far = np.abs(poses - q).max(axis=1)
     far[gains < 0.85 * gains.max()] = np.inf
     return poses[int(np.argmin(far))]
@@ -406,14 +405,14 @@ def simulate(count: int, names: list[str], goal_mm: float | None, workers: Worke
 
 def choose(model: ExtendedModel, train: Placement, each: int) -> Placement:
     """Return so many samples of each socket, chosen by predicted error before any is fitted."""
-    known = from_prior(model, expected_groups(model), Noise(NOISE, 0.0), 2)
+    known = from_prior(model, Noise(NOISE, 0.0), 2)
     where = workspace_of(model, np.zeros(model.size))
     left = {k: [s for s in train.samples if s.socket == k] for k in (0, 1)}
     chosen: list[Sample] = []
     for i in range(2 * each):
         socket = i % 2
         q = np.array([s.position for s in left[socket]])
-        best = int(np.argmax(known.variance_reduction(q, socket, where.shape)))
+        best = int(np.argmax(known.variance_reduction(q, socket, where)[1]))
         chosen.append(left[socket].pop(best))
         known = known.with_samples(q[best : best + 1], socket)
     chosen.sort(key=lambda s: s.socket)

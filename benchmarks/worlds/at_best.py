@@ -90,7 +90,7 @@ def _after(known: ParameterCovariance, placement: Placement) -> ParameterCovaria
     for k in range(int(placement.sockets.max()) + 1):
         q = placement.positions[placement.sockets == k]
         moments = _moments(known, q)
-        known = known.with_socket().with_samples(q, k, moments)
+        known = known.with_sockets(1).with_samples(q, k, moments)
         centres.append(known.model.linearise(known.x, q, moments)[0].mean(axis=0))
     if len(centres) == 2:
         away = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..bayes.model import Noise, extend
 from ..bayes.model.effects import TYPES_WITH_CURVES
 from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
 from ..robot import Robot, SimulationError, choose_parameters
-from .information import ParameterCovariance, Workspace, expected_groups, from_prior, workspace_of
+from .information import ParameterCovariance, Workspace, from_prior, workspace_of
+from .pose_route import Annealing
 from .reachability import Reach
 
 MANY = 200
@@ -115,16 +116,14 @@ def with_site(
     distance was measured there. None: it is measured here.
     """
     first = known.sockets
-    known = known.with_socket().with_socket()
+    known = known.with_sockets(2)
     ends, deviation = {first: -site.along, first + 1: site.along}, CALIPER_DEVIATION
     if before is not None:  # as long as it was there
         ends, deviation = ends | {0: before, 1: -before}, 2**0.5 * SEAT_DEVIATION
     known = known.with_lengths(ends, deviation)
-    for i in range(2 * samples):
-        poses, socket = site.poses[i % 2], first + i % 2
-        best = int(np.argmax(known.variance_reduction(poses, socket, where.shape)))
-        known = known.with_samples(poses[best : best + 1], socket)
-    return known
+    pools = dict(enumerate(site.poses, first))
+    way = Annealing.of(known, where, pools, [first, first + 1] * samples)
+    return replace(known, covariance=way.greedy())
 
 
 def best_site(
@@ -197,7 +196,7 @@ def plan(
     where = workspace_of(model, np.zeros(model.size))
     reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
-    known = from_prior(model, expected_groups(model), NOISE, 0)
+    known = from_prior(model, NOISE, 0)
     sites, after = [first], [with_site(known, first, where, samples)]
     left = sites_around(reach, first.centres.mean(axis=0), distance)
     while left and len(sites) < placements:

@@ -44,8 +44,9 @@ def predicted_posterior(
     """
     known = from_fit(posterior)
     old, first = len(known.covariance), known.sockets
-    for k, (q, moments) in enumerate(by_socket):
-        known = known.with_socket().with_samples(q, first + k, moments)
+    known = known.with_sockets(len(by_socket))
+    for k, (q, moments) in enumerate(by_socket, first):
+        known = known.with_samples(q, k, moments)
     before = next((known for known in posterior.data.known if known.on_base), None)
     if before is not None and len(by_socket) > 1:
         there = posterior.centres[before.second] - posterior.centres[before.first]

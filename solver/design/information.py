@@ -41,25 +41,13 @@ class Workspace:
     lengths: np.ndarray
     """The distances, shape (K,) [m]; 0 for other numbers."""
 
-    @property
-    def mean(self) -> np.ndarray:
-        """G, shape (size, size)."""
-        return self.slopes.T @ self.slopes / len(self.slopes)
-
-    @property
-    def shape(self) -> np.ndarray:
-        """G of the distances relative to each other, the arm's scale left out, shape (size, size).
-
-        All samples tell the scale alike, by the base's length. Poses differ in what they tell of
-        all else, so they are chosen by this.
-        """
-        return self.judged[:, 1:] @ self.judged[:, 1:].T
-
     @cached_property
     def judged(self) -> np.ndarray:
-        """F with F F^T = G, whose first column is of the scale, and the others without it.
+        """F with F F^T = G of (D2), shape (size, 1 + min(K, size)).
 
-        Of shape (size, 1 + min(K, size)).
+        Its first column is the arm's scale, and the others are what the distances are relative to
+        each other. All samples tell the scale alike, by the base's length. Poses differ in what
+        they tell of all else, so they are chosen by the others.
         """
         along = self.lengths / (np.linalg.norm(self.lengths) or 1.0)
         scale = along @ self.slopes
@@ -99,12 +87,11 @@ class ParameterCovariance:
         own = self.covariance[: self.model.size, : self.model.size]
         return np.sqrt(np.sum((where.slopes @ own) * where.slopes, axis=1))
 
-    def with_socket(self) -> "ParameterCovariance":
-        """Return the same with one more socket, whose centre is unknown."""
+    def with_sockets(self, count: int) -> "ParameterCovariance":
+        """Return the same with so many more sockets, whose centres are unknown."""
         n = len(self.covariance)
-        covariance = np.zeros((n + 3, n + 3))
-        covariance[:n, :n] = self.covariance
-        covariance[n:, n:] = CENTRE**2 * np.eye(3)
+        covariance = np.pad(self.covariance, (0, 3 * count))
+        covariance[n:, n:] = CENTRE**2 * np.eye(3 * count)
         return replace(self, covariance=covariance)
 
     def with_lengths(
@@ -133,43 +120,32 @@ class ParameterCovariance:
         return self._updated(self.whitened(q, socket, moments).reshape(-1, len(self.covariance)))
 
     def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
-        """Return A of (D1) for each of some samples as its noise were 1, shape (N, 3, n)."""
-        A, C = self._sample_rows(q, socket, moments)
-        return np.linalg.inv(np.linalg.cholesky(C)) @ A
+        """Return C^-1/2 A of (D1) for each of some samples, shape (N, 3, n)."""
+        held = np.tile(0 * q, 3) if moments is None else moments
+        _, J, by_joints = self.model.linearise(self.x, q, held)
+        A = np.zeros((len(q), 3, len(self.covariance)))
+        A[:, :, : self.model.size] = J
+        A[:, :, self._centre(socket)] = -np.eye(3)
+        return np.linalg.inv(np.linalg.cholesky(self.noise.as_gaussian(by_joints))) @ A
 
-    def variance_reduction(self, q: np.ndarray, socket: int, G: np.ndarray) -> np.ndarray:
-        """Return the share by which each of some samples would lower the mean variance (D2).
+    def variance_reduction(self, q: np.ndarray, socket: int, where: Workspace) -> np.ndarray:
+        """Return the shares by which each of some samples would lower the mean variance (D2).
 
         Args:
             q: Their configurations, shape (N, m).
             socket: The socket that the ball would be in.
-            G: The variance to lower, see :class:`Workspace`.
+            where: Distances by which they are judged.
 
         Returns:
-            Shape (N,).
+            With the arm's scale and without it, shape (2, N).
         """
-        size = self.model.size
-        A, C = self._sample_rows(q, socket)
-        cross = A @ self.covariance
-        own, S = cross[:, :, :size], cross @ A.transpose(0, 2, 1) + C
-        lowered = np.einsum("nij,nji->n", np.linalg.inv(S), own @ G @ own.transpose(0, 2, 1))
-        return lowered / float(np.trace(self.covariance[:size, :size] @ G))
+        prior = joint_covariance(self.covariance, self.whitened(q, socket), where.judged)
+        return 1 - mean_variances(*prior) / with_and_without_scale(prior[2])[:, None]
 
     def _centre(self, socket: int) -> slice:
         """Return where a socket's centre stands among the unknowns."""
         begin = self.model.size + 3 * socket
         return slice(begin, begin + 3)
-
-    def _sample_rows(
-        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return A of (D1), shape (N, 3, n), and C, shape (N, 3, 3)."""
-        held = np.tile(0 * q, 3) if moments is None else moments
-        _, J, by_joints = self.model.linearise(self.x, q, held)
-        rows = np.zeros((len(q), 3, len(self.covariance)))
-        rows[:, :, : self.model.size] = J
-        rows[:, :, self._centre(socket)] = -np.eye(3)
-        return rows, self.noise.as_gaussian(by_joints)
 
     def _updated(self, A: np.ndarray) -> "ParameterCovariance":
         return replace(self, covariance=updated(self.covariance, A))
@@ -186,17 +162,36 @@ def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
     return 0.5 * (kept + kept.T)
 
 
-def from_prior(
-    model: ExtendedModel, groups: tuple[PriorGroup, ...], noise: Noise, sockets: int
-) -> ParameterCovariance:
+def joint_covariance(
+    covariance: np.ndarray, A: np.ndarray, F: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return A Sigma F and S of (D2) for each of N samples, and the J variances of F.
+
+    Samples have whitened rows A, shape (N, 3, n), and F has shape (size, J).
+    """
+    cross, size = A @ covariance, len(F)
+    variances = np.sum(F * (covariance[:size, :size] @ F), axis=0)
+    return cross[:, :, :size] @ F, cross @ A.transpose(0, 2, 1) + np.eye(3), variances
+
+
+def mean_variances(cross: np.ndarray, S: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return the mean variances after each of N samples, see :func:`joint_covariance`, (2, N)."""
+    return with_and_without_scale(variances - np.sum(cross * (np.linalg.inv(S) @ cross), axis=1))
+
+
+def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
+    """Return both sums of variances of :attr:`.Workspace.judged`, (..., J), shape (2, ...)."""
+    without = variances[..., 1:].sum(axis=-1)
+    return np.stack([without + variances[..., 0], without])
+
+
+def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCovariance:
     """Return the covariance of a rigid arm before the first sample in so many sockets."""
     covariance = np.zeros((model.size, model.size))
-    for group in groups:
+    for group in expected_groups(model):
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
     known = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
-    for _ in range(sockets):
-        known = known.with_socket()
-    return known
+    return known.with_sockets(sockets)
 
 
 def from_fit(posterior: Posterior) -> ParameterCovariance:

@@ -13,7 +13,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .information import ParameterCovariance, Workspace, updated
+from .information import (
+    ParameterCovariance,
+    Workspace,
+    joint_covariance,
+    mean_variances,
+    updated,
+    with_and_without_scale,
+)
 
 DRAWN = 100
 """Poses of the pool that are compared at a time."""
@@ -67,13 +74,27 @@ class Annealing:
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
 
-    def greedy(self) -> None:
-        """Choose the poses that teach most, one by one."""
+    @classmethod
+    def of(
+        cls,
+        known: ParameterCovariance,
+        where: Workspace,
+        pools: Mapping[int, np.ndarray],
+        order: Sequence[int],
+        start: np.ndarray | None = None,
+    ) -> "Annealing":
+        """Return the state before the first choice; arguments are those of :func:`plan_poses`."""
+        rows = {k: known.whitened(pools[k], k) for k in set(order)}
+        return cls(known.covariance, rows, where.judged, pools, order, start)
+
+    def greedy(self) -> np.ndarray:
+        """Choose the poses that teach most, one by one, and return the covariance after them."""
         covariance = self.prior
         for t, k in enumerate(self.order):
             left = self._variances(covariance, self.rows[k])[1]
             self.chosen[t] = int(np.argmin(left))
             covariance = self.updated(covariance, self.rows[k][self.chosen[t]])
+        return covariance
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
@@ -97,25 +118,17 @@ class Annealing:
     def seen(
         self, covariance: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return after a state: samples' covariances with what is judged, their own, its variances.
-
-        Judged are numbers of which the first is the arm's scale, and the others are without it.
-        """
-        cross, size = rows @ covariance, len(self.judged)
-        variances = np.sum(self.judged * (covariance[:size, :size] @ self.judged), axis=0)
-        own = cross @ rows.transpose(0, 2, 1) + np.eye(3)
-        return cross[:, :, :size] @ self.judged, own, variances
+        """Return :func:`.joint_covariance` of samples, after a state of the annealing."""
+        return joint_covariance(covariance, rows, self.judged)
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
         none = next(iter(self.rows.values()))[:0]
-        return self.slack * _with_scale_and_without(self.seen(self.covariance(), none)[2])
+        return self.slack * with_and_without_scale(self.seen(self.covariance(), none)[2])
 
     def _variances(self, covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Return both mean variances after each of some samples, shape (2, N)."""
-        cross, own, variances = self.seen(covariance, rows)
-        lowered = np.sum(cross * (np.linalg.inv(own) @ cross), axis=1)
-        return _with_scale_and_without(variances - lowered)
+        return mean_variances(*self.seen(covariance, rows))
 
     def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, usual: np.ndarray) -> None:
         """Draw each pose anew so many times, while it cools."""
@@ -167,12 +180,6 @@ class Annealing:
         return int(np.searchsorted(sums, self.generator.uniform() * float(sums[-1])))
 
 
-def _with_scale_and_without(variances: np.ndarray) -> np.ndarray:
-    """Return both sums of variances of what is judged, shape (..., J): shape (2, ...)."""
-    without = variances[..., 1:].sum(axis=-1)
-    return np.stack([without + variances[..., 0], without])
-
-
 def plan_poses(
     known: ParameterCovariance,
     where: Workspace,
@@ -191,5 +198,4 @@ def plan_poses(
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    rows = {k: known.whitened(pools[k], k) for k in set(order)}
-    return Annealing(known.covariance, rows, where.judged, pools, order, start).way(before)
+    return Annealing.of(known, where, pools, order, start).way(before)

@@ -106,9 +106,7 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     covariance = prior.covariance[:size, :size].copy()
     covariance.ravel()[:: size + 1][prior.zeros] += ZERO**2
     known = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
-    for _ in range(sockets):
-        known = known.with_socket()
-    return known
+    return known.with_sockets(sockets)
 
 
 def zeros_told(known: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:

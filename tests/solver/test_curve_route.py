@@ -10,7 +10,6 @@ from mukca.solver.bayes.model.effects import curve_values, random_curves
 from mukca.solver.design import (
     CurveAnnealing,
     Reach,
-    expected_groups,
     from_prior,
     plan_poses,
     workspace_of,
@@ -25,7 +24,7 @@ ORDER = [0] * 4 + [1] * 4
 @pytest.fixture(scope="module")
 def known():
     model = extend(load_robot("ur10"), choose_parameters(load_robot("ur10")))
-    return from_prior(model, expected_groups(model), Noise(1e-4, 0.0), 2)
+    return from_prior(model, Noise(1e-4, 0.0), 2)
 
 
 @pytest.fixture(scope="module")

@@ -177,9 +177,7 @@ class PoseSelector:
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
         """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
-        known = design.from_prior(
-            self._model, design.expected_groups(self._model), SEAT, count * len(recorded)
-        )
+        known = design.from_prior(self._model, SEAT, count * len(recorded))
         taken: list[tuple[np.ndarray, int]] = []
         for i, some in enumerate(recorded):
             known = self._with_distance(known, some, count * i)
@@ -237,11 +235,10 @@ class PoseSelector:
         else:
             way = design.plan_poses(known, where, pools, order, start, rest)
         self._route = order, way
-        poses = pools[order[0]]
-        best = int(np.argmax(known.variance_reduction(poses, order[0], where.shape)))
-        gain = known.variance_reduction(poses[best : best + 1], order[0], where.mean)
+        with_scale, without = known.variance_reduction(pools[order[0]], order[0], where)
+        gain = with_scale[int(np.argmax(without))]
         # of variance; of the deviation it is half as much
-        return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain.max()))
+        return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))
 
     def _rest(self, order: list[int]) -> np.ndarray | None:
         """Return what is left of the way before; None where the sockets to come are others."""
