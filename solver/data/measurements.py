@@ -22,8 +22,6 @@ BETTER = 0.25
 """Share of the angle that is left if they turn the other way."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
-CLOCKS = ("time", "temperature")
-"""Columns that may tell when a sample was recorded."""
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:

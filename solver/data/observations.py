@@ -1,9 +1,9 @@
-"""All that a fit is told: the samples of all placements, and what is known of places.
+"""The data of a fit: the samples of all placements, and what was measured of places.
 
-Places are sockets, or measured points; known are distances, or coordinates in :mod:`.frames`.
+Places are sockets or measured points; measured are distances, or coordinates in :mod:`.frames`.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -19,17 +19,16 @@ from .known import (
     KnownError,
     Located,
     SocketAt,
-    distance_covariance,
     find_socket,
 )
-from .measurements import CLOCKS, STANDARD_LOAD, Load, Measurement
+from .measurements import STANDARD_LOAD, Load, Measurement
 from .metrics import CALIPER_DEVIATION
 
 BY_SAMPLE = (
-    *("positions", "torques", "recorded_at"),
+    *("positions", "torques", "time", "temperature", "recorded_at"),
     *("measured_in", "points", "turned_in", "rotations", "wheres"),
 )
-"""Arrays of observations with a row for each sample, beside sockets and clocks."""
+"""Arrays of observations with a row for each sample, beside sockets."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +53,10 @@ class Observations:
     """The names of the frames whose pose is unknown."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
-    clocks: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
-    """``time`` [s] and ``temperature`` of the samples, each of shape (N,); NaN where not known."""
+    time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Times of the samples, shape (N,) [s]; NaN where not known."""
+    temperature: np.ndarray = field(default_factory=lambda: np.empty(0))
+    """Temperatures, likewise."""
     recorded_at: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
     """Name of the placement of each sample, shape (N,)."""
     measured_in: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
@@ -88,10 +89,6 @@ class Observations:
         """Return a mask of the places that were recorded at a placement, shape (N,)."""
         return (self.recorded_at == placement) & ~self.turned
 
-    def distance_covariance(self) -> np.ndarray:
-        """Return :func:`distance_covariance` of the known distances."""
-        return distance_covariance(self.known)
-
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""
         kept = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
@@ -100,7 +97,6 @@ class Observations:
         return replace(
             self,
             **{name: getattr(self, name)[rows] for name in BY_SAMPLE},
-            clocks={name: values[rows] for name, values in self.clocks.items()},
             sockets=np.array([new.get(s, -1) for s in self.sockets[rows].tolist()], dtype=np.int64),
             labels=tuple(self.labels[i] for i in kept),
             known=tuple(
@@ -199,13 +195,18 @@ def observe_all(
     if require_scale:
         _check_scale(seated, labels, pairs, located)
     bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
-    shared = (tuple(labels), tuple(pairs), located, tuple(frames))
-    samples = [_samples(arm, [(of(m), m) for m in arm.measurements], *shared) for arm in arms]
-    return MultiRobotObservations(
-        tuple(replace(one, base=base) for one, base in zip(samples, bases, strict=True)),
-        tuple(arm.name for arm in arms),
-        bases,
+    observations = (
+        Observations(
+            **_samples(arm, [(of(m), m) for m in arm.measurements], labels, frames),
+            labels=tuple(labels),
+            known=tuple(pairs),
+            located=located,
+            frames=tuple(frames),
+            base=base,
+        )
+        for arm, base in zip(arms, bases, strict=True)
     )
+    return MultiRobotObservations(tuple(observations), tuple(arm.name for arm in arms), bases)
 
 
 def _check_scale(
@@ -254,34 +255,29 @@ def _pairs(
 def _samples(
     arm: RobotRecordings,
     measurements: Sequence[tuple[str, Measurement]],
-    labels: tuple[tuple[str, int], ...],
-    known: tuple[Known[int], ...],
-    located: tuple[Located[int, int], ...],
-    frames: tuple[str, ...],
-) -> Observations:
-    """Return the samples of one robot, among the sockets and frames of all."""
+    labels: Sequence[tuple[str, int]],
+    frames: Sequence[str],
+) -> dict[str, Any]:
+    """Return the arrays by sample of one robot, among the sockets and frames of all."""
     parts: list[dict[str, np.ndarray]] = []
     turns = [(name, m) for name, m in measurements if m.has_orientations]
     for i, (name, m) in enumerate((*measurements, *turns)):
         N, turned, seated = len(m.positions), i >= len(measurements), m.kind == "sockets"
-        nowhere = np.full(N, -1)
-        frame = nowhere if seated else np.full(N, frames.index(m.frame))
-        places = (
-            np.repeat([labels.index((name, s)) for s in m.sockets], m.counts) if seated else nowhere
-        )
+        none = np.full(N, -1)
+        frame = none if seated else np.full(N, frames.index(m.frame))
+        sockets = [labels.index((name, socket)) for socket in m.sockets] if seated else [-1]
         part = {
             "positions": m.positions,
             "torques": arm.load.torques(arm.robot, m),
-            "sockets": places,
+            "sockets": np.repeat(sockets, m.counts if seated else N),
+            "time": m.clock("time"),
+            "temperature": m.clock("temperature"),
             "recorded_at": np.full(N, name),
-            "measured_in": nowhere if turned else frame,
+            "measured_in": none if turned else frame,
             "points": np.zeros((N, 3)) if turned or seated else m.points,
-            "turned_in": frame if turned else nowhere,
+            "turned_in": frame if turned else none,
             "rotations": m.rotations if turned else np.tile(np.eye(3), (N, 1, 1)),
             "wheres": np.array([sample.where for sample in m.placement.samples]),
         }
-        parts.append(part | {name: m.clock(name) for name in CLOCKS})
-    rows = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    shared: dict[str, Any] = {"labels": labels, "known": known, "located": located}
-    clocks = {name: rows.pop(name) for name in CLOCKS}
-    return Observations(**rows, **shared, frames=frames, clocks=clocks)
+        parts.append(part)
+    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}

@@ -122,8 +122,10 @@ def with_site(
         ends, deviation = ends | {0: before, 1: -before}, 2**0.5 * SEAT_DEVIATION
     known = known.with_lengths(ends, deviation)
     pools = dict(enumerate(site.poses, first))
-    way = Annealing.of(known, where, pools, [first, first + 1] * samples)
-    return replace(known, covariance=way.greedy())
+    rows = {k: known.whitened(q, k) for k, q in pools.items()}
+    order = [first, first + 1] * samples
+    after = Annealing(known.covariance, rows, where.judged, pools, order).greedy()
+    return replace(known, covariance=after)
 
 
 def best_site(

@@ -67,25 +67,12 @@ class Annealing:
         judged: np.ndarray,
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
-        start: np.ndarray | None,
+        start: np.ndarray | None = None,
     ) -> None:
         self.prior, self.rows, self.judged = prior, rows, judged
         self.pools, self.order, self.start = pools, list(order), start
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
-
-    @classmethod
-    def of(
-        cls,
-        known: ParameterCovariance,
-        where: Workspace,
-        pools: Mapping[int, np.ndarray],
-        order: Sequence[int],
-        start: np.ndarray | None = None,
-    ) -> "Annealing":
-        """Return the state before the first choice; arguments are those of :func:`plan_poses`."""
-        rows = {k: known.whitened(pools[k], k) for k in set(order)}
-        return cls(known.covariance, rows, where.judged, pools, order, start)
 
     def greedy(self) -> np.ndarray:
         """Choose the poses that teach most, one by one, and return the covariance after them."""
@@ -198,4 +185,5 @@ def plan_poses(
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    return Annealing.of(known, where, pools, order, start).way(before)
+    rows = {k: known.whitened(pools[k], k) for k in set(order)}
+    return Annealing(known.covariance, rows, where.judged, pools, order, start).way(before)

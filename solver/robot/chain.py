@@ -65,7 +65,7 @@ def find_root(text: UrdfText) -> str:
     for link in sorted(text.links):
         above, steps = link, 0
         while above in parents and steps < len(text.links):  # more would be round a loop
-            above, steps = text.joints[parents[above]].read("parent", "link"), steps + 1
+            above, steps = parents[above][1], steps + 1
         if above != roots[0]:
             raise ModelError(f"{text.source}: the joints above {link!r} form a loop")
     return roots[0]
@@ -89,8 +89,8 @@ def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
     while link != base:
         if link not in text.parents:
             raise ModelError(f"{text.source}: {tip!r} is not below {base!r}; choose another --base")
-        names.append(text.parents[link])
-        link = text.joints[names[-1]].read("parent", "link")
+        name, link = text.parents[link]
+        names.append(name)
     return tuple(_joint(text, name) for name in reversed(names))
 
 
@@ -135,10 +135,8 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
         centre = np.array(numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3))
         name = link
         while mass and name not in index and name in text.parents:
-            joint = text.parents[name]
-            origin = text.origins[joint]
-            centre = origin.xyz + matrix_rpy(origin.rpy) @ centre
-            name = text.joints[joint].read("parent", "link")
+            joint, name = text.parents[name]
+            centre = text.origins[joint].xyz + matrix_rpy(text.origins[joint].rpy) @ centre
         if mass and name in index:
             x, y, z = centre.tolist()
             bodies.append(Body(index[name], mass, (x, y, z)))

@@ -80,27 +80,27 @@ class UrdfText:
         """The origin of each joint; the identity where none is written."""
 
     @cached_property
-    def parents(self) -> dict[str, str]:
-        """The joint above each link; each link has one at most.
+    def parents(self) -> dict[str, tuple[str, str]]:
+        """The joint above each link but the root, and the link above that.
 
         Raises:
             ModelError: A joint without its two links, or a link with two parents.
         """
-        parents: dict[str, str] = {}
+        parents: dict[str, tuple[str, str]] = {}
         for name, joint in self.joints.items():
-            for role in ("parent", "child"):
-                link = joint.read(role, "link")
+            links = {role: joint.read(role, "link") for role in ("parent", "child")}
+            for role, link in links.items():
                 if not link:
                     raise ModelError(f'{self.source}: joint {name!r} has no <{role} link="...">')
                 if link not in self.links:
                     raise ModelError(f"{self.source}: joint {name!r} names a missing link {link!r}")
-            child = joint.read("child", "link")
+            child = links["child"]
             if child in parents:
                 raise ModelError(
                     f"{self.source}: link {child!r} has two parents, joints "
-                    f"{parents[child]!r} and {name!r}: a loop, where a tree is needed"
+                    f"{parents[child][0]!r} and {name!r}: a loop, where a tree is needed"
                 )
-            parents[child] = name
+            parents[child] = name, links["parent"]
         return parents
 
 

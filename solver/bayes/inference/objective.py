@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...data import Pose, rotation_vectors
+from ...data import Pose, distance_covariance, rotation_vectors
 from ..model import ExtendedModel, Movement, SampleRows
 
 
@@ -62,7 +62,7 @@ class Objective:
     @cached_property
     def whiten(self) -> np.ndarray:
         """W, for K measured distances, shape (K, K) [1/m]."""
-        return np.linalg.inv(np.linalg.cholesky(self.rows.every.distance_covariance()))
+        return np.linalg.inv(np.linalg.cholesky(distance_covariance(self.rows.every.known)))
 
     @cached_property
     def nominal_volume(self) -> float:

@@ -41,7 +41,7 @@ class Movement:
 
     def course(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
-        rows, t = data.rows_of(self.placement), data.clocks[self.clock]
+        rows, t = data.rows_of(self.placement), getattr(data, self.clock)
         course = np.zeros((len(t), self.waves))
         if not rows.any():
             return course
@@ -77,7 +77,7 @@ def movements_of(data: Observations, placement: str) -> list[Movement]:
     """Return the movements that a placement's samples could tell, from its clocks."""
     rows = data.rows_of(placement)
     found: list[Movement] = []
-    for clock, values in data.clocks.items():
+    for clock, values in (("time", data.time), ("temperature", data.temperature)):
         t = values[rows]
         waves = min(WAVES, len(t) // EACH)
         if not len(t) or not np.isfinite(t).all() or not np.ptp(t) or waves < 1:

@@ -89,7 +89,7 @@ def _line(found: JointPosterior, gain: float) -> FoundMovement:
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
     follows = "" if movement.clock == "time" else f", with {movement.clock}"
     if movement.kind == "step":
-        before = int(np.sum(data.clocks["time"][data.rows_of(movement.placement)] < movement.at))
+        before = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
         follows = f", before its sample {before + 1}"
     kept = gain >= KEPT
     share = "; the fit takes it into account" if kept else ", too unsure to be taken into account"

@@ -5,7 +5,14 @@ from dataclasses import replace
 import pytest
 
 from mukca.recorder import read_placement
-from mukca.solver.data import KnownError, RobotRecordings, measure, observe_all, parse_known
+from mukca.solver.data import (
+    KnownError,
+    RobotRecordings,
+    distance_covariance,
+    measure,
+    observe_all,
+    parse_known,
+)
 
 
 def observe(measurements, robot, **options):
@@ -30,12 +37,12 @@ def test_known_distances_tie_placements(two, panda):
 
 def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda):
     known = parse_known("front:0-left:1=0.43+-0.0002")
-    covariance = observe(two, panda, known=[known]).distance_covariance()
+    covariance = distance_covariance(observe(two, panda, known=[known]).known)
     assert covariance[0, 1] == pytest.approx(3e-5**2)
     assert covariance[0, 0] == covariance[1, 1] == pytest.approx(3e-5**2 + 1e-5**2)
     assert covariance[2] == pytest.approx([0, 0, 2e-4**2])
     other = replace(two[1], distance=0.1)
-    assert observe([two[0], other], panda).distance_covariance()[0, 1] == 0
+    assert distance_covariance(observe([two[0], other], panda).known)[0, 1] == 0
 
 
 @pytest.mark.parametrize(
