@@ -1,4 +1,4 @@
-"""A calibration held against its limits: all that a verdict rests on, at once and ever since."""
+"""The assessment of a calibration by its limits: when it is made, and on later recordings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from .scale_check import rests_on
 from .verdict import Verdict, judge
 
 FEW = 15
-"""Samples in a socket below which its mean is too unsure for a limit on means of many."""
+"""With fewer samples in a socket its mean is too uncertain for a limit on means of many."""
 TRAINED = "all of these were trained on, so their errors prove nothing"
 
 
@@ -33,6 +33,8 @@ class Assessment:
     """A calibration, its verdict, and the figures that lead to it."""
 
     predictions: Predictions
+    tolerance: float
+    """The error that the user's task allows [m]."""
     limits: Limits
     between: tuple[KnownDistanceErrors, ...]
     summary: RoleSummaries
@@ -52,8 +54,6 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     predictions = predict(document, source)
     limits = limits_of(document, source, options)
     between = known_distance_errors(predictions, options.known)
-    summary = role_summaries(predictions, options.tolerance)
-    placements = placement_reports(predictions, options.tolerance)
     covered = coverage(predictions)
     held_out = held_out_rows(predictions, limits)
     rows = [
@@ -61,8 +61,16 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
-    verdict = judge(rows, rests_on(document), document.hypotheses or ())
-    return Assessment(predictions, limits, between, summary, placements, covered, verdict)
+    return Assessment(
+        predictions=predictions,
+        tolerance=options.tolerance,
+        limits=limits,
+        between=between,
+        summary=role_summaries(predictions, options.tolerance),
+        placements=placement_reports(predictions, options.tolerance),
+        coverage=covered,
+        verdict=judge(rows, rests_on(document), document.hypotheses or ()),
+    )
 
 
 def rows_since(
@@ -74,7 +82,7 @@ def rows_since(
     zeros: bool,
     told: bool,
 ) -> tuple[list[LimitResult], tuple[Hypothesis, ...]]:
-    """Return whether errors keep their limits and what else is seen, and explanations of it.
+    """Return the rows of a verdict on samples recorded later, and hypotheses that explain them.
 
     ``new`` are the errors of ``data``, None where all were trained on. Where something else has
     ``told`` what changed, a few samples, or an arm of no known limit, are not held to one.

@@ -1,4 +1,4 @@
-"""Rows on the recordings: what was found in them, how many samples, how far each joint turned."""
+"""Rows on the recordings: diagnostics, numbers of samples, travel of the joints, accuracy."""
 
 import math
 from collections.abc import Sequence
@@ -25,23 +25,23 @@ from .scale_check import assumed_distances, distance_row, distortion_row, scale_
 
 WELL_TURNED = math.radians(60)
 """A joint that turned less is named where too little is known [rad]."""
-LINKS = 1e-3
-"""Links are machined, and a base of 50 mm is measured, to this share of their length. No distance
-is asked to be known better, which a large arm would need to be."""
-SIZE = 5e-3
+LENGTH_TOLERANCE = 1e-3
+"""Links are machined, and a socket base is measured, to this share of their length: no predicted
+distance has to be known better."""
+SIZE_DEVIATION = 5e-3
 """The paper's method must know an arm's size to this share of it, so that a distance of the sockets
 that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
 LEAST_SAMPLES = 10
-"""In each of two sockets: with fewer, the sockets' centres and the noise are hardly known."""
+"""In each of two sockets: fewer determine the sockets' centres and the noise badly."""
 LEAST_HELD_OUT = 5
-"""In each of two sockets held out: with fewer, the mean lies with the samples."""
+"""In each of two sockets held out: of fewer, the mean follows the single samples."""
 LEAST_TRAVEL = math.radians(20)
 """A joint that turned less than this over all that was trained on is hardly seen [rad]."""
-FREE = 0.01
+LEAST_FREEDOM = 0.01
 """Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
 cannot turn its first one."""
-BESIDE = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
-"""Codes of warnings that do not bear on the model: single samples that hardly count, amounts that
+NOT_OF_THE_MODEL = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
+"""Codes of warnings that do not concern the model: single samples of little weight, amounts that
 other rows judge, and held-out placements whose base drifted, or moved by little."""
 
 
@@ -62,14 +62,14 @@ def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Covera
         return limit_row(name, "not evaluated", limit.source, found)
     allowed = predicted_limit(limit.value)
     words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
-    if predicted.length is not None and LINKS * predicted.length > allowed:
-        allowed = LINKS * predicted.length
-        words = f"{100 * LINKS:g} % of {mm(predicted.length)}, their median length"
+    if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
+        allowed = LENGTH_TOLERANCE * predicted.length
+        words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
     row = limit_row(name, "pass", words, found, allowed)
     if found > allowed:
         text = (
             f"{row.title} are known to {mm(found)} only, where {mm(allowed)} is asked; record more "
-            f"varied samples{_turned_least(coverage)}, and a second placement far from the first"
+            f"varied samples{_least_travel(coverage)}, and a second placement far from the first"
         )
         row = limit_row(name, "not enough", text, found, allowed)
     full = None if predicted.alone is None else predicted.median
@@ -79,18 +79,18 @@ def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Covera
 def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
     """Return whether the paper's method, which predicts no errors, knows the arm's size."""
     deviation = scale.deviation if scale is not None else None
-    if deviation is None or deviation <= SIZE:
+    if deviation is None or deviation <= SIZE_DEVIATION:
         words = "the paper's method does not say how well it knows; --method auto does"
         return limit_row(WORKSPACE, "not evaluated", words)
     text = (
         f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
-        f"sockets could hide in that; record more varied samples{_turned_least(coverage)}, with "
+        f"sockets could hide in that; record more varied samples{_least_travel(coverage)}, with "
         "sockets farther apart, or use --method auto"
     )
     return limit_row(WORKSPACE, "not enough", text)
 
 
-def _turned_least(coverage: Coverage) -> str:
+def _least_travel(coverage: Coverage) -> str:
     turned = travels(coverage)
     least, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
     return f" ({name} turned by {math.degrees(least):.0f} deg only)" * (least < WELL_TURNED)
@@ -112,16 +112,19 @@ def rows_of_the_fit(
     trained, tested = (
         [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
     )
-    rows += [samples_row(trained, tested, tied=tied), travel_row(covered, _held(predictions))]
+    rows += [
+        samples_row(trained, tested, tied=tied),
+        travel_row(covered, _joints_held(predictions)),
+    ]
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
 
 
 def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:
-    """Return the row of the data checks: no PASS beside an error, or what bears on the model.
+    """Return the row of the diagnostics: PASS without errors and warnings that concern the model.
 
-    None stands for nobody looked; with ``drift_doubted`` (held-out limits kept) no drift fails.
+    None: no diagnostics were made. With ``drift_doubted`` (held-out limits kept) no drift fails.
     """
     name = "data_checks"
     if checks is None:
@@ -133,7 +136,7 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
     drifts = tuple(one.where for one in errors if one.code == "drift" and drift_doubted)
     if not all(drifts and one.where.startswith(drifts) for one in errors):
         return limit_row(name, "fail", reason)
-    doubts = [*errors, *(one for one in warnings if one.code not in BESIDE)]
+    doubts = [*errors, *(one for one in warnings if one.code not in NOT_OF_THE_MODEL)]
     if not doubts:
         return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{one.text}; {one.advice}" for one in doubts))
@@ -173,7 +176,7 @@ def samples_row(
     return limit_row("samples", "pass", text, title=title)
 
 
-def _held(predictions: Predictions) -> list[str]:
+def _joints_held(predictions: Predictions) -> list[str]:
     """Return the joints that a ball in its socket holds, whatever the others do."""
     guide = InverseKinematics(predictions.robot)
     q = [p.measured.positions for p in predictions.placements if p.measured.kind == "sockets"]
@@ -182,7 +185,7 @@ def _held(predictions: Predictions) -> list[str]:
     J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
     bound = np.einsum("nij,nji->ni", np.linalg.pinv(J, rcond=1e-3), J)
     pairs = zip(predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True)
-    return [name for name, free in pairs if free < FREE]
+    return [name for name, free in pairs if free < LEAST_FREEDOM]
 
 
 def travel_row(coverage: Coverage, held: Sequence[str] = ()) -> LimitResult:

@@ -1,6 +1,6 @@
 """Rows on held-out placements and known distances, by ``calibrated.urdf``, which a user loads.
 
-The distance stands beside the error, which a model that shrinks to a point would keep small.
+Distances are judged, too: a model that shrinks to a point has small errors and wrong distances.
 """
 
 from collections.abc import Sequence
@@ -21,19 +21,19 @@ NOTHING_HELD_OUT = "no placement was held out; record another and add it by --te
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""
-SAME, COPIED, LOOKED_AT = 1e-3, 0.5, 200
+SAME_CONFIGURATION, COPIED_SHARE, COMPARED = 1e-3, 0.5, 200
 """Configurations that differ by less on every joint are the same [rad], [m]; a larger share of them
 is a copy; and so many configurations of a placement are looked at."""
-CHANCE = 0.05
-"""Probability with which the distance errors of a sound calibration are called odd."""
-USUAL = 1e-3
+SIGNIFICANCE = 0.05
+"""Probability that the distance errors of a sound calibration are called implausible."""
+USUAL_DRIFT = 1e-3
 """Usual size of a drift from the first sample to the last [m]."""
-LEAST = 10
-"""Samples below which nothing is said."""
+LEAST_FREEDOM = 10
+"""Degrees of freedom below which no drift is estimated."""
 
 
 def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
-    """Return the held-out placements that prove something, and in words why others do not."""
+    """Return the names of independent held-out placements, and in words why others are not."""
     proving, others = list[str](), list[str]()
     for held in predictions.of_role("test"):
         words = (_trained_already(held, one) for one in predictions.of_role("train"))
@@ -43,11 +43,11 @@ def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
 
 
 def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) -> str:
-    """Return why a placement proves nothing beside one that was trained on; empty where it does."""
+    """Return why a held-out placement is not independent of one trained on; empty if it is."""
     rows = held.measured.positions
-    rows = rows[:: -(-len(rows) // LOOKED_AT)]
-    alike = [bool((abs(trained.measured.positions - q).max(axis=1) < SAME).any()) for q in rows]
-    if sum(alike) > COPIED * len(alike):
+    rows = rows[:: -(-len(rows) // COMPARED)]
+    gaps = abs(rows[:, None] - trained.measured.positions).max(axis=2)
+    if np.mean(gaps.min(axis=1) < SAME_CONFIGURATION) > COPIED_SHARE:
         return f"{held.name} is a copy of {trained.name}"
     if held.measured.kind == "points" or trained.measured.kind == "points":
         return ""
@@ -73,12 +73,12 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     if others:
         status = "warning" if proving else "not evaluated"
         found.append(limit_row("held_out", status, words, text=words))
-    odd = _odd_distances(rows)
-    return [*(_known_to(row, odd) for row in found), *odd]
+    odd = _implausible_distances(rows)
+    return [*(_unless_uncertain(row, odd) for row in found), *odd]
 
 
-def _known_to(row: LimitResult, odd: Sequence[LimitResult]) -> LimitResult:
-    """Return the row of the distance as open where its limit is finer than the data can tell."""
+def _unless_uncertain(row: LimitResult, odd: Sequence[LimitResult]) -> LimitResult:
+    """Return a failed row of the distance as open where the limit is below its uncertainty."""
     broken = row.name == "distance_error" and {row.status, row.full_status} <= {"fail", None}
     told = next((one.limit or 0.0 for one in odd if one.status == "pass"), 0.0)
     if not broken or (row.limit or 0.0) > told:
@@ -88,8 +88,8 @@ def _known_to(row: LimitResult, odd: Sequence[LimitResult]) -> LimitResult:
     return msgspec.structs.replace(row, status="not enough", full_status=full, text=text)
 
 
-def _odd_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
-    """Return whether the held-out distances are off by no more than they are known to."""
+def _implausible_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
+    """Return whether the errors of held-out distances agree with their standard deviations."""
     known = [
         (abs(off) / row.distance_deviation, abs(off), row.distance_deviation, row.name)
         for row in rows
@@ -98,7 +98,7 @@ def _odd_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     if not known:
         return []
     name = "distance_deviations"
-    allowed = NormalDist().inv_cdf(1 - CHANCE / 2 / len(known))
+    allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(known))
     z, off, deviation, worst = max(known)
     words = f"at most {allowed:.1f} standard deviations"
     if z <= allowed:
@@ -119,7 +119,7 @@ def error_rows(
     *,
     by_instrument: bool = False,
 ) -> list[LimitResult]:
-    """Return whether errors by what is loaded keep their limits, or why they are ``missing``."""
+    """Return rows on the errors of ``calibrated.urdf``; ``missing`` says why there are none."""
     no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
     for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
@@ -155,12 +155,12 @@ def _length_row(
 
 
 def drift_rows(predictions: Predictions) -> list[LimitResult]:
-    """Return whether the ball drifts in any placement whose drift the fit did not weigh itself."""
+    """Return whether the ball drifts in any placement whose drift the fit does not model."""
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
-    weighed = predictions.document.posterior is not None
+    modelled = predictions.document.posterior is not None
     for placement in predictions.placements:
         measured = placement.measured
-        known = weighed and placement.role == "train" and np.isfinite(measured.clock("time")).all()
+        known = modelled and placement.role == "train" and np.isfinite(measured.clock("time")).all()
         if measured.kind == "sockets" and not known:
             evidence, length = steady_drift(placement)
             if evidence > 0:
@@ -192,13 +192,13 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
         t[rows] -= w @ t[rows]
         e[rows] -= w @ e[rows]
     along = float(weights @ t**2)
-    if freedom < LEAST or along == 0:
+    if freedom < LEAST_FREEDOM or along == 0:
         return 0.0, 0.0
     v: np.ndarray = (weights * t) @ e / along
     left = e - np.outer(t, v)
     scatter: np.ndarray = (weights[:, None] * left).T @ left
     scatter /= weights.sum() - len(measured.sockets) - 1
-    V = scatter / along + (1e-3 * USUAL) ** 2 * np.eye(3)  # of exact data, too
-    chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL**2, v)) * (freedom - 1) / (freedom + 3)
-    spread = np.linalg.slogdet(np.eye(3) + USUAL**2 * np.linalg.inv(V))[1]
+    V = scatter / along + (1e-3 * USUAL_DRIFT) ** 2 * np.eye(3)  # of exact data, too
+    chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL_DRIFT**2, v)) * (freedom - 1) / (freedom + 3)
+    spread = np.linalg.slogdet(np.eye(3) + USUAL_DRIFT**2 * np.linalg.inv(V))[1]
     return 0.5 * (chi2 - float(spread)), float(np.linalg.norm(v))

@@ -125,24 +125,25 @@ ARMS = {
 """The shipped robots of which a figure is known."""
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
-PREDICTED, ANY_ARM = 3.0, 2e-3
+PREDICTED_MARGIN, LARGEST_PREDICTED = 3.0, 2e-3
 """The predicted error of distances may be this many times the limit on held-out errors, but no more
 than so much [m], or that limit: good recordings of arms that repeat to 0.1 mm come to 1 to 2.4."""
 
 
 def predicted_limit(limit: float) -> float:
     """Return what predicted errors of distances may come to [m], by the limit on held-out ones."""
-    return max(limit, min(PREDICTED * limit, ANY_ARM))
+    return max(limit, min(PREDICTED_MARGIN * limit, LARGEST_PREDICTED))
 
 
 def known_arm(model: Robot | Model) -> str | None:
     """Return the shipped robot that a model's names stand for, if exactly one of ARMS does."""
     for name in (model.name, Path(model.source).stem):
+        plain = _plain(name)
         # no longer number either: a ur30 is no ur3
-        inside = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", _plain(name))]
-        whole = [robot for robot in inside if not any(robot != b and robot in b for b in inside)]
-        if len(whole) == 1:
-            return whole[0] if whole[0] in ARMS else None
+        named = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", plain)]
+        longest = [r for r in named if not any(r != other and r in other for other in named)]
+        if len(longest) == 1:
+            return longest[0] if longest[0] in ARMS else None
     return None
 
 
@@ -218,7 +219,7 @@ def _scatter(document: CalibrationDocument) -> float | None:
     trained = document.summary.train
     placements = sum(p.role == "train" and p.kind == "sockets" for p in document.placements)
     error = None if trained is None else trained.calibrated.mean_absolute_error
-    if error is None or error > ANY_ARM or placements < 2:
+    if error is None or error > LARGEST_PREDICTED or placements < 2:
         return None
     return round(max(error, RESOLUTION), 5)
 

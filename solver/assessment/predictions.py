@@ -109,9 +109,11 @@ class PlacementPrediction:
 
 @dataclass(frozen=True)
 class Predictions:
-    """A calibration, and what its two models predict for all its samples."""
+    """A calibration, and the predictions of its models for all its samples."""
 
     document: CalibrationDocument
+    source: str
+    """Name of its file in messages."""
     calibration: CalibratedRobot
     placements: tuple[PlacementPrediction, ...]
 
@@ -141,7 +143,7 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in trained]) for name in MODELS}
     placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
     _check(document, placements, source)
-    return Predictions(document, calibration, tuple(placements))
+    return Predictions(document, source, calibration, tuple(placements))
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot, source: str) -> list[Measurement]:

@@ -11,7 +11,7 @@ from .verdict import Premise
 STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
 _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
-"""Checks that leave the distance of the sockets, and with it the size, open."""
+"""Diagnostics that leave the distance of the sockets, and so the size, unknown."""
 _TYPED = {
     "given": "typed",
     "recording": "as placement.json says",
@@ -58,7 +58,7 @@ def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
 
 
 def rests_on(document: CalibrationDocument) -> list[Premise]:
-    """Return what no recording can tell, and a PASS of the calibration rests on."""
+    """Return the premises of a PASS that no recording can test."""
     trained = [row for row in document.placements if row.role == "train"]
     premises: list[Premise] = []
     for each in trained:

@@ -21,7 +21,7 @@ _EXIT: dict[Outcome, int] = {"pass": 0, "fail": 1, "incomplete": 3}
 
 
 class Premise(Document, kw_only=True, frozen=True):
-    """A thing that a PASS rests on, and that no recording can tell."""
+    """A premise of a PASS that no recording can test."""
 
     name: str
     text: str
@@ -73,16 +73,17 @@ def judge(
 ) -> Verdict:
     """Return the verdict that follows from rows, what a PASS ``rests_on``, and likely ``causes``.
 
-    A row that fails is a FAIL, but for what a URDF, which cannot bend, breaks by little and the
-    full model keeps: that narrows a PASS, as a large predicted error in the whole workspace does.
+    A row that fails is a FAIL, unless the URDF, which has no elasticity, exceeds the limit by
+    little and the full model keeps it. That narrows a PASS to the recorded places, as a large
+    predicted error in the whole workspace does.
     """
     by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
-    bent = _bent(rows) if by_full == "pass" else []
-    rows = [replace(row, status="warning") if row in bent else row for row in rows]
+    exceeded = _slightly_exceeded(rows) if by_full == "pass" else []
+    rows = [replace(row, status="warning") if row in exceeded else row for row in rows]
     status, kind = _outcome(rows, [row.status for row in rows])
     scope: Scope | None = None
     if status == "pass":
-        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows) and not bent
+        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows) and not exceeded
         scope = "workspace" if known else "recorded_places"
     words = cause(causes)
     first = f"{words[0].upper()}{words[1:]}. " if words and status != "pass" else ""
@@ -90,7 +91,7 @@ def judge(
         status=status,
         kind=kind,
         scope=scope,
-        title=_OPEN[kind] if kind else _title(rows, bent, scope, by_full, rests_on),
+        title=_OPEN[kind] if kind else _title(rows, exceeded, scope, by_full, rests_on),
         text=first + _text(rows, status),
         limits=tuple(rows),
         rests_on=tuple(rests_on),
@@ -113,8 +114,8 @@ def _outcome(
     return "pass", None
 
 
-def _bent(rows: Sequence[LimitResult]) -> list[LimitResult]:
-    """Return rows that the URDF alone breaks by no more than is allowed elsewhere; none if more."""
+def _slightly_exceeded(rows: Sequence[LimitResult]) -> list[LimitResult]:
+    """Return the rows that fail, if all exceed their limit by no more than predictions may."""
     broken = [row for row in rows if row.status == "fail"]
     near = [row for row in broken if (row.found or 0.0) <= predicted_limit(row.limit or 0.0)]
     return broken if len(near) == len(broken) else []
@@ -122,7 +123,7 @@ def _bent(rows: Sequence[LimitResult]) -> list[LimitResult]:
 
 def _title(
     rows: Sequence[LimitResult],
-    bent: Sequence[LimitResult],
+    exceeded: Sequence[LimitResult],
     scope: Scope | None,
     by_full: str,
     rests_on: Sequence[Premise],
@@ -131,10 +132,10 @@ def _title(
         apart = by_full == "pass" and any(row.full_status for row in rows)
         return "FAIL for the URDF alone; PASS with corrected joint positions" if apart else "FAIL"
     title = "PASS" if scope == "workspace" else "PASS near the recorded places"
-    title += " with corrected joint positions" if bent else ""
+    title += " with corrected joint positions" if exceeded else ""
     if rests_on:
         title += f", if {joined([one.text for one in rests_on])}"
-    for row in bent:
+    for row in exceeded:
         alone, most = mm(row.found or 0.0), mm(row.limit or 0.0)
         title += f"; the {row.title} of the URDF alone is {alone}, where {most} is asked"
     elsewhere = next((row for row in rows if row.name == WORKSPACE), None)

@@ -108,7 +108,7 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    report, files = build_report(document, calibration.source)
+    report, files = build_report(calibration.assessment)
     outputs: dict[str, str] = {}
     if not document.distorted:
         outputs = calibration.save(arm.out / name, force=True, pages=lambda _: files)

@@ -11,23 +11,21 @@ from typing import Any
 import msgspec
 from markupsafe import Markup
 
-from ...solver.assessment import Options, fixed, short_names
+from ...solver.assessment import Assessment, fixed, short_names
 from ...solver.calibration import Calibration
-from ...solver.results import CalibrationDocument, Document, encode, refuse_existing, write_files
+from ...solver.results import Document, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
 
 
-def build_report(
-    document: CalibrationDocument, source: str, options: Options | None = None
-) -> tuple[ReportDocument, dict[str, bytes]]:
+def build_report(found: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
     """Return the report of a calibration, and its files by name, the same bytes each time.
 
-    ``source`` is its file, for a DocumentError, a MeasurementError, or a KnownError.
+    A setting of the calibration that is no number is a DocumentError.
     """
-    figures = report_figures(document, source, options or Options())
+    figures = report_figures(found)
     plots = plots_of(figures)
     captions = tuple(
         msgspec.structs.replace(plot.caption, section=section)
@@ -45,7 +43,7 @@ def _files(name: str, figures: Document, html: str) -> dict[str, bytes]:
 
 def report_files(calibration: Calibration) -> dict[str, bytes]:
     """Return the report's files, by name, with the limits that fit the arm."""
-    return build_report(calibration.document, calibration.source)[1]
+    return build_report(calibration.assessment)[1]
 
 
 def write_report(

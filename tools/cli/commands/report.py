@@ -40,7 +40,8 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         known=known,
         tolerance=options.tolerance_mm / 1e3,
     )
-    found, files = report.build_report(document, str(options.calibration), limits)
+    judged = assessment.assess(document, str(options.calibration), limits)
+    found, files = report.build_report(judged)
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)
     report.show(terminal.console, found)

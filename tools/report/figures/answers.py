@@ -75,13 +75,11 @@ HARDLY_MOVED = float(np.radians(30))
 
 
 def answers_of(
-    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors], tolerance: float
+    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
 ) -> types.Answers:
-    """Return the answers to a user's three questions, for a task's tolerance [m]."""
+    """Return the answers to a user's three questions."""
     return types.Answers(
-        use=_use_answer(found, tolerance),
-        next=_next_answer(found),
-        data=_data_answer(found, samples),
+        use=_use_answer(found), next=_next_answer(found), data=_data_answer(found, samples)
     )
 
 
@@ -134,10 +132,10 @@ def _worst(
     )
 
 
-def _use_answer(found: assessment.Assessment, tolerance: float) -> types.UseAnswer:
-    """Return the answer whether a task with a tolerance may be done, placement by placement."""
+def _use_answer(found: assessment.Assessment) -> types.UseAnswer:
+    """Return the answer whether the task may be done, placement by placement."""
     uncertainty = found.predictions.document.uncertainty
-    answers: list[Answer] = [answer_at(row, tolerance) for row in found.placements]
+    answers: list[Answer] = [answer_at(row, found.tolerance) for row in found.placements]
     rows: list[types.UseAtPlacement] = []
     for name, row, answer in zip(found.predictions.names, found.placements, answers, strict=True):
         y = row.position[1]  # the name may be given from the other side
@@ -148,7 +146,7 @@ def _use_answer(found: assessment.Assessment, tolerance: float) -> types.UseAnsw
     called, status = [row.called for row in rows], found.verdict.status
     return types.UseAnswer(
         rows=tuple(rows),
-        text=use_text(called, answers, f"{1e3 * tolerance:g}", status),
+        text=use_text(called, answers, f"{1e3 * found.tolerance:g}", status),
         meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
         between=text(_TEXTS, "between", found=between.found, uncertainty=uncertainty),

@@ -17,7 +17,7 @@ from ....errors import MukcaError
 from ....solver import assessment
 from ....solver.data import Measurement, as_point, evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
-from ....solver.results import CalibrationDocument, Model
+from ....solver.results import Model
 from ....solver.robot import Joint, Robot, RowFunction, all_parameters, link_frames
 from . import types
 from .answers import answers_of
@@ -162,39 +162,33 @@ def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
     return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])
 
 
-def report_figures(
-    document: CalibrationDocument, source: str, options: assessment.Options
-) -> types.ReportDocument:
-    """Return the figures of a report, without plots; errors as of :func:`.build.build_report`."""
-    found = assessment.assess(document, source, options)
-    predictions = found.predictions
+def report_figures(found: assessment.Assessment) -> types.ReportDocument:
+    """Return the figures of a report, without plots."""
+    predictions, document = found.predictions, found.predictions.document
     assessed = {name: value for name, value in vars(found).items() if name != "predictions"}
     samples = assessment.sample_errors(predictions)
-    matrix = cross_placement(predictions, assessment.setting(document, source, "regularization"))
     return types.ReportDocument.filled(
         document,
         format=types.REPORT,
         robot_name=predictions.robot.name,
         **assessed,
-        tolerance=options.tolerance,
         samples=samples,
-        cross_placement=matrix,
+        cross_placement=cross_placement(predictions),
         distance_text=assessment.distance_text(document.placements),
         provenance=types.ReportProvenance.filled(document.provenance, settings=document.settings),
         command=solve_command(document),
         rests_on=found.verdict.rests_on,
         todo=tuple(steps(found)),
-        answers=answers_of(found, samples, options.tolerance),
+        answers=answers_of(found, samples),
         arm=arm_drawing(predictions),
         plots=(),
     )
 
 
-def cross_placement(
-    predictions: assessment.Predictions, regularization: float | None
-) -> types.CrossPlacement | None:
+def cross_placement(predictions: assessment.Predictions) -> types.CrossPlacement | None:
     """Return the errors everywhere by models trained on each placement alone; None for only one."""
     placements = predictions.placements
+    weight = assessment.setting(predictions.document, predictions.source, "regularization")
     if len(placements) < 2:
         return None
     # By Eq. (5), some 10 ms each, with the joint origins that the calibration itself had free.
@@ -203,7 +197,7 @@ def cross_placement(
         predictions.robot,
         [placement.measured for placement in placements],
         parameters=[p for p in all_parameters(predictions.robot) if p.name in chosen],
-        regularization=REGULARIZATION if regularization is None else regularization,
+        regularization=REGULARIZATION if weight is None else weight,
     )
     return types.CrossPlacement(
         method="Eq. (5)",

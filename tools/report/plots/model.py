@@ -161,10 +161,8 @@ def joints(report: ReportDocument) -> Plot | None:
         return None
     rows = report.outlook.joints
     names = [row.joint for row in rows]
-    recorded, anywhere = (
-        [1e3 * value for value in values]
-        for values in ([row.recorded for row in rows], [row.workspace for row in rows])
-    )
+    recorded = [1e3 * row.recorded for row in rows]
+    anywhere = [1e3 * row.workspace for row in rows]
     repeatability = 1e3 * (report.limits.repeatability or 0)
     axis = Axis(0, 1.05 * max(*recorded, *anywhere, repeatability), "mm")
     panel = named_rows("what each joint moves the ball by, mm", names, axis)

@@ -27,11 +27,9 @@ def error_map(report: ReportDocument) -> Plot | None:
     far = max(outlook.cells, key=lambda cell: cell[2])
     least, most = min(deviation for _, _, deviation in outlook.cells), far[2]
     reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
-    x_axis, y_axis = (
-        Axis(-reach, reach, f"m {side}")
-        for side in ("to the robot's right", "ahead of the robot's base")
-    )
-    panel = Panel("predicted error of places, from above", x_axis, y_axis, height=468)
+    labels = "m to the robot's right", "m ahead of the robot's base"
+    axes = [Axis(-reach, reach, label) for label in labels]
+    panel = Panel("predicted error of places, from above", *axes, height=468)
     side = panel.x(outlook.width) - panel.x(0) - 1
     for x, y, deviation in outlook.cells:
         level = min(int(LEVELS * (deviation - least) / max(most - least, 1e-12)), LEVELS - 1)
