@@ -5,7 +5,6 @@ The model as it is, but for its ball, sorts them; their fits are compared with a
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -115,62 +114,62 @@ def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(right, order=order)
 
 
-def several_offsets(
-    model: RigidModel, samples: Samples, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
-) -> ColumnHypothesis | None:
-    """Return the best hypothesis with offsets of some joints, each of them needed; None if none."""
-    kept = list(joints)
-    every = with_best_offsets(model, samples, starts, [kept] * len(starts))
-    error, best = sorted_by_error(model, samples, every)[0]
-    while kept:
-        without = [best.with_offset(joint, 0.0) for joint in kept]
-        rest = [[j for j in kept if j != joint] for joint in kept]
-        fewer = with_best_offsets(model, samples, without, rest)
-        more, simpler = sorted_by_error(model, samples, fewer)[0]
-        if more > NEEDED * error:
-            break
-        error, best, kept = more, simpler, [j for j in kept if simpler.offsets[j]]
-    offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
-    best = replace(best, offsets=offsets)
-    count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
-    return best if 0 < count <= MAX_MISTAKES else None
+class _NominalModel:
+    """Hypotheses on some samples, judged by the nominal model with its ball put right."""
 
+    def __init__(self, model: RigidModel, samples: Samples) -> None:
+        self._model, self._samples = model, samples
 
-def with_best_offsets(
-    model: RigidModel,
-    samples: Samples,
-    starts: Sequence[ColumnHypothesis],
-    joints: Sequence[Sequence[int]],
-) -> list[ColumnHypothesis]:
-    """Return hypotheses with the best offsets of as many joints each near those they have."""
-    found = list(starts)
-    for _ in range(STEPS if starts and joints[0] else 0):
-        steps = model.nominal_offsets([h.apply(samples) for h in found], np.array(joints))
-        steps *= np.minimum(1.0, MAX_STEP / np.abs(steps).max(axis=1, keepdims=True).clip(1e-9))
-        for i, (own, step) in enumerate(zip(joints, steps, strict=True)):
-            offsets = found[i].offsets.copy()
-            offsets[list(own)] += step
-            found[i] = replace(found[i], offsets=offsets)
-    return found
+    def ranked(
+        self, hypotheses: Iterable[ColumnHypothesis]
+    ) -> list[tuple[float, ColumnHypothesis]]:
+        """Return the error that each hypothesis leaves [m], the least first."""
+        every = list(hypotheses)
+        variants = [h.apply(self._samples) for h in every]
+        errors = self._model.nominal_errors(variants) if every else []
+        return sorted(zip(errors, every, strict=True), key=lambda one: one[0])
 
+    def with_best_offsets(
+        self, starts: Sequence[ColumnHypothesis], joints: Sequence[Sequence[int]]
+    ) -> list[ColumnHypothesis]:
+        """Return hypotheses with the best offsets of as many joints each near those they have."""
+        found = list(starts)
+        for _ in range(STEPS if starts and joints[0] else 0):
+            variants = [h.apply(self._samples) for h in found]
+            steps = self._model.nominal_offsets(variants, np.array(joints))
+            steps *= np.minimum(1.0, MAX_STEP / np.abs(steps).max(axis=1, keepdims=True).clip(1e-9))
+            for i, (own, step) in enumerate(zip(joints, steps, strict=True)):
+                offsets = found[i].offsets.copy()
+                offsets[list(own)] += step
+                found[i] = replace(found[i], offsets=offsets)
+        return found
 
-def sorted_by_error(
-    model: RigidModel, samples: Samples, hypotheses: Iterable[ColumnHypothesis]
-) -> list[tuple[float, ColumnHypothesis]]:
-    """Return the error that each hypothesis leaves by the nominal model [m], the least first."""
-    every = list(hypotheses)
-    errors = model.nominal_errors([h.apply(samples) for h in every]) if every else []
-    return sorted(zip(errors, every, strict=True), key=lambda one: one[0])
+    def several_offsets(
+        self, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
+    ) -> list[ColumnHypothesis]:
+        """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
+        kept = list(joints)
+        error, best = self.ranked(self.with_best_offsets(starts, [kept] * len(starts)))[0]
+        while kept:
+            without = [best.with_offset(joint, 0.0) for joint in kept]
+            rest = [[j for j in kept if j != joint] for joint in kept]
+            more, simpler = self.ranked(self.with_best_offsets(without, rest))[0]
+            if more > NEEDED * error:
+                break
+            error, best, kept = more, simpler, [j for j in kept if simpler.offsets[j]]
+        offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
+        best = replace(best, offsets=offsets)
+        count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
+        return [best] if 0 < count <= MAX_MISTAKES else []
 
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind, if they leave clearly less than what is there."""
     few = samples.thinned(TRIED, 4)
-    robot, right = model.robot, unchanged(model.robot)
-    joints = len(robot.actuated)
-    (now,) = model.nominal_errors([few])
+    nominal, robot, right = _NominalModel(model, few), model.robot, unchanged(model.robot)
+    joints, best = len(robot.actuated), nominal.ranked
+    ((now, _),) = best([right])
     orders = [right.order[::-1], *(np.roll(right.order, k) for k in range(1, joints))]
-    best = partial(sorted_by_error, model, few)
     found = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
     found += best(replace(right, order=order) for order in orders)[:1]
     # A turn of the first or the last joint is one of the base frame or of the ball.
@@ -178,14 +177,12 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     if not model.zeros:
         starts = [best(right.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning]
         alone = [np.flatnonzero(s.offsets).tolist() for s in starts]
-        single = best(with_best_offsets(model, few, starts, alone))[:2]
+        single = best(nominal.with_best_offsets(starts, alone))[:2]
         found += single
         starts = [right, *signs(robot, 1), *swaps(robot), *(one for _, one in single)]
-        if min(found, key=lambda one: one[0])[0] > TOLERANCE / 2 and few.is_overdetermined(
-            3 + len(turning)
-        ):
-            several = several_offsets(model, few, starts, turning)
-            found += best([several] if several is not None else [])[:1]
+        unexplained = min(found, key=lambda one: one[0])[0] > TOLERANCE / 2
+        if unexplained and few.is_overdetermined(3 + len(turning)):
+            found += best(nominal.several_offsets(starts, turning))
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if min(found, key=lambda one: one[0])[0] > TOLERANCE:
             found += best(signs(robot, count))[:1]
@@ -248,9 +245,9 @@ def _candidate(
     }
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
     form = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
+    form = form.replace("{", "{{").replace("}", "}}")
     kind = OF_COLUMNS[wrong.name]
     advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in wrong.mistakes)
-    form = form.replace("{", "{{").replace("}", "}}")
     return replace(
         best,
         kind=replace(kind, form=form, advice=advice, changed=_as_it_is),

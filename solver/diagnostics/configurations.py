@@ -47,14 +47,18 @@ def size_level(
 def rulers(
     measurements: Sequence[Measurement], known: Sequence[KnownDistance], deviation: float
 ) -> tuple[Known[int], ...]:
-    """Return the distances of bases, then those known beside them, by the sockets' indices."""
+    """Return the distances of bases, then those known beside them, by the sockets' indices.
+
+    Raises:
+        KnownError: One names a socket that is not there.
+    """
     labels, found = _labels(measurements), list[Known[int]]()
     for m in measurements:
         if m.has_distance:
             a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
             found.append(Known(a, b, m.distance, deviation, on_base=True))
     for k in known:
-        a, b = (labels.index(end) for end in (k.first, k.second))
+        a, b = (find_socket(labels, end) for end in (k.first, k.second))
         found.append(Known(a, b, k.distance, k.deviation))
     return tuple(found)
 
@@ -68,11 +72,8 @@ def named(
         KnownError: One names a socket that is not there.
     """
     labels = _labels(measurements)
-
-    def whole(end: tuple[str, int]) -> tuple[str, int]:
-        return labels[find_socket(labels, end)]
-
-    return [replace(k, first=whole(k.first), second=whole(k.second)) for k in known]
+    ends = [[labels[find_socket(labels, end)] for end in (k.first, k.second)] for k in known]
+    return [replace(k, first=a, second=b) for k, (a, b) in zip(known, ends, strict=True)]
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..data import Known, Measurement
 from ..results import Hypothesis, Scale
-from ..robot import Robot, choose_parameters
+from ..robot import Robot
 from .columns import of_columns
 from .configurations import size_level
 from .hypotheses import ARMS, KINDS, OF_SIZE, Candidate, Comparison, Scene
@@ -64,7 +64,7 @@ def scene_of(
     centres = [median(b[rows]) for b, (m, _) in zip(balls, thin, strict=True) for rows in m.slices]
     return Scene(
         robot=model.robot,
-        parameters=tuple(choose_parameters(model.robot)),
+        parameters=model.parameters,
         measurements=tuple(m for m, _ in thin),
         rulers=tuple(rulers),
         x=fit.x,
@@ -159,7 +159,7 @@ def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str,
 
     It is the mean distance of its samples from their socket, each by its weight.
     """
-    model = RigidModel(robot, choose_parameters(robot))
+    model = RigidModel(robot)
     return {m.name: model.fit(samples_of([m])).error for m in measurements}
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
 from ..results import Diagnostic, Hypothesis, Scale
-from ..robot import Robot, choose_parameters
+from ..robot import Robot
 from .configurations import (
-    named,
     of_placement,
     row_of,
     rulers,
@@ -121,13 +120,12 @@ def inspect_all(
     """
     seated = [m for m in measurements if m.kind == "sockets"]
     given = given or Given()
-    known = named(seated, given.known)
+    known = rulers(seated, given.known, given.deviation)
     if not seated:
         return Survey((), (), None)
-    model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
+    model = RigidModel(robot, zeros=zeros)
     floors = fitted_alone(robot, seated)
-    of_known = rulers(seated, known, given.deviation)
-    scene = scene_of(model, seated, of_known, repeatability, list(floors.values()))
+    scene = scene_of(model, seated, known, repeatability, list(floors.values()))
     scene = replace(scene, load=given.load)
     findings, hypotheses, scale = explain(model, scene)
     told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in findings]

@@ -13,7 +13,7 @@ import numpy as np
 from ...recorder import Placement
 from ..data import CALIPER_DEVIATION, Measurement
 from ..results import Hypothesis
-from ..robot import Robot, choose_parameters
+from ..robot import Robot
 from .configurations import rulers
 from .explain import scene_of
 from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
@@ -73,7 +73,7 @@ class LiveCheck:
         zeros = is_coarse(repeatability)
         # a fit with zeros that are off by degrees may be off in size, and in noise
         self._kinds = [k for k in CURABLE if not zeros or k.name not in UNTOLD]
-        self._model = RigidModel(robot, choose_parameters(robot), zeros=zeros)
+        self._model = RigidModel(robot, zeros=zeros)
         self._repeatability = repeatability
 
     def faults(self, placements: Sequence[Placement]) -> tuple[Fault, ...]:

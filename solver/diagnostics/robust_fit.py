@@ -13,7 +13,7 @@ import numpy as np
 from ..bayes.model import NU, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..data import Measurement
-from ..robot import BallModel, Parameter, Robot, all_parameters
+from ..robot import BallModel, Robot, choose_parameters
 from .hypotheses import BALL, widths_of
 
 SCALE = 1e-5
@@ -121,16 +121,13 @@ class RigidFit:
 class RigidModel:
     """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too."""
 
-    def __init__(
-        self, robot: Robot, parameters: Sequence[Parameter], *, zeros: bool = False
-    ) -> None:
-        self._model = model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
-        self.robot, self.zeros = robot, zeros
+    def __init__(self, robot: Robot, *, zeros: bool = False) -> None:
+        self.robot, self.zeros, self.parameters = robot, zeros, choose_parameters(robot)
+        self._model = model = extend(robot, self.parameters, [JOINT_OFFSET.name] if zeros else [])
         self._least = BACKLASH_NOISE if zeros else SMALLEST
-        self.ball: BallModel = model.ball
         offsets = np.full(model.size - model.geometry, JOINT_OFFSET.typical_shift)
-        self.widths = np.append(widths_of(parameters), offsets)
-        of_place = [p.index for p in all_parameters(robot) if p.of_ball and p.unit == "m"]
+        self.widths = np.append(widths_of(self.parameters), offsets)
+        of_place = [p.index for p in self.parameters if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()
         self.by_scale = by_scale[: model.geometry]
@@ -183,7 +180,7 @@ class RigidModel:
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""
         values = self._model.values(self.fit(samples).x)
-        return self.robot.with_origins(self.ball.origins(values))
+        return self.robot.with_origins(self._model.ball.origins(values))
 
     def fit(
         self,

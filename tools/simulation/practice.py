@@ -22,7 +22,6 @@ from ...solver.robot import (
     BallModel,
     Robot,
     all_parameters,
-    choose_parameters,
     gravity_moments,
     load_robot,
 )
@@ -182,7 +181,7 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     balls = BallModel(robot, []).points(np.zeros(0), q)
     away = np.linalg.norm(balls - balls[0], axis=1)
     sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
-    robot = RigidModel(robot, choose_parameters(robot)).fitted(Samples(q, sockets))
+    robot = RigidModel(robot).fitted(Samples(q, sockets))
     balls = BallModel(robot, []).points(np.zeros(0), q)
     centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
     generator = np.random.default_rng(arm.seed)

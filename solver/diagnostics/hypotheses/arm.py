@@ -19,8 +19,6 @@ ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
 
 def of_number(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Block]:
     """Return the block of a model's numbers in a unit, one of which is wrong."""
-    if scene.zeros:
-        return  # play and zeros of degrees look like any number that is wrong
     chosen = [i for i, p in enumerate(scene.parameters) if p.unit == unit and not p.of_ball]
     of = [scene.parameters[i] for i in chosen]
     names = [{"joint": p.joint, "component": p.component} for p in of]
@@ -30,8 +28,6 @@ def of_number(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
 
 def of_version(scene: Scene) -> Iterable[Block]:
     """Return the block of a model all of whose numbers are wrong."""
-    if scene.zeros:
-        return
     of_links = VERSION * ~np.array([p.of_ball for p in scene.parameters])
     yield Block(scene.all_samples, (scene.by_geometry * of_links @ scene.usual)[None], [{}])
 
@@ -53,7 +49,7 @@ def _each(scene: Scene, turned: np.ndarray, widths: tuple[float, ...]) -> Iterab
 
 def of_zero(scene: Scene) -> Iterable[Block]:
     """Return the block of joints that are off throughout."""
-    return () if scene.zeros else _each(scene, np.ones_like(scene.q), ZEROS)
+    return _each(scene, np.ones_like(scene.q), ZEROS)
 
 
 def of_gain(scene: Scene) -> Iterable[Block]:
@@ -81,10 +77,10 @@ def of_lag(scene: Scene) -> Iterable[Block]:
 
 
 def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters with how much a joint is off [rad, m], or its share."""
-    return {**parameters, "offset": -float(values[0])}
+    """Return how much a joint is off [rad, m], or its share."""
+    return {"offset": -float(values[0])}
 
 
 def error(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters with the error of the model's number [m, rad]."""
-    return {**parameters, "error": -float(values[0])}
+    """Return the error of the model's number [m, rad]."""
+    return {"error": -float(values[0])}

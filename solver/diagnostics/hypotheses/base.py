@@ -66,14 +66,14 @@ def drifting(scene: Scene) -> Iterable[Block]:
 
 
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters with how far the base moved; a large move by a socket's samples."""
+    """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
     if size > FAR:
         own = scene.sockets == scene.labels.index((parameters["placement"], parameters["socket"]))
         balls, after = scene.linear[0][own], scene.numbers[own] >= parameters["sample"]
         if not after.all():  # in a socket that was entered after the move, none tells how far
             size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
-    return {**parameters, "size": size}
+    return {"size": size}
 
 
 def _of_lengths(scene: Scene, *, on_base: bool) -> Iterable[tuple[slice, float, Parameters]]:
@@ -118,9 +118,9 @@ def of_distance(scene: Scene) -> Iterable[Block]:
 
 
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters with the share, and how far apart the sockets would be."""
+    """Return the share, and how far apart the sockets would be."""
     given = next(k.distance for k in scene.rulers if k.on_base)
     value = float(values[0])
     likely = given / max(1 + value, 0.1)
     source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]
-    return {**parameters, "share": value, "given": given, "likely": likely, "source": source}
+    return {"share": value, "given": given, "likely": likely, "source": source}

@@ -41,10 +41,10 @@ class Candidate:
     def parameters(self) -> Parameters:
         """Its names and numbers, and the noise beside it."""
         named = {**self.block.parameters[0], "noise": self.sigma}
-        if not self.block.unknowns:
-            return named
-        values = self.evidence.posterior(self.block, self.sigma)[0]
-        return self.kind.values(self.scene, named, values)
+        if self.block.unknowns:
+            values = self.evidence.posterior(self.block, self.sigma)[0]
+            named |= self.kind.values(self.scene, named, values)
+        return named
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
@@ -89,7 +89,8 @@ class Comparison:
         least = max(scene.noise / 4, 1e-6)
         count = int(math.log(LARGEST / least, HALVES)) + 2
         self._trials, self._base = self.evidence.trials(least, LARGEST, count)
-        self.candidates = [c for kind in kinds for c in self._of(kind)]
+        possible = [kind for kind in kinds if not (kind.rigid and scene.zeros)]
+        self.candidates = [c for kind in possible for c in self._of(kind)]
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files as resources
 from string import Formatter
 from typing import Any
@@ -42,8 +42,7 @@ class Block:
     def only(self, candidates: Sequence[int]) -> "Block":
         """Return some of the candidates."""
         parameters = [self.parameters[i] for i in candidates]
-        columns = self.columns[list(candidates)]
-        return Block(self.rows, columns, parameters, self.widths, self.fixed, self.bonus)
+        return replace(self, columns=self.columns[list(candidates)], parameters=parameters)
 
 
 def silent(parameters: Parameters, bonus: float = 0.0) -> Block:
@@ -70,8 +69,8 @@ class NoisePrior:
 
 
 def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the parameters of a candidate, and how large its unknowns are."""
-    return {**parameters, "size": float(np.linalg.norm(values))}
+    """Return how large a candidate's unknowns are."""
+    return {"size": float(np.linalg.norm(values))}
 
 
 def sample_named(p: Parameters) -> str:
@@ -106,10 +105,12 @@ class Kind:
     code: str
     blocks: Callable[[Scene], Iterable[Block]]
     values: Callable[[Scene, Parameters, np.ndarray], Parameters]
-    """Parameters with what was found of the unknowns."""
+    """Further parameters by the estimate of the unknowns."""
     level: str = "error"
     curable: bool = False
     """True where a hand can cure it while it records."""
+    rigid: bool = False
+    """True where an arm with play and zeros off by degrees would look the same."""
     noise: Callable[[Scene], NoisePrior] | None = None
     """None for that of sound recordings."""
     said: Callable[[Parameters], str] | None = None

@@ -27,7 +27,7 @@ PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
     elastic = [effect for effect in scene.effects if effect.shared_by_type]
-    if scene.zeros or scene.found or not elastic or not scene.torques.any():
+    if scene.found or not elastic or not scene.torques.any():
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))

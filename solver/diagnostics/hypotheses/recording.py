@@ -72,10 +72,9 @@ def _effect(scene: Scene, step: np.ndarray) -> float:
 
 def pushed(scene: Scene) -> Iterable[Block]:
     """Return the block of arms whose joints the hand turned against their gears."""
-    if scene.zeros or any(standing_out(scene)):
-        return  # play does the same; and one placement that stands out is told by itself
-    usual = np.ones(scene.q.shape[1])
-    yield silent({}, max(_gain(scene, usual, PUSHED), -CHANCE))
+    if not any(standing_out(scene)):  # one placement that stands out is told by itself
+        usual = np.ones(scene.q.shape[1])
+        yield silent({}, max(_gain(scene, usual, PUSHED), -CHANCE))
 
 
 def pushed_here(scene: Scene) -> Iterable[Block]:

@@ -10,7 +10,6 @@ from mukca.recorder import Sample
 from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.diagnostics import LiveCheck, RigidModel
 from mukca.solver.diagnostics.live import CLOSE
-from mukca.solver.robot import choose_parameters
 
 LATE = "socket@13+6"
 
@@ -42,7 +41,7 @@ class Counting(RigidModel):
     """A model that knows how often it was fitted anew, and by its derivatives alone."""
 
     def __init__(self, robot):
-        super().__init__(robot, choose_parameters(robot))
+        super().__init__(robot)
         self.anew = self.by_derivatives = 0
 
     def fit(self, samples, iterations=40, start=None, linear=None):
