@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
-from ...solver.bayes.results import DECIDED, angles_near
-from ...solver.robot import rotation, rotation_rpy
+from ...solver.bayes.results import DECIDED, offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
 
 TICK = 2 * math.pi / 4096
@@ -138,13 +137,9 @@ def _shifted(
 
 def _urdf(request: Request, zeros: list[Zero]) -> bytes:
     """Return the calibrated URDF, less the zeros that the servos hold from now on."""
-    calibrated, robot = request.calibration.calibrated, request.calibration.robot
-    values, origins = calibrated.geometry.copy(), request.origins
-    place = {parameter.index: i for i, parameter in enumerate(calibrated.parameters)}
-    for joint, zero in zip(robot.actuated, zeros, strict=True):
-        j = robot.joints.index(joint)
-        back = rotation(joint.axis, -zero.ticks * TICK).full()
-        R = rotation_rpy(origins[j, 3:].tolist()).full() @ back
-        values[[place[6 * j + k] for k in (3, 4, 5)]] = angles_near(R, origins[j, 3:])
-    without = replace(calibrated, exported=np.asarray(values))
-    return without.urdf(request.file.parent)
+    calibrated = request.calibration.calibrated
+    shifts = np.array([-zero.ticks * TICK for zero in zeros])
+    values = offsets_in_origins(
+        calibrated.model, calibrated.parameters, calibrated.geometry, shifts
+    )
+    return replace(calibrated, exported=values).urdf(request.file.parent)
