@@ -23,7 +23,6 @@ PIPER_FRAMES = (0x2A5, 0x2A6, 0x2A7)
 class DamiaoEmulator(Emulator):
     """Seven motors that answer when they are asked."""
 
-    POLLED = True
     VERSIONS = {"openarm": Version(JOINTS, 1000.0)}  # noqa: RUF012
     status = 0
     """Status of every motor: 0 off, 1 enabled, others an alarm."""
@@ -62,6 +61,7 @@ class PiperEmulator(Emulator):
         """Join the bus."""
         self._bus = CanPort(self, address)
         self.driver_address = f"piper:{self._bus.address}"
+        self.streaming = True
         self.arm.connect()
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
@@ -81,7 +81,6 @@ ACTUATORS = 6
 class KinovaEmulator(Emulator):
     """Six actuators on a line."""
 
-    POLLED = True
     VERSIONS = dict.fromkeys(("serial", "can"), Version(ACTUATORS, 1000.0))
 
     def listen(self, address: str) -> None:

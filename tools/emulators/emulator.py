@@ -60,8 +60,6 @@ class Emulator(ABC):
 
     VERSIONS: ClassVar[dict[str, Version]]
     """Versions of the protocol or the controller; the first is the default."""
-    POLLED: ClassVar[bool] = False
-    """True where it only answers, and :meth:`send_state` is never called."""
     FAULTS: ClassVar[tuple[str, ...]] = COMMON_KINDS
     """Kinds of faults that it can show."""
 
@@ -74,8 +72,8 @@ class Emulator(ABC):
         """Driver and address, as ``--driver`` takes them to read this emulator."""
         self.number = 0
         """Number of the last state."""
-        self.streaming = not self.POLLED
-        """True while there is anybody to send to what nobody asked for."""
+        self.streaming = False
+        """True while states go out unasked; always False where it only answers."""
         self._released = 0.0
         """End of the arm's rest at its first pose [s]."""
         self.watched: dict[int, Callable[[], None]] = {}
@@ -94,7 +92,7 @@ class Emulator(ABC):
         """Open the sockets, watch them, and set :attr:`driver_address`."""
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send one state to whoever is connected."""
+        """Send one state to whoever is connected; called while :attr:`streaming`."""
         raise NotImplementedError
 
     @property

@@ -32,7 +32,6 @@ def versions(table: dict[str, Any]) -> dict[str, Version]:
 class ServoEmulator(Emulator):
     """Servos that answer when they are asked; what is written to them they ignore."""
 
-    POLLED = True
     TABLE: ClassVar[dict[str, Any]]
     """Of ``servos.json``: a driver's address; a packet's first bytes, and its least length; first
     byte and length of registers that are not 0; and by arm, the servos' number in the maker's list,

@@ -121,8 +121,7 @@ class XArmEmulator(Emulator):
             TcpServer(self, (address or HOST, port), channel=str(port), places=MOST_CLIENTS)
             for port in (self._port, RICH)
         )
-        self._fast.on_join, self._fast.on_leave = self._follow, self._follow
-        self._follow()
+        self._fast.on_join = self._fast.on_leave = self._follow
         self._rich.on_join = self._send_rich
         self.driver_address = f"xarm:{address or HOST}"
 

@@ -34,7 +34,6 @@ class FrankaEmulator(Emulator):
         self._target = ("", 0)
         self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._request)
         self._tcp.on_leave = self._forget
-        self._forget()
         self.driver_address = f"franka:{self._tcp.address}"
         self._udp = UdpPort(self, (endpoint.host, 0))  # a reader sends it nothing
         self._stranger = UdpPort(self, STRANGER)
@@ -106,6 +105,7 @@ class KukaEmulator(Emulator):
         self.driver_address = f"kuka:{self._udp.address}?bind={self._client[0]}"
         self._stranger = UdpPort(self, STRANGER)
         self._replies = 0
+        self.streaming = True
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one monitoring message."""
