@@ -37,8 +37,10 @@ def add_visuals(spec: Any, arm: Robot) -> None:
     ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
     lengths = np.linalg.norm(ends, axis=1)
     to_tip = np.cumsum(lengths[::-1])[::-1] - lengths
-    shown = np.clip(1 - (TOOL - to_tip) / np.maximum(lengths, 1e-9), 0, 1)
-    for joint, end, length in zip(arm.joints, ends * shown[:, None], lengths * shown, strict=False):
+    visible = np.clip(1 - (TOOL - to_tip) / np.maximum(lengths, 1e-9), 0, 1)
+    for joint, end, length in zip(
+        arm.joints, ends * visible[:, None], lengths * visible, strict=False
+    ):
         body = spec.body(joint.child)
         if joint.actuated:
             _ghost(body, "cylinder", [0.055, 0.06], rgba=DARK)

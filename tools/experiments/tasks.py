@@ -107,11 +107,13 @@ def insert(
     cell.scene.place_hole(hole)
     hover = shifted(goal, HOVER * out)
     then = [move("insert", 4.0, hover, goal), hold("rest", 1.0, goal)]
-    log, done = cell.perform(start, hover, then, ("insert", "rest"))
+    log, measured = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
     inserted, at = depth > INSERTED_DEPTH, tuple(hole.tolist())
-    return Trial(log, Insertion(**done, hole=at, inserted=inserted, depth=depth, miss=(x, y, z)))
+    return Trial(
+        log, Insertion(**measured, hole=at, inserted=inserted, depth=depth, miss=(x, y, z))
+    )
 
 
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
@@ -167,17 +169,17 @@ def upwards(poses: Sequence[Pose]) -> np.ndarray:
 def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
     """Draw the demonstrated figure again from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 3])
-    shown = demonstrate(cell)
-    up = upwards(shown)
-    path = [shifted(pose, -PRESS * up) for pose in shown]
-    above = shifted(shown[0], PEN_HOVER * up)
+    taught = demonstrate(cell)
+    up = upwards(taught)
+    path = [shifted(pose, -PRESS * up) for pose in taught]
+    above = shifted(taught[0], PEN_HOVER * up)
     first = np.array([*figure(np.zeros(())), TABLE + PEN_HOVER])
     for fraction in stratified(count, generator):
         start = cell.start(first, float(fraction), generator)
         lower = move("lower", 2.0, above, path[0])
         draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
-        log, done = cell.perform(start, above, [lower, draw], ["draw"])
-        yield Trial(log, _retracing(log, done))
+        log, measured = cell.perform(start, above, [lower, draw], ["draw"])
+        yield Trial(log, _retracing(log, measured))
 
 
 def _along(path: Sequence[Pose], fraction: float) -> Pose:
@@ -187,13 +189,13 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def _retracing(log: Log, done: Mapping[str, float]) -> Retracing:
+def _retracing(log: Log, measured: Mapping[str, float]) -> Retracing:
     path = drawn(log)
-    shown = figure(np.linspace(0, 1, 2000))
-    off = np.linalg.norm(path[::4, None] - shown, axis=2).min(axis=1)
+    demonstrated = figure(np.linspace(0, 1, 2000))
+    off = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
     points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
     return Retracing(
-        **done,
+        **measured,
         tracking_error=float(off.mean()),
         touching=float((log.forces("draw") > 0).mean()),
         line=tuple((x, y) for x, y in points),

@@ -59,17 +59,17 @@ def dh_table(
     steps: list[Row] = []
     # From the frame on the present line to the URDF's frame of that joint: a turn about the line
     # and a shift along it, so that it may stand on either side of the joint's motion.
-    rest, base, begin = np.eye(4), np.eye(4), 0
+    offset, base, begin = np.eye(4), np.eye(4), 0
     for i in moving:
         upright = _to_axis(joints[i].axis)
-        across = reduce(np.matmul, pose_of_numbers(origins[begin : i + 1]), rest) @ upright
+        to_line = reduce(np.matmul, pose_of_numbers(origins[begin : i + 1]), offset) @ upright
         if begin == 0:
-            base, rest = across, np.eye(4)
+            base, offset = to_line, np.eye(4)
         else:
-            steps.append(_step(across))
-            rest = np.linalg.inv(steps[-1].matrix) @ across
-        rest, begin = rest @ upright.T, i + 1
-    flange = reduce(np.matmul, pose_of_numbers(origins[begin:-1]), rest)
+            steps.append(_step(to_line))
+            offset = np.linalg.inv(steps[-1].matrix) @ to_line
+        offset, begin = offset @ upright.T, i + 1
+    flange = reduce(np.matmul, pose_of_numbers(origins[begin:-1]), offset)
     rows: list[Row] = []
     overs = [*steps, Row()] if standard else [Row(), *steps]
     for i, along, over in zip(moving, [*steps, Row()], overs, strict=True):
@@ -92,9 +92,9 @@ def _to_axis(axis: Sequence[float]) -> np.ndarray:
     return T
 
 
-def _step(across: np.ndarray) -> Row:
-    """Return the step from a frame to another line, which is the z axis of ``across``."""
-    point, line = across[:3, 3], across[:3, 2]
+def _step(to_line: np.ndarray) -> Row:
+    """Return the step from a frame to another line, which is the z axis of ``to_line``."""
+    point, line = to_line[:3, 3], to_line[:3, 2]
     if math.hypot(line[0], line[1]) < math.sin(NEARLY_PARALLEL):
         return _hayati(point, line)
     normal = np.array([-line[1], line[0], 0.0]) / math.hypot(line[0], line[1])

@@ -1,7 +1,8 @@
 """The user's own MuJoCo model, with the places of the arm's bodies replaced and all else kept.
 
-With all joints at zero, the body of joint i stands at B_i, and its URDF link, laid on the model, at
-L_i by the nominal arm and K_i by the calibrated one: B'_i = K_i L_i^-1 B_i, since B_i^-1 L_i stays.
+With all joints at zero let B_i be the pose of joint i's body, and L_i and K_i those of its URDF
+link by the nominal and the calibrated arm, aligned with the model. The link is fixed in the body,
+B_i^-1 L_i is constant, and so the body's new pose is B'_i = K_i L_i^-1 B_i.
 """
 
 import re
@@ -49,16 +50,16 @@ def write(request: Request) -> Exported:
     joints = _joints(request)
     robot = request.calibration.robot
     nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
-    base, laid, lines = _laid(request, joints, nominal)
+    base, aligned, lines = _align(request, joints, nominal)
     # the motion of each body, and of the one before, from its place in the nominal model
-    motions = base @ _links(request.origins, request) @ np.linalg.inv(laid)
+    motions = base @ _links(request.origins, request) @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
     moved = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
     holder, text = _with_places(request.like, dict(zip(joints.bodies, moved, strict=True)))
     main = holder == request.like
-    said = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
-    new = f'<custom><text name="mukca" data={quoteattr(said)}/></custom>'
-    new = new if main else f"<!-- {re.sub('--+', '-', said)} -->"
+    provenance = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
+    new = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
+    new = new if main else f"<!-- {re.sub('--+', '-', provenance)} -->"
     end = text.rindex(b"</mujoco")
     text = with_edits(text, [(end, end, f"  {new}\n".encode())])
     lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
@@ -116,8 +117,8 @@ def _joints(request: Request) -> MjcfJoints:
     placed: np.ndarray = base @ poses
     directions: np.ndarray = data.xaxis[indices]
     axes: np.ndarray = np.matmul(placed[0, :3, :3], directions[:, :, None])[:, :, 0]
-    called = [model.body(body).name for body in bodies]
-    return MjcfJoints(names, called, axes, placed[bodies], placed[parents])
+    names_of_bodies = [model.body(body).name for body in bodies]
+    return MjcfJoints(names, names_of_bodies, axes, placed[bodies], placed[parents])
 
 
 def _matched(model: Any, request: Request) -> list[int]:
@@ -128,12 +129,12 @@ def _matched(model: Any, request: Request) -> list[int]:
     given = request.options.get("joints")
     if given is not None:
         wanted = joints_named(given, wanted)
-    called = list(zip(single, names, strict=True))
-    candidates = [[j for j, name in called if name == w] for w in wanted]
+    named = list(zip(single, names, strict=True))
+    candidates = [[j for j, name in named if name == w] for w in wanted]
     if given is None and not all(candidates):
-        # alike but for what stands before them, as panda_ or left/
+        # the same but for a prefix, as panda_ or left/
         candidates = [
-            [j for j, name in called if name.endswith(w) or (name and w.endswith(f"_{name}"))]
+            [j for j, name in named if name.endswith(w) or (name and w.endswith(f"_{name}"))]
             for w in wanted
         ]
     if all(len(each) == 1 for each in candidates):
@@ -153,50 +154,42 @@ def _matched(model: Any, request: Request) -> list[int]:
     )
 
 
-def _laid(
+def _align(
     request: Request, joints: MjcfJoints, nominal: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return the poses of the URDF's base and links in the model, and how both models differ."""
+    """Return poses of the URDF's base and links that fit the model's axes, and what differs."""
     actuated, axes = request.calibration.robot.actuated, joints.axes
     turning = np.array([joint.type != "prismatic" for joint in actuated])
-    across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
-    others = np.einsum("nij,nj->ni", nominal[:, :3, :3], [joint.axis for joint in actuated])
+    perpendicular = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
+    urdf_axes = np.einsum("nij,nj->ni", nominal[:, :3, :3], [joint.axis for joint in actuated])
     places = joints.poses[:, :3, 3]
-    base = _base(axes, others, across, places, nominal[:, :3, 3])
-    laid = base @ nominal
-    turned = others @ base[:3, :3].T
-    turns = np.cross(turned, axes)
+    weights = WEIGHT ** np.arange(len(axes))  # axes next to the base count most
+    base = np.eye(4)
+    base[:3, :3] = kabsch_rotation(urdf_axes, axes, weights)
+    rows = weights[:, None, None] * perpendicular
+    aims = np.einsum("nij,nj->ni", rows, places - nominal[:, :3, 3] @ base[:3, :3].T)
+    base[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
+    aligned = base @ nominal
+    expected = urdf_axes @ base[:3, :3].T
+    turns = np.cross(expected, axes)
     sines = np.linalg.norm(turns, axis=1)
-    angles = np.arctan2(sines, np.sum(axes * turned, axis=1))
-    offs = np.einsum("nij,nj->ni", across, places - laid[:, :3, 3])
-    distances = np.linalg.norm(offs, axis=1)
+    angles = np.arctan2(sines, np.sum(axes * expected, axis=1))
+    offsets = np.einsum("nij,nj->ni", perpendicular, places - aligned[:, :3, 3])
+    distances = np.linalg.norm(offsets, axis=1)
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
-    said = (
+    apart = (
         f"{request.like}: the axis of {joints.names[worst]!r} is not that of "
         f"{actuated[worst].name!r}: {1e3 * distances[worst]:.2f} mm and "
         f"{np.degrees(angles[worst]):.2f} degrees off"
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
-        raise ExportError(f"{said}; it is another arm's model, or counts its angles otherwise")
+        raise ExportError(f"{apart}; it is another arm's model, or counts its angles otherwise")
     turns *= (angles / np.maximum(sines, 1e-300))[:, None]
-    laid[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ laid[:, :3, :3]
-    laid[:, :3, 3] += offs
+    aligned[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ aligned[:, :3, :3]
+    aligned[:, :3, 3] += offsets
     differ = max(distances.max(), angles.max()) > ROUNDED
-    lines = [f"{said}; in the new file it is the calibrated arm's."] if differ else []
-    return base, laid, lines
-
-
-def _base(
-    axes: np.ndarray, others: np.ndarray, across: np.ndarray, places: np.ndarray, links: np.ndarray
-) -> np.ndarray:
-    """Return the pose of the URDF's base in the model's; axes next to it count most."""
-    weights = WEIGHT ** np.arange(len(axes))
-    T = np.eye(4)
-    T[:3, :3] = kabsch_rotation(others, axes, weights)
-    rows = weights[:, None, None] * across
-    aims = np.einsum("nij,nj->ni", rows, places - links @ T[:3, :3].T)
-    T[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
-    return T
+    lines = [f"{apart}; in the new file it is the calibrated arm's."] if differ else []
+    return base, aligned, lines
 
 
 def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:

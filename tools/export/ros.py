@@ -50,8 +50,8 @@ def write(request: Request) -> Exported:
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
-        name, said = _hash(request, vendor)
-        lines.append(said)
+        name, note = _hash(request, vendor)
+        lines.append(note)
     content = filled(
         "kinematics.yaml.j2",
         about=request.identity.lines(),
@@ -78,8 +78,8 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
             keys[joint.name] = vendor.keys[suffix]
     moving = set(robot.joint_names)
     first = next((joint for joint in robot.joints if joint.name in keys), None)
-    whole = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
-    if first is None or not (first.parent.endswith(vendor.root) and whole and moving <= set(keys)):
+    full = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
+    if first is None or not (first.parent.endswith(vendor.root) and full and moving <= set(keys)):
         raise ExportError(
             f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
@@ -173,8 +173,8 @@ def write_xacro(request: Request) -> Exported:
         xyz, rpy = (" ".join(map(repr, part)) for part in (origin[:3], origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
     table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace("&#10;", "\n")
-    said = [line.replace("--", "-") for line in request.identity.lines()]
-    words = {"about": said, "joint": joints[0].name, "table": table}
+    comment = [line.replace("--", "-") for line in request.identity.lines()]
+    words = {"about": comment, "joint": joints[0].name, "table": table}
     content = filled("origins.xacro.j2", **words)
     lines = (
         f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...drivers import Driver, DriverError, Reason
+from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
 from ...recorder import DEFAULT_DISTANCE, sample_files
 from ...solver.diagnostics import RigidModel, Samples
@@ -41,7 +41,7 @@ class Session:
     positions: np.ndarray
     """Joint positions of its samples in the order of recording, shape (N, m)."""
     sockets: np.ndarray
-    """Sockets that they are said to be in, shape (N,)."""
+    """Number of the socket that each is labelled with, shape (N,)."""
     centres: np.ndarray
     """Of the sockets, shape (S, 3) [m]."""
     generator: np.random.Generator
@@ -56,9 +56,9 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def _turn(s: Session, on: np.ndarray, size: float) -> np.ndarray:
-    away = s.centres[s.sockets] - s.centres[0]
-    around = np.cross([0.0, 0.0, 1.0], away)
-    return on[:, None] * (math.sin(size) * around + (math.cos(size) - 1) * away)
+    radius = s.centres[s.sockets] - s.centres[0]
+    tangent = np.cross([0.0, 0.0, 1.0], radius)
+    return on[:, None] * (math.sin(size) * tangent + (math.cos(size) - 1) * radius)
 
 
 def _bent(s: Session, on: np.ndarray, size: float) -> np.ndarray:
@@ -167,17 +167,17 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     path, mark, query = address.partition("?")
     words = query.split("&") if query else []
     try:
-        told = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
+        parsed = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
     except ValueError as error:
-        raise DriverError(Reason.BAD_ADDRESS, f"mock:{address}: {error}") from None
-    faults = [fault for fault in told.values() if fault]
-    left = f"{path}{mark}{'&'.join(word for word in words if not told.get(word))}"
+        raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
+    faults = [fault for fault in parsed.values() if fault]
+    rest = f"{path}{mark}{'&'.join(word for word in words if not parsed.get(word))}"
     if not faults:
-        return lambda: Mock(left, robot.joint_names)
-    arm = arm_at(left)
+        return lambda: Mock(rest, robot.joint_names)
+    arm = arm_at(rest)
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
-        return lambda: Mock(left, robot.joint_names)  # which says what is wrong
+        return lambda: Mock(rest, robot.joint_names)  # which says what is wrong
     balls = BallModel(robot, []).points(np.zeros(0), q)
     away = np.linalg.norm(balls - balls[0], axis=1)
     sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
