@@ -27,7 +27,7 @@ class Every:
         self._seconds, self._act = seconds, act
         self._next = time.now() + seconds
 
-    def heed(self, readable):
+    def dispatch(self, readable):
         pass
 
     def due(self):
@@ -83,7 +83,7 @@ class VirtualTime:
             if not asked:
                 return [source for source in sources if source in readable]
             for peer in asked:
-                peer.heed([file for file in readable if file in peer.watched])
+                peer.dispatch([file for file in readable if file in peer.watched])
 
     def repeat(self, step, end):
         thread = step, end

@@ -218,7 +218,7 @@ class Typist:
         names = {" ": "space", "\r": "Enter"}
         return [names.get(key, key) for key in os.read(self._reader, 100).decode()]
 
-    def heed(self, readable):
+    def dispatch(self, readable):
         pass
 
     def due(self):

@@ -86,13 +86,13 @@ class KinovaEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open a pseudo-terminal, or join a CAN bus."""
         if self.version == "serial":
-            line = SerialPort(self, address, self._hear)
+            line = SerialPort(self, address, self._receive)
             self._send: Callable[[bytes, Any], None] = line.send
             self.driver_address = f"kinova:serial://{line.name}?parity=none"  # it has none
             return
         import isotp
 
-        self._bus = CanPort(self, address, self._hear_frame)
+        self._bus = CanPort(self, address, self._receive_frame)
         self.driver_address = f"kinova:can://{self._bus.address}"
         self._frame, self._frames = isotp.CanMessage, deque[isotp.CanMessage]()
         self._transfer = isotp.TransportLayerLogic(
@@ -102,12 +102,12 @@ class KinovaEmulator(Emulator):
         )
         self._send = lambda message, _: self._transfer.send(message)
 
-    def _hear(self, received: bytearray) -> None:
+    def _receive(self, received: bytearray) -> None:
         while len(received) >= MESSAGE_BYTES:
             self._reply(bytes(received[:MESSAGE_BYTES]))
             del received[:MESSAGE_BYTES]
 
-    def _hear_frame(self, identifier: int, data: bytes) -> None:
+    def _receive_frame(self, identifier: int, data: bytes) -> None:
         self._frames.append(self._frame(arbitration_id=identifier, data=data))
         self._transfer.process()
         while self._transfer.available():

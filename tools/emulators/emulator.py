@@ -123,10 +123,10 @@ class Emulator(ABC):
         """Run until interrupted."""
         while True:
             pause = max(0.0, min(IDLE_SECONDS, self.due() - clock.now()))
-            self.heed(clock.wait(list(self.watched), pause))
+            self.dispatch(clock.wait(list(self.watched), pause))
             self.send_due()
 
-    def heed(self, readable: Sequence[int]) -> None:
+    def dispatch(self, readable: Sequence[int]) -> None:
         """Call back for the file descriptors that can be read."""
         for file in reversed(readable):  # clients that leave come before clients that join
             if file in self.watched:

@@ -24,11 +24,11 @@ STRANGER = ("127.66.66.66", 0)
 """A loopback address that is no robot's."""
 DEFAULT_BUS = "udp_multicast/239.74.163.2?port=43113&hop_limit=0"
 
-Heard = Callable[[bytes], object]
+Receiver = Callable[[bytes], object]
 
 
 def _ignore(*_: object) -> None:
-    """Do nothing with what has come in, or with who has."""
+    """Ignore a message, or a client that joins or leaves."""
 
 
 class TcpServer:
@@ -38,14 +38,14 @@ class TcpServer:
         self,
         emulator: Emulator,
         address: tuple[str, int],
-        heard: Heard = _ignore,
+        receiver: Receiver = _ignore,
         channel: str = "tcp",
         places: int = 1,
     ) -> None:
         self.clients: list[socket.socket] = []
         self.on_join: Callable[[], object] = _ignore
         self.on_leave: Callable[[], object] = _ignore
-        self._emulator, self._heard, self._channel = emulator, heard, channel
+        self._emulator, self._receiver, self._channel = emulator, receiver, channel
         self._places = places
         self._server = emulator.opened.enter_context(socket.create_server(address))
         self.address = "{}:{}".format(*self._server.getsockname())
@@ -75,10 +75,10 @@ class TcpServer:
             client.settimeout(SEND_SECONDS)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.clients.append(client)
-            self._emulator.watched[client.fileno()] = partial(self._hear, client)
+            self._emulator.watched[client.fileno()] = partial(self._receive, client)
             self.on_join()
 
-    def _hear(self, client: socket.socket) -> None:
+    def _receive(self, client: socket.socket) -> None:
         try:
             message = client.recv(MOST_BYTES)
         except OSError:
@@ -90,7 +90,7 @@ class TcpServer:
         if self._emulator.faults.is_active("silent", self._emulator.moment):
             return
         try:
-            self._heard(message)
+            self._receiver(message)
         except (OSError, ValueError):  # it has left, or makes no sense
             self._drop(client)
 
@@ -106,33 +106,33 @@ class UdpPort:
     """A UDP port."""
 
     def __init__(
-        self, emulator: Emulator, address: tuple[str, int], heard: Heard = _ignore
+        self, emulator: Emulator, address: tuple[str, int], receiver: Receiver = _ignore
     ) -> None:
-        self._emulator, self._heard = emulator, heard
+        self._emulator, self._receiver = emulator, receiver
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         emulator.opened.enter_context(self._socket)
         self._socket.setblocking(False)
         self._socket.bind(address)
         self.address = "{}:{}".format(*self._socket.getsockname())
-        emulator.watched[self._socket.fileno()] = self._hear
+        emulator.watched[self._socket.fileno()] = self._receive
 
     def send(self, datagram: bytes, target: tuple[str, int]) -> None:
         """Send a datagram; nobody need listen."""
         with suppress(OSError):
             self._socket.sendto(datagram, target)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         with suppress(OSError):
             datagram = self._socket.recv(MOST_BYTES)
             self._emulator.journal.received("udp", datagram)
-            self._heard(datagram)
+            self._receiver(datagram)
 
 
 class SerialPort:
     """One end of a pseudo-terminal, whose other end has the name ``name``."""
 
     def __init__(
-        self, emulator: Emulator, address: str, heard: Callable[[bytearray], object]
+        self, emulator: Emulator, address: str, receiver: Callable[[bytearray], object]
     ) -> None:
         if address:
             kind = type(emulator).__name__.removesuffix("Emulator").lower()
@@ -140,15 +140,15 @@ class SerialPort:
         self._line, self.name = _open_terminal()
         emulator.opened.callback(os.close, self._line)
         self._journal = emulator.journal
-        self._heard, self._received, self._last = heard, bytearray(), 0.0
-        emulator.watched[self._line] = self._hear
+        self._receiver, self._received, self._last = receiver, bytearray(), 0.0
+        emulator.watched[self._line] = self._receive
 
     def send(self, message: bytes, _: object = None) -> None:
         """Send bytes; those for which there is no room are lost."""
         with suppress(OSError):
             os.write(self._line, message)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         before, self._last = self._last, clock.now()
         if self._last > before + PAUSE:
             self._received.clear()
@@ -156,7 +156,7 @@ class SerialPort:
             message = os.read(self._line, MOST_BYTES)
             self._journal.received("line", message)
             self._received += message
-        self._heard(self._received)
+        self._receiver(self._received)
 
 
 def _open_terminal() -> tuple[int, str]:
@@ -173,17 +173,17 @@ def _open_terminal() -> tuple[int, str]:
 
 
 class CanPort:
-    """A place on a CAN bus; ``heard`` is given each frame of others, by identifier and data."""
+    """A node on a CAN bus; the receiver is given each frame of others, by identifier and data."""
 
     def __init__(
-        self, emulator: Emulator, address: str, heard: Callable[[int, bytes], object] = _ignore
+        self, emulator: Emulator, address: str, receiver: Callable[[int, bytes], object] = _ignore
     ) -> None:
         self.address = address or DEFAULT_BUS
-        self._journal, self._heard = emulator.journal, heard
+        self._journal, self._receiver = emulator.journal, receiver
         self._sent: deque[tuple[int, bytes]] = deque(maxlen=100)
         self._bus = open_bus(parse_can_address(self.address))
         emulator.opened.callback(self._bus.shutdown)
-        emulator.watched[self._bus.fileno()] = self._hear
+        emulator.watched[self._bus.fileno()] = self._receive
 
     def send(self, data: bytes, identifier: int) -> None:
         """Send a frame."""
@@ -192,7 +192,7 @@ class CanPort:
             self._sent.append((identifier, data))
             self._bus.send(frame)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         if (frame := self._bus.recv(0)) is None:
             return
         identifier, data = frame.arbitration_id, bytes(frame.data)
@@ -200,4 +200,4 @@ class CanPort:
             self._sent.remove((identifier, data))
         else:
             self._journal.received(f"{identifier:03x}", data)
-            self._heard(identifier, data)
+            self._receiver(identifier, data)

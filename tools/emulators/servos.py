@@ -49,7 +49,7 @@ class ServoEmulator(Emulator):
         """Error code of a servo, by its number."""
         self.turned: dict[int, int] = {}
         """Position of a servo that does not follow its joint, by its number."""
-        self._line = SerialPort(self, address, self._hear)
+        self._line = SerialPort(self, address, self._receive)
         self.driver_address = self.TABLE["driver"].format(
             port=self._line.name, version=self.version
         )
@@ -78,7 +78,7 @@ class ServoEmulator(Emulator):
         """Return a position as its register holds it."""
         return steps
 
-    def _hear(self, received: bytearray) -> None:
+    def _receive(self, received: bytearray) -> None:
         """Answer all requests that have come in whole; bytes of no packet are dropped."""
         head, least = bytes(self.TABLE["head"]), self.TABLE["least"]
         while len(received) >= least:
