@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...solver.robot import Robot, SimulationError
 from .controller import WINDOW, ArmModel, ImpedanceController, Pose, pose_error
-from .results import Insertion, Retracing
+from .results import Insertion, Motion, Retracing
 from .scene import TIME_STEP, Scene, urdf_of
 
 
@@ -204,8 +204,8 @@ class Cell:
 
     def perform(
         self, start: np.ndarray, goal: Pose, then: Sequence[Phase], touching: Sequence[str]
-    ) -> tuple[Log, dict[str, float]]:
-        """Go to a goal, compensated there, and on; return the log and the fields of a Motion."""
+    ) -> tuple[Log, Motion]:
+        """Go to a goal, compensated there, and on; return the log and what was measured."""
         self.scene.reset(start)
         phases = [
             move("approach", 3.0, self.model.pose(start), goal),
@@ -214,8 +214,5 @@ class Cell:
         ]
         log = run(self.scene, ImpedanceController(self.model), phases)
         forces = log.forces(*touching)
-        return log, {
-            "elbow": elbow_angle(self.truth, start),
-            "force": float(forces.mean()),
-            "peak_force": float(forces.max()),
-        }
+        elbow, mean, peak = elbow_angle(self.truth, start), forces.mean(), forces.max()
+        return log, Motion(elbow=elbow, force=float(mean), peak_force=float(peak))

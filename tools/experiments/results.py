@@ -1,7 +1,6 @@
 """Results of a simulated experiment, as ``mukca simulate --json`` prints them, in SI units."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -65,14 +64,14 @@ class Trials(Document, kw_only=True, frozen=True):
     peak_force: Statistics
 
     @staticmethod
-    def fields_of(each: Sequence[Motion], errors: Sequence[float]) -> dict[str, Any]:
-        """Return the values of these fields for some trials and their tracking errors [m]."""
-        return {
-            "tracking_error": float(np.mean(errors)),
-            "max_tracking_error": max(errors),
-            "force": Statistics.of([one.force for one in each]),
-            "peak_force": Statistics.of([one.peak_force for one in each]),
-        }
+    def of(each: Sequence[Motion], errors: Sequence[float]) -> "Trials":
+        """Return errors and forces of some trials, by their tracking errors [m]."""
+        return Trials(
+            tracking_error=float(np.mean(errors)),
+            max_tracking_error=max(errors),
+            force=Statistics.of([one.force for one in each]),
+            peak_force=Statistics.of([one.peak_force for one in each]),
+        )
 
 
 class Insertions(Trials, kw_only=True, frozen=True):

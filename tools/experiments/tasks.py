@@ -4,7 +4,7 @@ A calibrated base frame may lean, so the way out of the hole and the axes of the
 too; the drawing is shown, elbow up.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -24,7 +24,7 @@ from .motion import (
     smooth,
     stratified,
 )
-from .results import Drawing, Insertion, Insertions, Retracing
+from .results import Drawing, Insertion, Insertions, Motion, Retracing, Trials
 from .scene import HOLE_DEPTH, TABLE
 
 CENTRE = np.array([0.5, 0.0])
@@ -107,24 +107,20 @@ def insert(
     cell.scene.place_hole(hole)
     hover = shifted(goal, HOVER * out)
     then = [move("insert", 4.0, hover, goal), hold("rest", 1.0, goal)]
-    log, measured = cell.perform(start, hover, then, ("insert", "rest"))
+    log, motion = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
     inserted, at = depth > INSERTED_DEPTH, tuple(hole.tolist())
-    return Trial(
-        log, Insertion(**measured, hole=at, inserted=inserted, depth=depth, miss=(x, y, z))
-    )
+    result = Insertion.filled(motion, hole=at, inserted=inserted, depth=depth, miss=(x, y, z))
+    return Trial(log, result)
 
 
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""
     each = tuple(trial.result for trial in trials)
-    return Insertions(
-        inserted=sum(one.inserted for one in each),
-        trials=len(each),
-        each=each,
-        **Insertions.fields_of(each, [float(np.linalg.norm(one.miss)) for one in each]),
-    )
+    common = Trials.of(each, [float(np.linalg.norm(one.miss)) for one in each])
+    inserted = sum(one.inserted for one in each)
+    return Insertions.filled(common, inserted=inserted, trials=len(each), each=each)
 
 
 PAPER = np.array([0.5, 0.0])
@@ -178,8 +174,8 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
         start = cell.start(first, float(fraction), generator)
         lower = move("lower", 2.0, above, path[0])
         draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
-        log, measured = cell.perform(start, above, [lower, draw], ["draw"])
-        yield Trial(log, _retracing(log, measured))
+        log, motion = cell.perform(start, above, [lower, draw], ["draw"])
+        yield Trial(log, _retracing(log, motion))
 
 
 def _along(path: Sequence[Pose], fraction: float) -> Pose:
@@ -189,13 +185,13 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
     return pin.SE3.Interpolate(path[before], path[before + 1], place - before)
 
 
-def _retracing(log: Log, measured: Mapping[str, float]) -> Retracing:
+def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
     off = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
     points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
-    return Retracing(
-        **measured,
+    return Retracing.filled(
+        motion,
         tracking_error=float(off.mean()),
         touching=float((log.forces("draw") > 0).mean()),
         line=tuple((x, y) for x, y in points),
@@ -212,10 +208,10 @@ def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     pairs = combinations([drawn(trial.log) for trial in trials], 2)
     apart = np.max([np.linalg.norm(one - other, axis=1) for one, other in pairs], axis=0)
     each = tuple(trial.result for trial in trials)
-    return Drawing(
+    return Drawing.filled(
+        Trials.of(each, [one.tracking_error for one in each]),
         retracings=len(each),
         spread=float(apart.mean()),
         max_spread=float(apart.max()),
         each=each,
-        **Drawing.fields_of(each, [one.tracking_error for one in each]),
     )

@@ -50,7 +50,7 @@ def write(request: Request) -> Exported:
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
-        name, note = _hash(request, vendor)
+        name, note = _hash(request, keys)
         lines.append(note)
     content = filled(
         "kinematics.yaml.j2",
@@ -93,39 +93,39 @@ def _number(value: float) -> str:
     return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else repr(value)
 
 
-def _hash(request: Request, vendor: Vendor) -> tuple[str, str]:
+def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
     """Return the key ``hash``, the maker's digest of the factory calibration, and a line on it."""
-    if request.like is None:
+    like = request.like
+    if like is None:
         return (
             f"mukca_{request.identity.sha256[:16]}",
             "The driver will log once that the calibration parameters do not match the robot's, "
             "since `hash` is not the robot's own; that is harmless. --like takes it from the "
             "file that ur_calibration wrote.",
         )
-    text, sections = _read(request)
+    text, sections = _read(like)
     nominal = {joint.name: joint.origin.xyz for joint in request.calibration.robot.joints}
-    for name, key in _keys(request, vendor).items():
+    for name, key in keys.items():
         numbers = sections.get(key, {})
         there = [numbers.get(c, float("nan")) for c in "xyz"]
         if not np.linalg.norm(np.subtract(there, nominal[name])) < SAME_ROBOT:
             raise ExportError(
-                f"{request.like}: another robot's: `{key}` does not stand where "
+                f"{like}: another robot's: `{key}` does not stand where "
                 f"{request.calibration.robot.name} has it"
             )
     match = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
     if match is None:
-        raise ExportError(f"{request.like}: no `hash`; give the file that ur_calibration wrote")
-    return match[1], f"`hash` is the robot's own, from {request.like}."
+        raise ExportError(f"{like}: no `hash`; give the file that ur_calibration wrote")
+    return match[1], f"`hash` is the robot's own, from {like}."
 
 
-def _read(request: Request) -> tuple[str, dict[str, dict[str, float]]]:
+def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
     """Return the text of the user's file without comments, and its numbers by section and key."""
-    assert request.like is not None
     try:
-        text = re.sub(r"#.*", "", request.like.read_text(encoding="utf-8"))
+        text = re.sub(r"#.*", "", file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file"
-        raise ExportError(f"--like {request.like}: {reason}") from None
+        raise ExportError(f"--like {file}: {reason}") from None
     sections: dict[str, dict[str, float]] = {}
     section = ""
     words: Sequence[tuple[str, str]] = re.findall(r"([\w-]+)\s*:[ \t]*([-+.\d][-+.\deE]*)?", text)
