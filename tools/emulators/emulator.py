@@ -79,7 +79,7 @@ class Emulator(ABC):
         self.watched: dict[int, Callable[[], None]] = {}
         """Callbacks by the file descriptor that can be read."""
         self.on_away: list[Callable[[], None]] = []
-        """Called while it serves nobody."""
+        """Called while a fault keeps it from serving anybody."""
         self.opened = ExitStack()
         """Sockets, lines and buses, to be closed at the end."""
         self._streaming_since = math.nan
@@ -101,7 +101,7 @@ class Emulator(ABC):
         return self.arm.now()
 
     def is_away(self, moment: float) -> bool:
-        """Return whether it serves nobody at a moment [s], by a fault."""
+        """Return whether a fault keeps it from serving anybody at a moment [s]."""
         return any(self.faults.is_active(kind, moment) for kind in ("hangup", "busy"))
 
     def close(self) -> None:

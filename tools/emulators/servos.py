@@ -33,9 +33,9 @@ class ServoEmulator(Emulator):
     """Servos that answer when they are asked; what is written to them they ignore."""
 
     TABLE: ClassVar[dict[str, Any]]
-    """Of ``servos.json``: a driver's address; a packet's first bytes, and its least length; first
-    byte and length of registers that are not 0; and by arm, the servos' number in the maker's list,
-    their own numbers where they turn joints, and those of others."""
+    """Section of ``servos.json``: the driver's address; a packet's head and least length; address
+    and size of the registers that are not 0; and by arm the servos' model number, the identifiers
+    of those that turn joints, and of the others."""
     stiff = False
     """True if the torque is on."""
 
@@ -64,7 +64,7 @@ class ServoEmulator(Emulator):
 
     @abstractmethod
     def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        """Return the first register that is asked for, how many, and of which servos if told."""
+        """Return the first register that is read, how many, and of which servos in a sync read."""
 
     @abstractmethod
     def _status(self, servo: int, data: bytes) -> bytes:

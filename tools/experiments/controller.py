@@ -4,7 +4,7 @@
     tau_c    = J' (K (x_goal - Phi(q)) - D J dq) + C dq + g                      (7)
     tau_comp = J' integral of K (x_goal - Phi(q)) dt, over 5 s                   (8)
 
-Phi, J, C and g are those of the model that the controller is given. The arm itself moves by others.
+Phi, J, C and g are those of the model that the controller is given; the arm moves by its true ones.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""lerobot's calibration file of an arm made of servos, with the zeros that were found.
+"""lerobot's calibration file of an arm made of servos, its zeros corrected by those estimated.
 
 A joint whose true angle is its reading plus z gets there by n = round(4096 z / 2 pi) ticks less in
 its homing offset (Feetech), or more (Dynamixel); its range stays, or the shift would be cancelled.
@@ -27,7 +27,7 @@ LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
 
 @dataclass(frozen=True)
 class Zero:
-    """The zero that was found of one joint."""
+    """The estimated zero of one joint."""
 
     joint: str
     motor: str
@@ -98,7 +98,7 @@ def _check_signs(request: Request) -> None:
 
 
 def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zero]:
-    """Return what was found of each joint, in chain order."""
+    """Return the estimated zero of each joint, in chain order."""
     document = request.calibration.document
     coefficients = {c.name: c for c in document.coefficients or () if c.name.endswith(".zero")}
     joints = document.model.joint_names

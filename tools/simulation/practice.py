@@ -158,11 +158,11 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
 
 
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
-    """Return what connects to the simulated arm at a ``mock`` address, with a session's faults in.
+    """Return a function that connects to the simulated arm at a ``mock`` address, with its faults.
 
-    Its samples are the recording's, in their order. A fit to them moves the ball: by the nominal
-    model one in the other socket would miss it by millimetres. A fault wrongly written is a
-    DriverError.
+    Its samples are the recording's, in their order. Faults move the ball by a model fitted to them:
+    by the nominal one a sample moved to the other socket would miss it by millimetres. A fault
+    wrongly written is a DriverError.
     """
     path, mark, query = address.partition("?")
     words = query.split("&") if query else []

@@ -20,7 +20,7 @@ class Imperfection:
     play: float = 0.0
     """Full play of each joint [rad], which rests on the side that gravity turns it to."""
     resolution: float = 0.0
-    """The smallest step that the encoders tell [rad]."""
+    """Of the encoders [rad]; 0 for none."""
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     """In the base frame [m/s^2]."""
 
