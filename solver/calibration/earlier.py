@@ -15,7 +15,6 @@ from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend
 from ..bayes.model.effects import EFFECTS
 from ..data import (
-    IDENTITY,
     WORLD,
     Measurement,
     Pose,
@@ -178,7 +177,7 @@ def stored_posterior(
     kept = [arm.data.labels.index(name) for name in named]
     slopes = np.zeros((len(rows) + 3 * len(kept), end))
     slopes[range(len(rows)), rows] = 1.0
-    pose = IDENTITY if base == WORLD else list(found.frames.values())[base]
+    pose = found.bases[robot]
     for k, of_socket in zip(kept, slopes[len(rows) :].reshape(-1, 3, end), strict=True):
         of_socket[:, first + 3 * k : first + 3 * k + 3] = pose.rotation.T
         if base != WORLD:

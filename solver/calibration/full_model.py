@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Goal, Robot, pose_on_flange, ur_controller
-from .joint_path import JointPath, along, check_nearby, not_reached
+from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
 from .poses import Controller, PoseError, Setup, as_poses, checked, half_way, one_payload, one_pose
 
@@ -212,9 +212,16 @@ class FullModel:
         if start is None and len(targets):
             near = arm.search(goal, targets[:1], near, prefer, on.tool).positions
         prefer = near if prefer is None else arm.starts(prefer, 1, "prefer")
-        rows = along(partial(arm.search, goal, tool=on.tool), targets, near, prefer)
-        J = on.jacobian(np.concatenate([one.positions for one in rows]))
-        return JointPath.of(rows, arm, on.flange, J if goal == "pose" else J[:, :3])
+        found = along(partial(arm.search, goal, tool=on.tool), targets, near, prefer)
+        q, turns = found.positions, goal == "pose"
+        J = on.jacobian(q) if turns else on.jacobian(q)[:, :3]
+        return JointPath(
+            **vars(found),
+            joint_names=arm.robot.joint_names,
+            at_limit=tuple(map(arm.stopped, q)),
+            singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
+            jumps=tuple(find_jumps(q, on.flange, turns)),
+        )
 
     def corrected_pose(
         self,

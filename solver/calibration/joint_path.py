@@ -1,13 +1,12 @@
 """Joint positions along poses, and the refusal of poses that are not reached."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
-from ..results import CalibratedRobot
 from ..robot import Solutions
 
 DETOUR = (0.02, 0.1)
@@ -17,8 +16,6 @@ FAR = 20.0
 """No arm is this large [m]."""
 FARTHEST = 0.1
 """Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
-Flange = Callable[[np.ndarray], np.ndarray]
-"""Poses of a tool at joint positions."""
 
 
 class CommandError(MukcaError):
@@ -47,25 +44,6 @@ class JointPath(Solutions):
     """Poses to which the joints cannot go straight from the pose before: the tool would leave the
     way."""
 
-    @classmethod
-    def of(
-        cls, rows: Sequence[Solutions], arm: CalibratedRobot, flange: Flange, J: np.ndarray
-    ) -> "JointPath":
-        """Return the path of solutions, whose Jacobian counts turns where it has six rows."""
-        positions, left, rounds = (
-            np.concatenate([getattr(one, name) for one in rows])
-            for name in ("positions", "left", "rounds")
-        )
-        return cls(
-            positions,
-            left,
-            rounds,
-            joint_names=arm.robot.joint_names,
-            at_limit=tuple(map(arm.stopped, positions)),
-            singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
-            jumps=tuple(find_jumps(positions, flange, J.shape[1] == 6)),
-        )
-
     def checked(self) -> np.ndarray:
         """Return the positions, shape (N, m) [rad].
 
@@ -90,14 +68,16 @@ class JointPath(Solutions):
 
 def along(
     search: Callable[..., Solutions], targets: np.ndarray, near: np.ndarray, prefer: ArrayLike
-) -> list[Solutions]:
+) -> Solutions:
     """Return solutions for poses, each searched for near the last one that was reached."""
     rows: list[Solutions] = []
     for target in targets:
         found = search(target[None], near, prefer)
         near = found.positions if found.reached.all() else near
         rows.append(found)
-    return rows or [search(targets, near, prefer)]
+    rows = rows or [search(targets, near, prefer)]
+    names = ("positions", "left", "rounds")
+    return Solutions(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
 
 
 def check_nearby(found: Solutions, rows: np.ndarray) -> None:
@@ -128,7 +108,7 @@ def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandEr
     )
 
 
-def find_jumps(q: np.ndarray, pose: Flange, turns: bool) -> list[int]:
+def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
     """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
     one, between, other = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
     jumps = np.zeros(len(one), dtype=bool)

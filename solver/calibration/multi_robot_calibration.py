@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +12,9 @@ from numpy.typing import ArrayLike
 from .. import results
 from ..bayes.inference import JointPosterior
 from ..bayes.results import between
-from ..data import IDENTITY, WORLD, Pose, as_point
-from ..robot import Origin, link_frames
+from ..data import IDENTITY, Pose, as_point
+from ..design import skeleton
+from ..robot import Origin
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .estimates import frame_poses
@@ -44,18 +44,6 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             own = msgspec.structs.replace(one.document, arm_name=name, arms=document)
             self._calibrations[name] = Calibration(own, one.calibrated, one.source)
             self._calibrations[name].base_in = partial(self.base_in, name)
-
-    @classmethod
-    def of(
-        cls, calibrations: Mapping[str, Calibration], posterior: JointPosterior
-    ) -> "MultiRobotCalibration":
-        """Return the calibrations of robots whose joint posterior is known."""
-        frames, bases = list(posterior.frames.values()), posterior.scene.bases
-        poses = {
-            name: IDENTITY if base == WORLD else frames[base]
-            for name, base in zip(calibrations, bases, strict=True)
-        }
-        return cls(calibrations, common_document(calibrations, posterior), poses)
 
     def __getitem__(self, name: str) -> Calibration:
         return self._calibrations[name]
@@ -248,17 +236,12 @@ def _visited_sockets(world: JointPosterior) -> tuple[results.VisitedSocket, ...]
 
 def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
-    arm, data, base = world.arms[robot], world.scene.arms[robot], world.scene.bases[robot]
-    pose = IDENTITY if base == WORLD else list(world.frames.values())[base]
+    arm, data = world.arms[robot], world.scene.arms[robot]
     others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
     shared = np.isin(data.sockets, np.concatenate(others)) & (data.sockets >= 0)
-    shared_sockets: list[int] = np.unique(data.sockets[shared]).tolist()
-    first = {data.labels[k][0]: k for k in reversed(shared_sockets)}
-    origins = ca.DM(arm.model.ball.origins(arm.values).ravel())
-    places: list[list[list[float]]] = []
-    for socket in first.values():
-        row = int(np.argmax(data.sockets == socket))
-        frames = link_frames(arm.model.robot.joints, origins, ca.DM(data.positions[row]))
-        joints = np.array([np.zeros(3), *(np.array(ca.DM(p)).ravel() for _, p in frames)])
-        places.append(pose.apply(joints).round(5).tolist())
-    return places
+    _, first = np.unique(data.recorded_at[shared], return_index=True)
+    rows = np.flatnonzero(shared)[first]
+    chain = arm.model.robot.with_origins(arm.model.ball.origins(arm.values))
+    joints = skeleton(chain)(data.positions[rows])[0].reshape(len(rows), len(chain.joints), 3)
+    places = np.insert(joints, 0, 0.0, axis=1)
+    return world.bases[robot].apply(places).round(5).tolist()

@@ -15,7 +15,7 @@ from ..paper import NotConverged
 from ..robot import Robot
 from .calibration import Calibration
 from .fit import Fit, fit_robots
-from .multi_robot_calibration import MultiRobotCalibration
+from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import SolveOptions, check_keywords, option_table
 from .problem import CalibrationProblem, Recordings, problems_of
 from .results import document_of
@@ -129,7 +129,9 @@ def calibrate(
     if not isinstance(robot, Mapping):
         return calibrations[""]
     assert fits[0].selected is not None  # the paper's method knows one robot
-    return MultiRobotCalibration.of(calibrations, fits[0].selected.full)
+    posterior = fits[0].selected.full
+    poses = dict(zip(problems, posterior.bases, strict=True))
+    return MultiRobotCalibration(calibrations, common_document(calibrations, posterior), poses)
 
 
 def _converged(

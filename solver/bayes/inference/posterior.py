@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import MultiRobotObservations, Observations, Pose
+from ...data import IDENTITY, MultiRobotObservations, Observations, Pose
 from ..model import Deflection, ExtendedModel, Kind, Noise, PriorGroup
 from ..model.effects import CURVE
 from .objective import Objective
@@ -114,6 +114,12 @@ class JointPosterior:
     def frames(self) -> dict[str, Pose]:
         """Pose of each frame in the base of the first robot."""
         return dict(zip(self.scene.arms[0].frames, self.state.frames, strict=True))
+
+    @property
+    def bases(self) -> list[Pose]:
+        """Pose of each robot's base in that of the first."""
+        poses = (self.objective.rows.base(i, self.state.frames) for i in range(len(self.own)))
+        return [pose or IDENTITY for pose in poses]
 
     @cached_property
     def covariance(self) -> np.ndarray:
