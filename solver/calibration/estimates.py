@@ -1,4 +1,4 @@
-"""Estimates of a fit: parameters and frames, their uncertainty and their use."""
+"""Estimates of a fit: parameters, their uncertainty and their use."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 
 from .. import results
 from ..bayes import results as bayes
-from ..bayes.inference import JointPosterior, Posterior
+from ..bayes.inference import Posterior
 from ..bayes.model import extend
-from ..data import IDENTITY, WORLD, Load, Measurement, Pose, as_point
+from ..data import Load, Measurement
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
 from ..robot import InverseKinematics, Robot, SimulationError
@@ -172,39 +172,3 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> B
         repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]
         return [(rows, load.moments(robot, rows, None)) for rows in repeated]
     return []
-
-
-def frame_poses(world: JointPosterior) -> tuple[results.FramePose, ...]:
-    """Return the frames in which sockets or points were measured, in the first robot's base."""
-    poses = [
-        _frame_pose(world, k, name, pose, world.frame_covariance(name))
-        for k, (name, pose) in enumerate(world.frames.items())
-        if k not in world.scene.bases
-    ]
-    if any(one.frame == WORLD for one in world.scene.arms[0].located):
-        poses.append(_frame_pose(world, WORLD, "base", IDENTITY, np.zeros((6, 6))))
-    return tuple(poses)
-
-
-def _frame_pose(
-    world: JointPosterior, k: int, name: str, pose: Pose, covariance: np.ndarray
-) -> results.FramePose:
-    """Return a frame by its index, its name, its pose and the covariance of that."""
-    deviation = np.sqrt(np.diag(covariance).clip(min=0))
-    located = [one for one in world.scene.arms[0].located if one.frame == k]
-    error = None
-    if located:
-        places = pose.apply(np.array([one.coordinates for one in located]))
-        # the first robot's base is the world
-        off = world.arms[0].centres[[one.socket for one in located]] - places
-        error = float(np.sum(off**2, axis=1).mean()) ** 0.5
-    return results.FramePose(
-        name=name,
-        xyz=pose.origin.xyz,
-        rpy=pose.origin.rpy,
-        xyz_deviation=as_point(deviation[3:]),
-        turn_deviation=as_point(deviation[:3]),
-        sockets=len(located),
-        points=sum(int((arm.measured_in == k).sum()) for arm in world.scene.arms if k != WORLD),
-        socket_error=error,
-    )

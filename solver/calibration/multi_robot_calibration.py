@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike
 
 from .. import results
 from ..bayes.inference import JointPosterior
-from ..bayes.results import between
+from ..bayes.results import between, frame_poses
 from ..data import IDENTITY, Pose, as_point
 from ..design import skeleton
 from ..robot import Origin
 from .calibration import Calibration, DistortedError
 from .errors import Errors
-from .estimates import frame_poses
 from .multi_robot_urdf import Placed, joined_urdf
 from .option import UsageError
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..._version import __version__
 from .. import results
 from ..bayes.inference import Posterior
+from ..bayes.results import frame_poses
 from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
@@ -43,7 +44,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         known = estimates.known_of(posterior, calibrated, everything)
         known["posterior"] = stored_posterior(selected.full, fit.index, problem)
         if fit.index == 0:  # frames are results of the first robot, in its base
-            known["frames"] = estimates.frame_poses(selected.full) or None
+            known["frames"] = frame_poses(selected.full) or None
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)

@@ -1,3 +1,4 @@
+from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
