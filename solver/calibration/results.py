@@ -4,7 +4,6 @@ import hashlib
 import platform
 from collections.abc import Sequence
 from datetime import datetime, timezone
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,13 +11,12 @@ import numpy as np
 from ..._version import __version__
 from .. import results
 from ..bayes.inference import Posterior
-from ..bayes.results import frame_poses
 from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
-from .earlier import stored_posterior
 from .errors import errors_of, history
 from .fit import Fit
+from .outlook import outlook_of
 from .problem import CalibrationProblem
 
 UNKNOWN = (
@@ -37,14 +35,8 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     full = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    known, names = dict[str, Any](), problem.robot.joint_names
     judged = posterior is not None and options.zeros  # of servos: it knows their play
-    everything = (*problem.measurements, *problem.test)
-    if posterior is not None and selected is not None:
-        known = estimates.known_of(posterior, calibrated, everything)
-        known["posterior"] = stored_posterior(selected.full, fit.index, problem)
-        if fit.index == 0:  # frames are results of the first robot, in its base
-            known["frames"] = frame_poses(selected.full) or None
+    known, names = estimates.known_of(fit, problem), problem.robot.joint_names
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
@@ -63,7 +55,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         choices=selected and selected.notes[fit.index],
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
-        provenance=_provenance(problem.robot, everything),
+        provenance=_provenance(problem.robot, [m for _, m in problem.placements]),
         checks=tuple(f for f in problem.checks if not (judged and f.code == "scale")),
         hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
@@ -78,7 +70,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         load=calibrated.load,
         data=_samples(problem, posterior),
         scale=estimates.scale_of(fit),
-        outlook=estimates.outlook_of(problem, fit),
+        outlook=outlook_of(problem, fit),
         **known,
     )
 

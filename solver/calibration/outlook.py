@@ -1,0 +1,66 @@
+"""Outlook of a calibration: errors over the workspace, joint by joint, and after more samples."""
+
+import numpy as np
+
+from .. import results
+from ..bayes import results as bayes
+from ..bayes.model import extend
+from ..data import Load
+from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
+from ..diagnostics import farthest_place
+from ..robot import InverseKinematics, Robot, SimulationError
+from .fit import Fit
+from .problem import CalibrationProblem
+
+GUIDED, ADVISED = 10, 30
+"""Configurations in each socket that are thought of, and that are advised: each counts thrice."""
+NEARER = (1.0, 0.85, 0.7)
+"""A place that the arm does not reach is tried nearer to its base, by these factors."""
+
+BySocket = list[tuple[np.ndarray, np.ndarray]]
+"""For each socket, joint positions and moments."""
+
+
+def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
+    """Return what a calibration will be worth; None where nothing was trained on in sockets."""
+    robot, calibrated, load = problem.robot, fit.calibrated, fit.calibrated.load
+    train = [m for m in problem.measurements if m.kind == "sockets"]
+    if not train:
+        return None
+    if fit.posterior is None:
+        model = extend(robot, calibrated.parameters)
+        x = calibrated.values - calibrated.model.nominal
+    else:
+        model, x = fit.posterior.model, fit.posterior.x
+    poses = workspace_samples(model, x, load)
+    recorded = [pair for m in train for pair in load.by_socket(robot, m)]
+    joints = joint_effects(model, x, poses, recorded)
+    if fit.posterior is None:
+        return results.Outlook(joints=joints)
+    test = [m for m in problem.test if m.kind == "sockets"]
+    centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
+    new = _imagined(robot, farthest_place(centres), train[0].distance, load)
+    further = [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]
+    forecasts = tuple(
+        results.Forecast(
+            placement=name, distance_deviation=bayes.workspace_errors(after, load).median
+        )
+        for name, samples in further
+        if samples and (after := predicted_posterior(fit.posterior, samples))
+    )
+    return results.Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
+
+
+def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> BySocket:
+    """Return varied samples in both sockets of a base at a place; none where it is out of reach."""
+    half = np.array([0.0, distance / 2, 0.0])
+    for factor in NEARER:
+        centre = place * np.array([factor, factor, 1.0])
+        balls = np.repeat([centre - half, centre + half], GUIDED, axis=0)
+        try:
+            q = InverseKinematics(robot).reach(balls, np.random.default_rng(0))
+        except SimulationError:
+            continue
+        repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]
+        return [(rows, load.moments(robot, rows, None)) for rows in repeated]
+    return []
