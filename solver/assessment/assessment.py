@@ -80,19 +80,19 @@ def rows_since(
     limits: Limits,
     *,
     zeros: bool,
-    told: bool,
+    compared: bool,
 ) -> tuple[list[LimitResult], tuple[Hypothesis, ...]]:
     """Return the rows of a verdict on samples recorded later, and hypotheses that explain them.
 
-    ``new`` are the errors of ``data``, None where all were trained on. Where something else has
-    ``told`` what changed, a few samples, or an arm of no known limit, are not held to one.
+    ``new`` are the errors of ``data``, None where all were trained on. Where explanations were
+    ``compared`` by their evidence, few samples, or an arm of unknown limits, need not keep limits.
     """
     full = None if new is None or new.geometric is None else new.calibrated
     rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)
     if new is not None:
         rows = rows if new.loaded.distance_error is not None else rows[:1]
-        rows = [row for row in rows if not told or row.limit is not None]
-        few = told and any(count < FEW for m in data for count in m.counts)
+        rows = [row for row in rows if not compared or row.limit is not None]
+        few = compared and any(count < FEW for m in data for count in m.counts)
         for i, row in enumerate(rows if few else ()):
             if row.status == "fail":
                 text = f"{row.text}, by a few samples"

@@ -21,9 +21,10 @@ def fixed(value: float, digits: int, sign: str = "") -> str:
 
 def percent(fraction: float) -> str:
     """Return a share in percent; 0 % and 100 % are written only where they are exact."""
-    whole = round(100 * fraction)
-    whole = 99 if whole == 100 and fraction < 1 else whole
-    return f"{1 if whole == 0 and fraction > 0 else whole} %"
+    rounded = round(100 * fraction)
+    if 0 < fraction < 1:
+        rounded = min(max(rounded, 1), 99)
+    return f"{rounded} %"
 
 
 def plural(count: int, word: str) -> str:

@@ -73,22 +73,22 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     if others:
         status = "warning" if proving else "not evaluated"
         found.append(limit_row("held_out", status, words, text=words))
-    odd = _implausible_distances(rows)
-    return [*(_unless_uncertain(row, odd) for row in found), *odd]
+    deviations = _distance_deviations(rows)
+    return [*(_unless_uncertain(row, deviations) for row in found), *deviations]
 
 
-def _unless_uncertain(row: LimitResult, odd: Sequence[LimitResult]) -> LimitResult:
+def _unless_uncertain(row: LimitResult, deviations: Sequence[LimitResult]) -> LimitResult:
     """Return a failed row of the distance as open where the limit is below its uncertainty."""
     broken = row.name == "distance_error" and {row.status, row.full_status} <= {"fail", None}
-    told = next((one.limit or 0.0 for one in odd if one.status == "pass"), 0.0)
-    if not broken or (row.limit or 0.0) > told:
+    uncertainty = next((one.limit or 0.0 for one in deviations if one.status == "pass"), 0.0)
+    if not broken or (row.limit or 0.0) > uncertainty:
         return row
-    text = f"{row.text}, but it is known to {mm(told, 3)} only: record more samples in each socket"
+    text = f"{row.text}, but it is known to {mm(uncertainty, 3)} only: record more samples in each socket"
     full = None if row.full_status is None else "not enough"
     return msgspec.structs.replace(row, status="not enough", full_status=full, text=text)
 
 
-def _implausible_distances(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
+def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     """Return whether the errors of held-out distances agree with their standard deviations."""
     known = [
         (abs(off) / row.distance_deviation, abs(off), row.distance_deviation, row.name)
@@ -123,8 +123,8 @@ def error_rows(
     no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
     for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
-        reached, beside = (one and getattr(one, name) for one in (loaded, full))
-        rows.append(_length_row(name, getattr(limits, name), reached, beside, why))
+        by_urdf, by_full = (metrics and getattr(metrics, name) for metrics in (loaded, full))
+        rows.append(_length_row(name, getattr(limits, name), by_urdf, by_full, why))
     return rows
 
 

@@ -163,7 +163,7 @@ def what_changed(
         new = structs.replace(new, calibrated=now, geometric=None)
     held_out = [m for m in measured if not calibration.was_trained_on(m)]
     advice, zeros, told = "", bool(document.settings.get("zeros")), bool(weighed.probabilities)
-    rows, causes = rows_since(calibration.calibrated, new, held_out, limits, zeros=zeros, told=told)
+    rows, causes = rows_since(calibration.calibrated, new, held_out, limits, zeros=zeros, compared=told)
     if new is None:
         reason = f"not known; {rows[0].reason}."
     elif few := _few(weighed, measured):

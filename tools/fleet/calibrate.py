@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 from ...errors import MukcaError
-from ...recorder import Placement, is_placement, read_placement
+from ...recorder import Placement, is_placement, placements_in, read_placement
 from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.partial import what_changed
@@ -42,7 +42,7 @@ def find_arms(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise UsageError(f"{folder}: no such folder; a fleet is a folder with one folder an arm")
-    if is_placement(folder) or any(is_placement(child) for child in _inside(folder)):
+    if is_placement(folder) or placements_in(folder):
         raise UsageError(
             f"{folder}: holds the placements of one arm; a fleet is a folder with one folder an "
             "arm, as in fleet/arm-7/2026-06-01/front. For one arm there is mukca solve"
@@ -53,15 +53,11 @@ def find_arms(folder: Path) -> list[Path]:
     return arms
 
 
-def find_sessions(arm: Path) -> dict[str, Sequence[Path]]:
-    """Return the placements of one arm, session by session in the order of their names."""
-    own = [child for child in _inside(arm) if is_placement(child)]
-    sessions: dict[str, Sequence[Path]] = {"": own} if own else {}
-    for child in _inside(arm):
-        placements = [inner for inner in _inside(child) if is_placement(inner)]
-        if placements and not is_placement(child):
-            sessions[child.name] = placements
-    return sessions
+def find_sessions(arm: Path) -> dict[str, list[Path]]:
+    """Return the placements of one arm by session; those in its own folder come first, as ""."""
+    dated = {child.name: child for child in _inside(arm) if not is_placement(child)}
+    sessions = {name: placements_in(folder) for name, folder in {"": arm, **dated}.items()}
+    return {name: placements for name, placements in sessions.items() if placements}
 
 
 def _inside(folder: Path) -> list[Path]:
@@ -79,7 +75,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     model, arguments = arm.folder / MODEL, dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
-    # What the arms tell of their type together is not to count the same prior for each.
+    # A type prior in each arm would count again and again in what the arms give together.
     prior = ("none",) if arm.settings.method == "auto" else ()
     settings = vars(replace(arm.settings, type_prior=prior))
     try:

@@ -108,7 +108,7 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
     """Return the answers for any error that the task may allow, the first for the smallest.
 
     Each from an error ``allowed`` [m] on: the answers at each placement, the answer in words, and
-    the sentence below the map, both cut where the error is to stand.
+    the sentence below the map, both cut where the error is to be inserted.
     """
     changes = {0.0}  # tolerances at which the answer for a placement changes [m]
     for row in report.placements:

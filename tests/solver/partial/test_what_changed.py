@@ -105,7 +105,7 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(simulated, told, 
     large = structs.replace(summary, calibrated=Metrics(1e-3, 2e-3, 5e-4), geometric=None)
     limits = limits_of(simulated.calibration.document, "since", Options())
     data = [measure(since, calibrated.robot)]
-    rows, _ = rows_since(calibrated, large, data, limits, zeros=False, told=told)
+    rows, _ = rows_since(calibrated, large, data, limits, zeros=False, compared=told)
     assert [row.status for row in rows[:2]] == [status] * 2
 
 

@@ -48,8 +48,8 @@ def environment() -> "Environment":
 def lines(template: str, block: str, /, **values: object) -> list[str]:
     """Return the lines of a block of a template."""
     source = environment().get_template(template)
-    whole = "".join(source.blocks[block](source.new_context(values)))
-    return [words for line in whole.splitlines() if (words := " ".join(line.split()))]
+    written = "".join(source.blocks[block](source.new_context(values)))
+    return [words for line in written.splitlines() if (words := " ".join(line.split()))]
 
 
 def text(template: str, block: str, /, **values: object) -> str:
@@ -60,7 +60,7 @@ def text(template: str, block: str, /, **values: object) -> str:
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
 UNSOUND = 10.0
-"""A placement that fitted alone leaves this many times what the arm repeats is not all right."""
+"""A placement whose error when fitted alone is so many repeatabilities is recorded wrongly."""
 _TEXTS = "answers.txt.j2"
 _DRIFTS = ("fail", "not enough", "warning")
 SIDE = 0.05
@@ -71,7 +71,7 @@ _CANNOT_SEE = (
     "loads other than the one carried while recording",
 )
 HARDLY_MOVED = float(np.radians(30))
-"""A joint that turns less than this in a socket tells little about itself [rad]."""
+"""A joint that turns less than this in a socket is hardly identifiable by it [rad]."""
 
 
 def answers_of(

@@ -139,8 +139,8 @@ def record_command(document: CalibrationDocument) -> str:
     words += as_options({"distance": document.settings.get("distance") or distance})
     if document.arms is None:
         return shlex.join([*words, "--out", "recordings/another"])
-    beside = Path(document.data[0].folder).parent / "another"
-    return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(beside)])
+    folder = Path(document.data[0].folder).parent / "another"
+    return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(folder)])
 
 
 def _recorded(file: Path) -> tuple[str, float | None]:

@@ -20,11 +20,10 @@ class Step(Document, frozen=True):
     text: str
     command: str
     expected: str = ""
-    """Its expected benefit, in words."""
+    """Its benefit, in words."""
     before: float | None = None
-    """The error that it should lower [m]; None, here and below, where it lowers none."""
+    """The error before and after the step [m]; None where it lowers none."""
     after: float | None = None
-    """Expected error after the step [m]."""
 
 
 class UseAtPlacement(Document, kw_only=True, frozen=True):
@@ -163,14 +162,12 @@ class PlotCaption(Document, kw_only=True, frozen=True):
     title: str
     sentence: str
     section: str = ""
-    """Of the report's page."""
 
 
 class ReportProvenance(Provenance, kw_only=True, frozen=True):
     """Origin of the calibration: its data, programs and options."""
 
     settings: dict[str, Any]
-    """The options of ``mukca solve``."""
 
 
 class ReportDocument(FitResult, kw_only=True, frozen=True):

@@ -136,7 +136,7 @@ def _running_centre(deviations: np.ndarray) -> list[float]:
 
 
 HALF = 0.16
-"""Room beside the outermost mark of the map [m]."""
+"""Margin of the map [m]."""
 
 
 def errors_by_placement(report: ReportDocument) -> Plot:

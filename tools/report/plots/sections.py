@@ -26,7 +26,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
         (fit.history, workspace.arm_in_3d, model.parameters, model.error_curves, model.groups),
     ),
 )
-"""The map of the first section stands with the answers."""
+"""The page shows the map of the first section with the answers."""
 
 
 def plots_of(report: ReportDocument) -> dict[str, list[Plot]]:
