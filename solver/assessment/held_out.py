@@ -83,7 +83,8 @@ def _unless_uncertain(row: LimitResult, deviations: Sequence[LimitResult]) -> Li
     uncertainty = next((one.limit or 0.0 for one in deviations if one.status == "pass"), 0.0)
     if not broken or (row.limit or 0.0) > uncertainty:
         return row
-    text = f"{row.text}, but it is known to {mm(uncertainty, 3)} only: record more samples in each socket"
+    known = f"known to {mm(uncertainty, 3)} only"
+    text = f"{row.text}, but it is {known}: record more samples in each socket"
     full = None if row.full_status is None else "not enough"
     return msgspec.structs.replace(row, status="not enough", full_status=full, text=text)
 

@@ -162,8 +162,9 @@ def what_changed(
     if new is not None and now is not None:
         new = structs.replace(new, calibrated=now, geometric=None)
     held_out = [m for m in measured if not calibration.was_trained_on(m)]
-    advice, zeros, told = "", bool(document.settings.get("zeros")), bool(weighed.probabilities)
-    rows, causes = rows_since(calibration.calibrated, new, held_out, limits, zeros=zeros, compared=told)
+    advice, zeros, compared = "", bool(document.settings.get("zeros")), bool(weighed.probabilities)
+    samples = calibration.calibrated, new, held_out, limits
+    rows, causes = rows_since(*samples, zeros=zeros, compared=compared)
     if new is None:
         reason = f"not known; {rows[0].reason}."
     elif few := _few(weighed, measured):
