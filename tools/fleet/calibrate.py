@@ -193,7 +193,8 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     for (robot, name), values in groups.items():
         changes = {arm: value.change for arm, value in values.items()}
         mean = fmean(changes.values())
-        farthest = max(changes, key=lambda arm: abs(changes[arm] - mean))
+        # rounded, since two arms are equally far, and rounding errors must not choose between them
+        farthest = max(changes, key=lambda arm: round(abs(changes[arm] - mean), 12))
         row = FleetParameter(
             robot=robot,
             name=name,
