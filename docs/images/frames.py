@@ -3,12 +3,11 @@
 PYTHONPATH=benchmarks python docs/images/frames.py > docs/images/frames.svg
 """
 
-import casadi as ca
 import numpy as np
 from worlds import recorded_by_both
 
 from mukca.solver.data import IDENTITY, Pose, turn
-from mukca.solver.robot import Robot, link_frames, load_robot
+from mukca.solver.robot import Robot, link_poses, load_robot
 from mukca.tools.simulation import Base
 
 SCALE = 360
@@ -26,9 +25,7 @@ def drawn(points: np.ndarray) -> list[tuple[float, float]]:
 
 def skeleton(robot: Robot, pose: Pose, q: np.ndarray) -> np.ndarray:
     """Return the places of an arm's joints in the world."""
-    frames = link_frames(robot.joints, ca.DM(robot.origins.ravel()), ca.DM(q))
-    places = np.array([ca.DM(p).full().ravel() for _, p in frames])
-    return pose.apply(np.vstack([np.zeros(3), places]))
+    return pose.apply(link_poses(robot.joints, q[None])[0, :, :, 3])
 
 
 def arm(robot: Robot, pose: Pose, q: np.ndarray, colour: str, opacity: float) -> str:

@@ -13,8 +13,7 @@ from .. import results
 from ..bayes.inference import JointPosterior
 from ..bayes.results import between, frame_poses
 from ..data import IDENTITY, Pose, as_point
-from ..design import skeleton
-from ..robot import Origin
+from ..robot import Origin, link_poses
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf
@@ -239,8 +238,6 @@ def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:
     others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
     shared = np.isin(data.sockets, np.concatenate(others)) & (data.sockets >= 0)
     _, first = np.unique(data.recorded_at[shared], return_index=True)
-    rows = np.flatnonzero(shared)[first]
-    chain = arm.model.robot.with_origins(arm.model.ball.origins(arm.values))
-    joints = skeleton(chain)(data.positions[rows])[0].reshape(len(rows), len(chain.joints), 3)
-    places = np.insert(joints, 0, 0.0, axis=1)
-    return world.bases[robot].apply(places).round(5).tolist()
+    q = data.positions[np.flatnonzero(shared)[first]]
+    links = link_poses(arm.model.robot.joints, q, arm.model.ball.origins(arm.values))
+    return world.bases[robot].apply(links[..., 3]).round(5).tolist()

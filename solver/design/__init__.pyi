@@ -17,4 +17,3 @@ from .information import from_prior as from_prior
 from .information import workspace_of as workspace_of
 from .pose_route import plan_poses as plan_poses
 from .reachability import Reach as Reach
-from .reachability import skeleton as skeleton

@@ -2,10 +2,9 @@
 
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
-from ..robot import InverseKinematics, Robot, RowFunction, SimulationError, link_frames, workspace
+from ..robot import InverseKinematics, Robot, SimulationError, link_poses, workspace
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""
@@ -62,7 +61,7 @@ class Reach:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
         margin = apart * (self._guide.upper - self._guide.lower)
         inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
-        height = self._frames(q)[0].reshape(len(q), -1, 3)[:, self._moving, 2]
+        height = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
         return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
 
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -94,20 +93,5 @@ class Reach:
     @cached_property
     def _moving(self) -> np.ndarray:
         """Indices of the frames that move, the ball's left out."""
-        places = self._frames(workspace(self.robot, 50))[0].reshape(50, -1, 3)[:, :-1]
+        places = link_poses(self.robot.joints, workspace(self.robot, 50))[:, :-1, :, 3]
         return np.flatnonzero(np.ptp(places, axis=0).max(axis=1) > MOVES)
-
-    @cached_property
-    def _frames(self) -> RowFunction:
-        return skeleton(self.robot)
-
-
-def skeleton(robot: Robot) -> RowFunction:
-    """Return the places of the joints' child links as a function of joint positions.
-
-    The values of the function are x, y, z of each joint in turn, shape (N, 3 joints) [m].
-    """
-    q = ca.SX.sym("q", len(robot.actuated))
-    frames = link_frames(robot.joints, ca.DM(robot.origins.ravel()), q)
-    places = ca.vertcat(*(ca.SX(p) for _, p in frames))
-    return RowFunction("skeleton", [q], [ca.densify(places)])

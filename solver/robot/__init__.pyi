@@ -8,7 +8,7 @@ from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
 from .inverse_kinematics import workspace as workspace
 from .kinematics import BallModel as BallModel
-from .kinematics import link_frames as link_frames
+from .kinematics import link_poses as link_poses
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
 from .parameters import COMPONENTS as COMPONENTS

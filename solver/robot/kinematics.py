@@ -1,7 +1,8 @@
 """The position of the ball as a function of the parameters and the joint positions.
 
-There is one forward kinematics, :func:`link_frames`, a CasADi expression, so that its derivatives
-are exact. A joint with the origin (p, rpy) in the link before it, the axis a and the position q has
+There is one forward kinematics, :func:`frames_and_motions`, a CasADi expression, so that its
+derivatives are exact. A joint with the origin (p, rpy) in the link before it, the axis a and the
+position q has
 
     T(i-1, i) = [ R(rpy) R(a, q) | p ]            revolute, continuous (Rodrigues' formula)
     T(i-1, i) = [ R(rpy)         | p + R(rpy) a q ]   prismatic
@@ -46,18 +47,27 @@ def rotation_rpy(rpy: Any) -> Any:
     return rotation((0, 0, 1), rpy[2]) @ rotation((0, 1, 0), rpy[1]) @ rotation((1, 0, 0), rpy[0])
 
 
-def link_frames(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, Any]]:
-    """Return rotation and position of each joint's child link in the base frame.
-
-    Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
-    are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
-    """
-    return frames_and_motions(joints, origins, q)[0]
-
-
 def nominal_origins(joints: Sequence[Joint]) -> Any:
     """Return the origins of joints as written, one after the other, shape (6 joints,)."""
     return ca.DM([number for joint in joints for number in (*joint.origin.xyz, *joint.origin.rpy)])
+
+
+def link_poses(
+    joints: Sequence[Joint], q: np.ndarray, origins: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the poses of the base link and of the joints' child links in the base frame.
+
+    Args:
+        joints: The chain.
+        q: Positions of the joints that move, shape (N, m) [rad], [m] for a prismatic joint.
+        origins: Of all joints, shape (joints, 6); None for those that are written.
+
+    Returns:
+        [R | p], shape (N, joints + 1, 3, 4).
+    """
+    given = nominal_origins(joints).full().ravel() if origins is None else origins.ravel()
+    function = _row_function("poses", tuple(map(_kind, joints)), (), q.shape[1])
+    return function(q, given, np.zeros(0))[0].reshape(len(q), -1, 3, 4)
 
 
 class Motion(NamedTuple):
@@ -85,7 +95,12 @@ class Motion(NamedTuple):
 def frames_and_motions(
     joints: Sequence[Joint], origins: Any, q: Any
 ) -> tuple[list[tuple[Any, Any]], list[Motion], list[Motion]]:
-    """Return :func:`link_frames`, and the motions by each number of the origins and of q."""
+    """Return rotation and position of each joint's child link in the base frame, and the motions.
+
+    Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
+    are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
+    Motions are by each number of the origins, and of q.
+    """
     turn, p = ca.DM.eye(3), ca.DM.zeros(3)
     frames: list[tuple[Any, Any]] = []
     of_origins: list[Motion] = []
@@ -110,7 +125,7 @@ def frames_and_motions(
 
 
 def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
-    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`link_frames`."""
+    """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`frames_and_motions`."""
     # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
     for origin, motions in reversed(_motions(joints, origins, q)):
@@ -257,6 +272,9 @@ def _row_function(
     if kind == "points":
         return RowFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
     frames, of_origins, of_q = frames_and_motions(joints, origins, q)
+    if kind == "poses":
+        poses = [ca.SX.eye(4)[:3, :], *(ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in frames)]
+        return RowFunction(kind, [given, x, q], [ca.vertcat(*poses)])
     motions, (value, p) = [*(of_origins[i] for i in free), *of_q], frames[-1]
     if kind == "rotations":
         slopes = ca.horzcat(*(one.turn for one in motions))

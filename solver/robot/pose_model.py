@@ -1,7 +1,7 @@
 """The poses of a robot's links, derivatives, inverse kinematics and weight as expressions.
 
-The kinematics are those of :func:`.link_frames`, at joint positions that a calibration corrects;
-the library computes with these CasADi expressions, and exports make code of them.
+The kinematics are those of :func:`.frames_and_motions`, at joint positions that a calibration
+corrects; the library computes with these CasADi expressions, and exports make code of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint, find_chain, require_link
-from .kinematics import Motion, frames_and_motions, link_frames, nominal_origins
+from .kinematics import Motion, frames_and_motions, link_poses, nominal_origins
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import ModelError
@@ -101,11 +101,8 @@ class PoseModel:
 
 def last_frame(joints: Sequence[Joint], q: Sequence[float] | np.ndarray = ()) -> np.ndarray:
     """Return the pose of the last joint's child link in the first one's parent, shape (4, 4)."""
-    frames = [
-        (ca.DM.eye(3), ca.DM.zeros(3)),
-        *link_frames(joints, nominal_origins(joints), ca.DM(q)),
-    ]
-    return np.vstack([np.array(ca.horzcat(*frames[-1])), np.eye(4)[3:]])
+    pose = link_poses(joints, np.reshape(q, (1, -1)))[0, -1]
+    return np.vstack([pose, np.eye(4)[3:]])
 
 
 def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
@@ -168,7 +165,7 @@ def moments_function(
 def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
     q, tilts, gravity = (ca.SX.sym(*of) for of in (("q", m), ("tilts", 2 * m), ("gravity", 3)))
-    frames = link_frames(joints, nominal_origins(joints), ca.vertcat(q, tilts))
+    frames, _, _ = frames_and_motions(joints, nominal_origins(joints), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]

@@ -146,9 +146,9 @@ class _Handler(BaseHTTPRequestHandler):
 def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
     import numpy as np
 
-    from ...solver.design import skeleton
+    from ...solver.robot import link_poses
 
-    places = skeleton(load_robot(**robot))
+    joints = load_robot(**robot).joints
     server = _Server(host)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     pipe.send(server.url)
@@ -156,7 +156,7 @@ def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
         state = pipe.recv()
         for name in ("position", "next"):
             if state[name] is not None:
-                drawn = places(np.array([state[name]]))[0].reshape(-1, 3)
-                state[f"{name}_drawn"] = [[0, 0, 0], *drawn.round(4).tolist()]
+                drawn = link_poses(joints, np.array([state[name]]))[0, :, :, 3]
+                state[f"{name}_drawn"] = drawn.round(4).tolist()
         server.post(json.dumps(state))
         pipe.send({})

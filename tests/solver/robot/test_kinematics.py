@@ -2,7 +2,6 @@
 
 import json
 
-import casadi as ca
 import numpy as np
 import pinocchio
 import pytest
@@ -13,7 +12,7 @@ from mukca.solver.robot import (
     all_parameters,
     choose_parameters,
     gravity_moments,
-    link_frames,
+    link_poses,
     load_robot,
     parse_robot,
     scan,
@@ -84,8 +83,7 @@ def test_gravity_torques_agree_with_pinocchio(name):
 def test_moments_across_are_those_of_the_weights_beyond(panda):
     """At each joint, against lever times weight."""
     q = np.random.default_rng(3).uniform(-1.5, 1.5, 7)
-    frames = link_frames(panda.joints, ca.DM(panda.origins.ravel()), ca.DM(q))
-    places = [(np.array(R.full()), np.array(p.full()).ravel()) for R, p in map(_dense, frames)]
+    places = [(pose[:, :3], pose[:, 3]) for pose in link_poses(panda.joints, q[None])[0, 1:]]
     found = gravity_moments(panda, q[None])[0].reshape(3, 7)
     moving = [i for i, joint in enumerate(panda.joints) if joint.actuated]
     for k, i in enumerate(moving):
@@ -98,10 +96,6 @@ def test_moments_across_are_those_of_the_weights_beyond(panda):
         assert panda.joints[i].axis == (0, 0, 1)
         axes = np.eye(3)[[2, 0, 1]]  # its own, and the two across
         assert found[:, k] == pytest.approx(axes @ R.T @ hold, abs=1e-9)
-
-
-def _dense(frame):
-    return tuple(ca.DM(part) for part in frame)
 
 
 def test_a_payload_pulls_at_the_ball(panda):
@@ -138,7 +132,7 @@ def test_the_reach_that_mukca_robots_lists_is_come_near_to_and_never_exceeded():
         robot = load_robot(name)
         q = workspace(robot, 500)
         q[:, 0] = q[0, 0]
-        frames = link_frames(robot.joints, robot.origins.ravel(), q[0])
-        second = ca.DM(frames[robot.joints.index(robot.actuated[1])][1]).full().ravel()
+        links = link_poses(robot.joints, q[:1])[0]
+        second = links[1 + robot.joints.index(robot.actuated[1]), :, 3]
         far = np.linalg.norm(BallModel(robot, []).points(np.empty(0), q) - second, axis=1).max()
         assert 0.8 * known["reach"] < far < 1.002 * known["reach"], name

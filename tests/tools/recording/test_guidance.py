@@ -15,8 +15,8 @@ from terminal_session import PATIENCE
 import mukca
 from mukca.recorder import Placement, Sample
 from mukca.recorder.session import GuidanceRequest
-from mukca.solver.design import Reach, skeleton
-from mukca.solver.robot import BallModel, load_robot
+from mukca.solver.design import Reach
+from mukca.solver.robot import BallModel, link_poses, load_robot
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BLOCK, BackgroundGuidance, PoseSelector, goal_for
 
@@ -52,7 +52,7 @@ def test_no_link_is_below_the_table():
     """As two of three poses of a UR would be, with a socket this low."""
     robot = load_robot("ur5e")
     q = Reach(robot).poses(np.array([0.7, 0.05, 0.03]), 20)
-    heights = skeleton(robot)(q)[0].reshape(20, -1, 3)[:, 2:-1, 2]
+    heights = link_poses(robot.joints, q)[:, 3:-1, 2, 3]
     assert np.all(heights > 0.03 - 1e-9)
 
 

@@ -6,11 +6,9 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from ....errors import MukcaError
@@ -18,7 +16,7 @@ from ....solver import assessment
 from ....solver.data import Measurement, as_point, evaluate
 from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
 from ....solver.results import Model
-from ....solver.robot import Joint, Robot, RowFunction, all_parameters, link_frames
+from ....solver.robot import Robot, all_parameters, link_poses
 from . import types
 from .answers import answers_of
 from .recommendations import solve_command, steps
@@ -123,8 +121,9 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     points = [each.points for each in placements]
     apart = np.linalg.norm(np.concatenate([p.nominal - p.calibrated for p in points]), axis=1)
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
-    nominal = _frames(robot, robot.origins, q[rows])
-    calibrated = _frames(robot, calibration.model.origins(calibration.values), true[rows])
+    nominal = link_poses(robot.joints, q[rows])
+    origins = calibration.model.origins(calibration.values)
+    calibrated = link_poses(robot.joints, true[rows], origins)
     places = calibrated[..., 3]
     reach, mean = float(np.abs(places).max()), float(apart.mean())
     factor = 1.0  # that makes the difference visible, if it can be
@@ -145,21 +144,6 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
         meshes=meshes,
         frames=shown if meshes else None,
     )
-
-
-def _frames(robot: Robot, origins: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Return the frames of base and child links, [R | p], shape (N, joints + 1, 3, 4)."""
-    numbers = _frames_function(robot.joints)(positions, origins.ravel())[0]
-    links = numbers.reshape(len(positions), len(robot.joints), 3, 4)
-    return np.insert(links, 0, np.eye(3, 4), axis=1)
-
-
-@lru_cache(maxsize=16)
-def _frames_function(joints: tuple[Joint, ...]) -> RowFunction:
-    """Return the child links' frames as a function of joint positions and origins."""
-    origins, q = ca.SX.sym("o", 6 * len(joints)), ca.SX.sym("q", sum(j.actuated for j in joints))
-    frames = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in link_frames(joints, origins, q)]
-    return RowFunction("frames", [origins, q], [ca.vertcat(*frames)])
 
 
 def report_figures(found: assessment.Assessment) -> types.ReportDocument:
