@@ -13,9 +13,9 @@ from ..robot import BallModel, Robot
 from .measurements import Measurement, check_orientations
 
 LEAST_POINTS = 4
-"""Three points fix the instrument's frame, and say nothing else."""
+"""Three points determine the instrument's frame, and nothing else."""
 ENOUGH_POSES = 10
-"""Poses from which on wrong columns of their orientations are told."""
+"""Fewest poses by which wrong columns of their orientations are recognised."""
 SAME_ROW, COPIED = 1e-6, 0.5
 """Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
 _LONGEST_BASE = 1.0
@@ -55,13 +55,13 @@ def measure(
         )
     ordered = placement.for_joints(robot.joint_names)
     _check_limits(ordered, robot, warnings)
-    said = None if placement.distance_assumed else placement.distance
-    if distance is not None and said not in (None, distance):
+    recorded = None if placement.distance_assumed else placement.distance
+    if distance is not None and recorded not in (None, distance):
         warnings.append(
             f"{placement.name}: distance {distance} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    source = "given" if distance is not None else "recording" if said is not None else "default"
+    source = "given" if distance is not None else "recording" if recorded is not None else "default"
     where = f"{placement.path or placement.name}: " if source == "recording" else ""
     chosen = DEFAULT_DISTANCE if placement.distance is None else placement.distance
     chosen = check_distance(chosen if distance is None else distance, where)
@@ -95,9 +95,9 @@ def check_distance(distance: float, where: str = "") -> float:
 
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
-    """See that no placement is there twice, and no socket's samples."""
+    """Refuse a placement, or a socket's samples, that is given twice."""
     earlier: dict[bytes, Measurement] = {}
-    sockets: dict[bytes, str] = {}  # where each row stood first
+    sockets: dict[bytes, str] = {}  # where each row was first
     for one in measurements:
         samples = one.positions.tobytes()
         if samples in earlier:
@@ -109,13 +109,13 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
         earlier[samples] = one
         for socket, rows in zip(one.sockets, one.by_socket, strict=True):
             where = _samples_of(one, socket)
-            alike = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
-            first, count = Counter(map(sockets.get, alike)).most_common(1)[0]
-            if first is not None and count > COPIED * len(alike):
+            rounded = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
+            first, count = Counter(map(sockets.get, rounded)).most_common(1)[0]
+            if first is not None and count > COPIED * len(rounded):
                 raise MeasurementError(
                     f"{first} and {where} are identical, so one is a copy: record that socket anew"
                 )
-            sockets.update(dict.fromkeys(alike, where))
+            sockets.update(dict.fromkeys(rounded, where))
 
 
 def _samples_of(measured: Measurement, socket: int) -> str:
@@ -134,12 +134,12 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         return
     where = placement.files[0] if placement.files else measured.name
     if placement.poses_of != meaning:
-        told = "does not tell what its poses are"
+        reason = "does not tell what its poses are"
         if placement.poses_of is not None:
-            told = f"holds poses of another kind: {placement.poses_of}"
+            reason = f"holds poses of another kind: {placement.poses_of}"
         raise MeasurementError(
-            f"{where}: {told}; where an instrument measured what the flange carries, let the first "
-            'line be "# measured flange poses", or write {"poses_of": "flange"} into '
+            f"{where}: {reason}; where an instrument measured what the flange carries, let the "
+            'first line be "# measured flange poses", or write {"poses_of": "flange"} into '
             "placement.json; --flange-poses says it, too"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:

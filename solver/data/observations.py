@@ -233,7 +233,7 @@ def _pairs(
     located: Sequence[Located[int, int]],
     deviation: float,
 ) -> list[Known[int]]:
-    """Return the distances of the bases; coordinates in one frame tell better than a default."""
+    """Return the distances of the bases, but defaults where coordinates in one frame give them."""
     frames = {one.socket: one.frame for one in located}
     pairs: dict[tuple[int, int], Known[int]] = {}
     for name, m in seated:

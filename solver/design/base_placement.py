@@ -27,7 +27,7 @@ HEIGHTS = (0.0, 0.1)
 LONG = 0.15
 """The longer base that is compared [m]; print-parts makes one of 152 mm at most."""
 NEAR = 0.015
-"""A way that is shorter is not worth a word [m]."""
+"""Shorter ways are not mentioned [m]."""
 KNOWN = 1e-4
 """Standard deviation of a measured distance between two bases [m]."""
 RADII = (0.5, 0.4, 0.3, 0.6)

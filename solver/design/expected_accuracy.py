@@ -68,10 +68,10 @@ def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> Worksp
 
 
 def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
-    """Return the predicted error of places over the workspace, from above.
+    """Return the predicted error of places over the workspace, seen from above.
 
-    The base frame itself cannot be seen by a ball, so that a place is known by its distance from
-    the middle of all that was trained on.
+    No ball shows the base frame itself, so the error of a place is that of its distance from the
+    middle of all samples that were trained on.
     """
     model, size, (points, by_unknowns) = posterior.model, posterior.model.size, poses
     _, trained, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
@@ -125,7 +125,7 @@ def predicted_error(
 ) -> float | None:
     """Return the error of distances in the workspace that a calibration would have [m].
 
-    The median over random poses, one standard deviation; None where it cannot be told.
+    The median over random poses, one standard deviation; None where it cannot be predicted.
     """
     try:
         arm = RobotRecordings(robot, measurements, load)

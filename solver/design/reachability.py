@@ -65,7 +65,7 @@ class Reach:
         return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
 
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return which poses are reached from one while the ball stays in its socket, shape (N,).
+        """Return a mask of poses that are reached while the ball stays in its socket, shape (N,).
 
         All joints turn evenly, as far as the ball lets them, from ``start``, shape (m,), to
         ``ends``, shape (N, m).

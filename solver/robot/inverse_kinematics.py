@@ -1,7 +1,7 @@
 """Inverse kinematics: joint positions that put the ball at points, its neck near the vertical.
 
-It stands for a person's hand that guides the arm into a socket. Many random starts go side by side,
-so that the answers are spread over all that the arm can do.
+It imitates a person's hand that guides the arm into a socket. Many random starts are followed at
+once, so that the solutions are spread over all that the arm can do.
 """
 
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint positions at which a tool stands at poses, many poses at a time."""
+"""Inverse kinematics: joint positions that put a tool at poses, many poses at a time."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,42 +11,43 @@ from .pose_model import MAX_STEP, Goal, NewtonStep, PoseModel, limited_step, new
 from .row_function import RowFunction
 
 TOLERANCE = 1e-9
-"""A pose is reached where no more is left [m, rad]."""
+"""A pose is reached where the residual is smaller [m, rad]."""
 SETTLED = 1e-3
 """A smaller step toward the preferred posture is the last one [rad]."""
 LAST = 3e-6
-"""So small a step is the last, where what it leaves is within a thirtieth of the tolerance, if it
-shrinks the rest as the step before did [rad]."""
+"""A smaller step is the last one if it would bring the residual within a thirtieth of the
+tolerance, were it to shrink that as much as the step before did [rad]."""
 ROUNDS = 60
 STUCK, NEAR = 12, 1e-5
-"""Near a pose, by the square of what is left, so many rounds that do not halve what is left end a
-search: the joints fold there, or a limit is in the way."""
+"""So many rounds that do not halve the residual end a search, once its square is less than NEAR: at
+a singular configuration, or where a limit is in the way."""
 AWAY, MARGIN = 3, 2.0
-"""In the first of these rounds joints stay away from their limits, by this multiple of the root of
-what is left: where the arm folds at a limit, the way to a pose beside it leads over others."""
+"""In the first of these rounds joints keep a distance from their limits, this multiple of the root
+of the residual: an arm that is singular at a limit reaches a pose near it by way of others."""
 SHORTEST = 0.3
-"""In the others, the least share of a step that is taken, see :func:`_relaxed`."""
+"""In the other rounds, the least share of a step that is taken, see :func:`_relaxed`."""
 TINY = 1e-300
-"""Something else than zero to divide by."""
+"""Keeps divisors from zero."""
 STILL = 1e-3
-"""A step so small beside what is left ends a search, too: it leads nowhere [rad/m]."""
+"""A step that is smaller relative to the residual ends a search, too [rad/m]."""
 STARTS = 8
-"""New starts of a pose at a time, among which the nearest solution is taken."""
+"""New starts for a pose at a time; the solution nearest to its first start is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
-"""Standard deviation of these starts, time after time [rad]; infinite for all of the range."""
+"""Standard deviations of these starts, one time after the other [rad]; infinite for the whole range
+of the joints."""
 ZERO = np.zeros(1)
-"""How far joints stay from their limits where no search is stuck."""
+"""Distance that joints keep from their limits where no search is stuck."""
 NO_TOOL = np.eye(4)[:3].ravel()
 
 
 @dataclass(frozen=True)
 class Solutions:
-    """Joint positions for N poses, and how near they come to them."""
+    """Joint positions for N poses, and their residuals."""
 
     positions: np.ndarray
     """Shape (N, m) [rad]."""
     left: np.ndarray
-    """Distance [m] and angle [rad] left, shape (N, 2)."""
+    """Residual distance [m] and angle [rad], shape (N, 2)."""
     rounds: np.ndarray
     """Steps taken, shape (N,)."""
 
@@ -92,8 +93,8 @@ class PoseSolver:
         N, m = len(near), len(self.lower)
         q = np.clip(near, self.lower, self.upper)
         found = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
-        # what a row has: q, target, prefer; the best q, and the step before; what is left, and its
-        # square; by columns, since these are computed with
+        # A row holds q, target, prefer; the best q, and the step before; its residual, and the
+        # square of that. Columns are contiguous, since these are computed with.
         parts = (q, targets, q if prefer is None else prefer, q, q, np.full((N, 3), np.inf))
         table, end = np.asfortranarray(np.hstack(parts)), 2 * m + 12
         moving, stuck = np.arange(N), np.zeros(N, dtype=int)
@@ -178,7 +179,7 @@ class PoseSolver:
     def _step(
         self, rows: np.ndarray, tool: np.ndarray, away: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what is left at q, the step, and its longest; limits cost rows that meet them."""
+        """Return residuals at q, steps, and the largest change of a joint in each step."""
         m = len(self.lower)
         left, change, model = self._free(rows, tool)
         after, lower, upper = rows[:, :m] + change, self.lower + away, self.upper - away
@@ -216,7 +217,7 @@ class PoseSolver:
 
 
 def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.ndarray:
-    """Return the steps, shorter where they go to and fro (Aitken's relaxation)."""
+    """Return the steps, shorter where they alternate in sign (Aitken's relaxation)."""
     if not slow.any():
         return change
     scale, d = np.ones((len(change), 1)), change[slow] - before[slow]

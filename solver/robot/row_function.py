@@ -3,7 +3,7 @@
 CasADi's own call turns arrays into lists and back, which takes longer than the computation.
 """
 
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import casadi as ca
@@ -152,10 +152,6 @@ def _chosen(condition: np.ndarray, value: np.ndarray, out: np.ndarray) -> None:
     np.copyto(out, np.where(condition, value, 0.0))
 
 
-def _twice(value: np.ndarray, out: np.ndarray) -> None:
-    np.add(value, value, out)
-
-
 _INSTRUCTIONS: dict[str, Any] = {
     **dict.fromkeys(("CONST", "INPUT", "OUTPUT", "SIN", "COS")),
     "ADD": np.add,
@@ -164,7 +160,7 @@ _INSTRUCTIONS: dict[str, Any] = {
     "DIV": np.divide,
     "NEG": np.negative,
     "SQ": np.square,
-    "TWICE": _twice,
+    "TWICE": partial(np.multiply, _TWO),
     "INV": np.reciprocal,
     "SQRT": np.sqrt,
     "ATAN2": np.arctan2,
