@@ -41,21 +41,20 @@ Priors = TypePriors | GivenPrior
 
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
-    """Return what is known of the elasticity of each robot's type, by extension."""
+    """Return the expected elasticity of each robot's type, by extension."""
     own = [robot.joint_names for robot in robots]
-    told: list[results.TypeElasticity] = []
-    for file in files:
-        if file != "none":
-            types = _types(_SHIPPED if file == SHIPPED else Path(file))
-            told += types if file == SHIPPED else _useful(file, types, own)
-    pooled = {one.joint_names: one for one in _pooled(told)}
+    types = [one for file in files if file != "none" for one in _types_for(file, own)]
+    pooled = {one.joint_names: one for one in _pooled(types)}
     return [_expected(pooled.get(joints)) for joints in own]
 
 
-def _useful(
-    file: str | Path, types: Sequence[results.TypeElasticity], own: Sequence[tuple[str, ...]]
+def _types_for(
+    file: str | Path, own: Sequence[tuple[str, ...]]
 ) -> Sequence[results.TypeElasticity]:
-    """Return what a file tells; refuse one that tells nothing of these robots."""
+    """Return the types in a file; refuse one of the user's that has none of these robots."""
+    if file == SHIPPED:
+        return _types(_SHIPPED)
+    types = _types(Path(file))
     joints = [one.joint_names for one in types]
     if not set(own) & set(joints):
         known, others = ("; ".join(map(", ".join, each)) for each in (dict.fromkeys(own), joints))
@@ -96,10 +95,9 @@ def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElastic
     pooled: list[results.TypeElasticity] = []
     for joints in dict.fromkeys(one.joint_names for one in types):
         own = [one for one in types if one.joint_names == joints]
-        by_name: dict[str, list[results.Coefficient]] = {}
-        for coefficient in (c for one in own for c in one.coefficients):
-            by_name.setdefault(coefficient.name, []).append(coefficient)
-        means = tuple(map(_mean, by_name.values()))
+        every = [coefficient for one in own for coefficient in one.coefficients]
+        names = dict.fromkeys(one.name for one in every)
+        means = tuple(_mean([one for one in every if one.name == name]) for name in names)
         arms = sum(one.arms for one in own)
         pooled.append(results.TypeElasticity(joint_names=joints, arms=arms, coefficients=means))
     return pooled
@@ -112,7 +110,7 @@ def _mean(each: Sequence[results.Coefficient]) -> results.Coefficient:
 
 
 def _expected(known: results.TypeElasticity | None) -> dict[str, Expected]:
-    """Return what is known of a type, by extension."""
+    """Return the expected coefficients of a type and their deviations, by extension."""
     if known is None:
         return {}
     by_name = {one.name: (one.value, one.standard_deviation) for one in known.coefficients}
@@ -126,7 +124,7 @@ def _expected(known: results.TypeElasticity | None) -> dict[str, Expected]:
 
 
 def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Priors:
-    """Return what is known of some robots before their samples, as the options say."""
+    """Return the priors of some robots that the options ask for."""
     if options.prior is None:
         return type_priors(options.type_prior, [one.robot for one in robots])
     if len(robots) > 1:
@@ -135,7 +133,7 @@ def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Prior
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
-    """Return what an earlier calibration leaves known of an arm: all that its posterior holds."""
+    """Return the posterior of an earlier calibration of an arm, as a prior."""
     document = results.read_calibration(file)
     joints = document.model.joint_names, robot.joint_names
     if joints[0] != joints[1]:
@@ -159,13 +157,13 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
 
 
 def stored_posterior(
-    found: JointPosterior | None, robot: int, recordings: RobotRecordings
+    found: JointPosterior, robot: int, recordings: RobotRecordings
 ) -> results.StoredPosterior | None:
     """Return what a robot's file keeps of a posterior: of its unknowns, frames, and sockets.
 
-    None of none, and of a robot among several whose balls an instrument measured.
+    None for one of several robots if an instrument measured its balls.
     """
-    if found is None or (found.arms[1:] and (found.arms[robot].data.sockets < 0).any()):
+    if found.arms[1:] and (found.arms[robot].data.sockets < 0).any():
         return None
     arm, own, end = found.arms[robot], found.own[robot], len(found.covariance)
     count, base = len(found.arms), found.scene.bases[robot]
@@ -183,9 +181,9 @@ def stored_posterior(
         if base != WORLD:
             by_base = pose.slopes(arm.centres[k : k + 1])[0]
             of_socket[:, frames + 6 * base : frames + 6 * base + 6] = -pose.rotation.T @ by_base
-    told = np.flatnonzero(slopes.any(axis=0))  # none of the curves
-    slopes = slopes[:, told]
-    sigma = slopes @ found.covariance[np.ix_(told, told)] @ slopes.T
+    used = np.flatnonzero(slopes.any(axis=0))  # none of the curves
+    slopes = slopes[:, used]
+    sigma = slopes @ found.covariance[np.ix_(used, used)] @ slopes.T
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
@@ -194,9 +192,9 @@ def stored_posterior(
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
-    """Return the posterior of a calibration: as its file holds it, or else fitted again.
+    """Return the posterior of a calibration: as stored in its file, or else fitted again.
 
-    What an older file lacks, as one does whose zeros were found since, its samples give.
+    It is fitted again for older files, and where joint zeros were found since.
     """
     from .fit import fit_robots
 
@@ -240,7 +238,7 @@ def _stored(
     covariance += np.tril(covariance, -1).T
     trained = [part for part in document.data if part.role == "train"]
     rows = [sample for part in trained for sample in part.by_socket]
-    told = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
+    weights = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
     frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
     found = Posterior(
         model,
@@ -251,7 +249,7 @@ def _stored(
         (),
         {kind: Noise(*kept.noises[kind]) for kind in KINDS if kind in kept.noises},
         model.predict(x, data.positions, data.torques),
-        np.array(told, dtype=float),
+        np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),
     )

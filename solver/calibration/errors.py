@@ -1,4 +1,4 @@
-"""Errors of a calibration and of the models beside it: by placement, role and iteration."""
+"""Errors of a calibration and of the models compared with it: by placement, role, iteration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -232,7 +232,7 @@ def history(
 def _ball_refitted(
     robot: Robot, train: Sequence[Measurement], regularization: float
 ) -> dict[str, results.CalibratedRobot]:
-    """Return the nominal robot with only the ball's place fitted; nothing where no data tell it."""
+    """Return the nominal robot with only the ball's place fitted; none if it is not identified."""
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]
     ball = choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"])

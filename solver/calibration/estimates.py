@@ -63,7 +63,7 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
 
 
 def known_of(fit: Fit, problem: CalibrationProblem) -> dict[str, Any]:
-    """Return by key what only a posterior tells: how well everything is known, here and there."""
+    """Return the document's figures of a posterior by their keys; none without a posterior."""
     posterior, selected, calibrated = fit.posterior, fit.selected, fit.calibrated
     if posterior is None or selected is None:
         return {}

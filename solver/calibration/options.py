@@ -55,6 +55,8 @@ class SolveOptions:
 
     def validated(self) -> "SolveOptions":
         """Return the options with defaults filled in, and files read; refuse what cannot be."""
+        from ..data import read_known
+
         if self.method not in get_args(Method):
             raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
         filled: dict[str, Any] = {}
@@ -71,18 +73,13 @@ class SolveOptions:
             option.check(name, filled[name])
         if self.remounted and self.prior is None:
             raise UsageError("--remounted: since which calibration? Name it by --prior")
-        return replace(self, **filled)._read()
-
-    def _read(self) -> "SolveOptions":
-        """Return the options with files of measured places replaced by their content."""
-        from ..data import read_known
-
+        options = replace(self, **filled)
         return replace(
-            self,
-            known=tuple(read_known(self.known)),
-            sockets_at=tuple(self.located),
-            type_prior=tuple(map(str, self.type_prior)),
-            prior=None if self.prior is None else str(self.prior),
+            options,
+            known=tuple(read_known(options.known)),
+            sockets_at=tuple(options.located),
+            type_prior=tuple(map(str, options.type_prior)),
+            prior=None if options.prior is None else str(options.prior),
         )
 
     @property

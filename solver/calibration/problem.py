@@ -52,7 +52,7 @@ class CalibrationProblem(RobotRecordings):
     def at_rest(
         self, moved: np.ndarray | None, found: Iterable[FoundMovement]
     ) -> "CalibrationProblem":
-        """Return the recordings with how far their places moved, row by row, and what was found."""
+        """Return the recordings with the movements of their places, row by row, as diagnostics."""
         named = {m.name: m for m in self.measurements}
         more = (
             results.Diagnostic(

@@ -79,17 +79,17 @@ def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
 ) -> tuple[results.PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
-    weights, of_turns = np.zeros(0), np.zeros(0)
+    of_balls, of_turns = np.zeros(0), np.zeros(0)
     if posterior is not None:
         turned = posterior.data.turned
-        weights, of_turns = posterior.weights[~turned], posterior.weights[turned]
+        of_balls, of_turns = posterior.weights[~turned], posterior.weights[turned]
     rows: list[results.PlacementSamples] = []
     for role, measured in problem.placements:
         placement = measured.placement
         count = len(placement.samples)
-        told = of_turn = moved = [None] * count
-        if weights.size:
-            told, weights = measured.as_recorded(weights[:count]).tolist(), weights[count:]
+        of_ball = of_turn = moved = [None] * count
+        if of_balls.size:
+            of_ball, of_balls = measured.as_recorded(of_balls[:count]).tolist(), of_balls[count:]
             if measured.has_orientations:
                 of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
         if measured.moved is not None:
@@ -106,7 +106,7 @@ def _samples(
                         sample, weight=weight, orientation_weight=turn, moved=shift
                     )
                     for sample, weight, turn, shift in zip(
-                        placement.samples, told, of_turn, moved, strict=True
+                        placement.samples, of_ball, of_turn, moved, strict=True
                     )
                 ),
             )

@@ -87,7 +87,7 @@ class Iteration(Document, kw_only=True, frozen=True):
     test: CostTerms | None
 
 
-KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "time")
+_KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "time")
 """All that a document keeps of a :class:`.Sample`."""
 
 
@@ -144,7 +144,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
         """Return the placement as it was recorded, columns in the chain's order."""
-        samples = (Sample(**{key: getattr(s, key) for key in KEPT}) for s in self.samples)
+        samples = (Sample(**{key: getattr(s, key) for key in _KEPT}) for s in self.samples)
         return Placement(
             name=self.name,
             samples=tuple(samples),
