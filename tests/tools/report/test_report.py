@@ -56,6 +56,16 @@ def check_page(folder, read_page):
     return len(shown)
 
 
+def test_the_outline_of_badly_known_places_goes_round_all_of_them(extended, written, read_page):
+    cells = [(0.1 * k + 0.05, 0.05, 0.01) for k in range(-2, 2)]
+    extended["outlook"] = {"joints": [], "map": {"width": 0.1, "cells": cells}}
+    file = written(extended)
+    main(["report", str(file)])
+    page = read_page(file.parent / "report.html")
+    (figure,) = page.root.iterfind(".//figure[@id='error-map']")
+    assert len(list(figure.iterfind(".//polyline[@class='threshold']"))) == 10
+
+
 def test_the_page_shows_the_figures_of_the_json(calibrated, read_page):
     # 48 parameters of three numbers, and the rest.
     assert check_page(calibrated, read_page) > 3 * 48 + 40

@@ -50,11 +50,11 @@ def error_map(report: ReportDocument) -> Plot | None:
 
 
 def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
-    """Draw a dashed line round cells of a grid, each by its centre."""
-    inside, half = {(round(x / width), round(y / width)) for x, y in cells}, width / 2
+    """Draw a dashed line round cells by their centres, which lie half a cell from the axes."""
+    inside, half = {(x // width, y // width) for x, y in cells}, width / 2
     for x, y in cells:
         for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            if (round(x / width) + a, round(y / width) + b) not in inside:
+            if (x // width + a, y // width + b) not in inside:
                 ends = [(-y - half * (b - s * a), x + half * (a + s * b)) for s in (-1, 1)]
                 panel.line(ends, "threshold")
 
