@@ -1,20 +1,13 @@
 """Addresses: what they stand for, and what is said of those that stand for nothing."""
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 
 from mukca import open_driver
 
 
-@pytest.mark.parametrize(
-    ("address", "told"),
-    [
-        ("127.0.0.1", "127.0.0.1:1337 refused the connection"),
-        ("127.0.0.1:9", "127.0.0.1:9 refused"),
-        ("127.0.0.1:9?version=4", "127.0.0.1:9 refused"),
-        ("no-such-robot.invalid", "no host is called 'no-such-robot.invalid'"),
-    ],
-)
+@by_table("address", "told")
 def test_a_host_its_port_and_options_are_taken_apart(address, told):
     with refused("UNREACHABLE", match=told):
         open_driver("franka", address)

@@ -6,7 +6,6 @@ one thing wrong that must be noticed. benchmarks/hostile.py does the same a mill
 
 import math
 import struct
-import zlib
 
 import pytest
 from hypothesis import given, settings
@@ -81,8 +80,8 @@ DECODERS = {
 
 
 def hostile(test):
-    """Run a test on 300 examples."""
-    return pytest.mark.slow(settings(max_examples=300, deadline=None)(test))
+    """Run a test on 100 examples."""
+    return pytest.mark.slow(settings(max_examples=100, deadline=None)(test))
 
 
 def changed(message, changes):
@@ -174,14 +173,6 @@ def test_fri_one_thing_wrong(version):
         rejected(fri.decode_message, wrong)
 
 
-def test_fri_27_is_known_by_its_frame():
-    framed, body = FRI["2.7"], FRI["2.7"][4:-4]
-    assert fri.decode_message(framed).framed
-    assert not fri.decode_message(body).framed
-    wrong = struct.pack("<I", len(body)) + body + struct.pack("<I", zlib.crc32(body) ^ 1)
-    rejected(fri.decode_message, wrong)
-
-
 def packed_message(stamp=b""):
     """A message of FRI 1.15 whose joint values are packed, with its stamp."""
     joints = nested(1, b"\x0a" + varint(56) + struct.pack("<7d", *Q))
@@ -212,14 +203,6 @@ def test_streams_are_cut_into_messages_or_refused(noise):
             continue
         assert len(stream) < 4096
     rejected(ur.decode_recipe, noise, None)
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("place", range(7))
-def test_rtde_numbers_that_are_none(place, value):
-    values = [2.5, *Q[:6]]
-    values[place] = value
-    rejected(RECIPE.decode, struct.pack(">Bd6dii", 1, *values, 7, 1))
 
 
 def test_worked_examples():

@@ -1,6 +1,7 @@
 """Opening a driver by one string, and how connections and states print."""
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 
 from mukca import JointState, MukcaError, open_driver
@@ -33,15 +34,7 @@ def test_the_model_s_joints_are_checked(hand):
         open_driver(f"mock:{hand}", joint_names=["elbow"])
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("frnka:172.16.0.2", "no driver is called 'frnka'; there are: damiao, dynamixel, feetech,"),
-        ("", "no driver is called ''"),
-        ("mock", "mock needs a recording to replay, as in mock:data/front"),
-        ("ur", "a host is missing"),
-    ],
-)
+@by_table("text", "says")
 def test_what_cannot_be_opened_is_told_in_one_line(text, says):
     with pytest.raises(MukcaError) as caught:
         open_driver(text)

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 from emulation import emulated, reading
 
@@ -212,18 +213,7 @@ def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
 SCALE = r"motor 1 on .* counts to 3\.14159 rad, not 12\.5"
 
 
-@pytest.mark.parametrize(
-    ("name", "settings", "odd", "reason", "told"),
-    [
-        ("damiao", "", {"pmax": 3.14159}, "WRONG_ROBOT", SCALE),
-        ("dynamixel", "", {"stiff": True}, "WRONG_MODE", "torque is on at "),
-        ("feetech", "", {"stiff": True}, "WRONG_MODE", "torque is on at "),
-        ("feetech", "", {"model": 1284}, "WRONG_ROBOT", r"servo 1 on .* model 1284"),  # ten bits
-        ("feetech", "?ids=1,7,9", {}, "UNREACHABLE", "no whole answer of servo 7, 9 on"),
-        ("kinova", "&joints=7", {}, "UNREACHABLE", "actuator 0x16"),
-        ("ur", "?effort=actual_torque", {}, "PROTOCOL", "no output called actual_torque"),
-    ],
-)
+@by_table("name", "settings", "odd", "reason", "told")
 def test_another_arm_than_is_asked_for_is_refused(name, settings, odd, reason, told, tmp_path):
     with emulated(name, tmp_path) as emulation, refused(reason, match=told):
         vars(emulation.emulator).update(odd)

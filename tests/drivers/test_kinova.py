@@ -4,7 +4,6 @@ import logging
 import math
 import os
 import termios
-import time
 import tty
 
 import pytest
@@ -94,15 +93,6 @@ def test_kortex_angles_are_centred_and_go_on_through_turns(told, truth):
     assert state.effort == TORQUES
 
 
-def test_the_first_angle_of_an_actuator_is_its_own(tmp_path):
-    """Those of Gen2 count their turns."""
-    with emulated("kinova", tmp_path, "--noise", "0") as emulation:
-        with open_driver("kinova", emulation.address) as driver:
-            position = driver.read(5).position
-        sent = emulation.sent()[1]["position"]
-    assert position == pytest.approx(sent, abs=1e-3)
-
-
 def test_kortex_logs_in_as_told():
     with kortex_arm() as arm, open_driver("kinova", f"{arm.address}?user=me&password=secret"):
         assert (arm.login.username, arm.login.password) == ("me", "secret")
@@ -125,10 +115,8 @@ def test_kortex_errors(failure, reason):
 def test_kortex_numbers_that_are_none_are_asked_for_again():
     with kortex_arm() as arm, open_driver("kinova", arm.address) as driver:
         arm.degrees = [math.nan, 0.0]
-        start = time.monotonic()
         with refused("SILENT", match="sends no numbers"):
             driver.read(0.3)
-        assert time.monotonic() - start < 5
         assert driver.rejected > 0
 
 

@@ -1,7 +1,6 @@
 """KUKA's FRI: the reply's bytes, when it is due, and the sequence of messages."""
 
 import socket
-import time
 import zlib
 from itertools import count
 
@@ -127,10 +126,8 @@ def test_a_port_that_is_taken_is_told():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind((host, 0))
         port = other.getsockname()[1]
-        start = time.monotonic()
         with refused("BUSY", match=f"UDP {host}:{port} cannot be opened"):
             open_driver("kuka", f"127.0.0.2:{port}?bind={host}")
-    assert time.monotonic() - start < 2
 
 
 def test_an_address_that_is_not_this_computers_is_told():

@@ -1,15 +1,18 @@
 """The simulated arm: what it streams is what it was given, and it misbehaves as asked."""
 
-import time
 from itertools import pairwise
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 
 from mukca import MukcaError, open_driver
+from mukca.drivers import clock
+
+pytestmark = pytest.mark.usefixtures("virtual_time")
 
 FAST = "rate=100&hold=0.5&move=0.5&noise=0&effort_noise=0&speed=20"
-"""An arm whose minute passes in three seconds."""
+"""An arm whose minute passes in three seconds of the computer's clock."""
 
 
 @pytest.fixture
@@ -44,9 +47,9 @@ def test_every_state_comes_once_in_order_along_a_minimum_jerk_path(arm):
 
 
 def test_states_come_at_the_arm_s_rate(arm):
-    begun = time.monotonic()
+    begun = clock.now()
     states(arm("&speed=1"), 50)
-    assert time.monotonic() - begun >= 0.49
+    assert clock.now() - begun == pytest.approx(0.49, abs=1e-3)
 
 
 def test_the_noise_is_as_asked_and_the_same_for_a_seed(arm):
@@ -70,7 +73,7 @@ def test_a_dropped_connection_comes_back_to_an_arm_that_went_on(arm):
         states(arm(fault), 10000)
     with pytest.raises(MukcaError, match="does not answer"):
         arm(fault)
-    time.sleep(0.6)
+    clock.sleep(0.6)
     with arm(fault) as again:
         assert again.read(1.0).stamp > 10.4
     with arm(fault) as anew:
@@ -96,22 +99,7 @@ def test_it_replays_either_form_of_a_recording(tmp_path, form):
     assert efforts == (((1.0, 2.0), (3.0, 4.0)) if form == "samples" else (None, None))
 
 
-@pytest.mark.parametrize(
-    ("address", "told"),
-    [
-        ("", "needs a recording"),
-        ("/nowhere", "/nowhere: cannot be read"),
-        ("{file}?speed=fast", "option speed: 'fast' is not a number"),
-        ("{file}?colour=1", "option 'colour' is none of rate"),
-        ("{file}?fault=melt@1", "fault 'melt@1': .* the kind one of drop"),
-        ("{file}?fault=nan@soon", "fault 'nan@soon': expected KIND"),
-        ("{file}?rate=0", "must be positive"),
-        ("{file}?hold=-1", "hold >= 0"),
-        ("{file}?rate", "bad query field"),
-        ("{words}", "could not convert"),
-        ("{empty}", "no configuration"),
-    ],
-)
+@by_table("address", "told")
 def test_a_bad_address_is_told(tmp_path, address, told):
     contents = {"file": "1,2\n", "words": "1,2\n1,two\n", "empty": ""}
     files = {name: tmp_path / f"{name}.csv" for name in contents}

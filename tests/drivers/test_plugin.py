@@ -35,8 +35,8 @@ def installed(tmp_path_factory):
     """The example plug-in, installed by pip into a folder of its own."""
     source = shutil.copytree(EXAMPLE, tmp_path_factory.mktemp("plugin") / "plugin")
     target = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target", target]
-    subprocess.run([*map(str, command), str(source)], check=True)
+    options = ("--no-deps", "--quiet", "--target", str(target))
+    subprocess.run([sys.executable, "-m", "pip", "install", *options, str(source)], check=True)
     return target
 
 

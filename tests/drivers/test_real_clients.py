@@ -146,16 +146,29 @@ def test_libfranka_reads_what_the_emulator_sent(module, version, width, tmp_path
 
 
 @pytest.mark.parametrize(("version", "frequency"), [("5.11", 500), ("3.15", 125), ("10.7", 500)])
-def test_ur_rtde_reads_what_the_emulator_sent(version, frequency, tmp_path):
+def test_ur_rtde_reads_what_the_emulator_sent_and_asks_for_it_as_we_do(
+    version, frequency, tmp_path
+):
+    """Byte by byte but for the names of the outputs, and the comma that ur-rtde adds after them."""
     need("rtde_receive")
     with emulated_program("ur", tmp_path, "--version", version) as emulation:
         states = client(UR_RTDE.format(frequency=frequency), emulation.host)
+        theirs = b"".join(message for _, message in emulation.received())
+        with open_driver("ur", emulation.address) as driver:
+            driver.read(PATIENCE)
         emulation.stop()
         sent = emulation.sent()
+        ours = b"".join(message for _, message in emulation.received())[len(theirs) :]
     for stamp, q, torque in states:
         truth = sent[round(stamp * frequency)]
         assert q == truth["position"]
         assert torque == truth["effort"]
+    names = b"timestamp,actual_q,target_moment,"
+    own_names = b"timestamp,actual_q,robot_mode,safety_mode"
+    setup = theirs.index(names) - 11
+    size = int.from_bytes(theirs[setup : setup + 2], "big") + len(own_names) - len(names)
+    expected = theirs[:setup] + size.to_bytes(2, "big") + theirs[setup + 2 :]
+    assert ours == expected.replace(names, own_names)
 
 
 def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
@@ -172,56 +185,26 @@ def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "module", "script", "single"),
-    [("feetech", "scservo_sdk", SCSERVO, 2), ("dynamixel", "dynamixel_sdk", DYNAMIXEL, 2)],
+    ("name", "module", "script"),
+    [("feetech", "scservo_sdk", SCSERVO), ("dynamixel", "dynamixel_sdk", DYNAMIXEL)],
 )
-def test_the_servos_makers_read_what_the_emulator_sent(name, module, script, single, tmp_path):
+def test_the_servos_makers_read_what_the_emulator_sent_and_ask_as_we_do(
+    name, module, script, tmp_path
+):
     need(module)
     with emulated_program(name, tmp_path) as emulation:
         states, one = client(script, emulation.address.partition("?")[0])
+        theirs = {message for _, message in emulation.received()}
+        with open_driver(name, emulation.address) as driver:
+            driver.read(PATIENCE)
         emulation.stop()
+        ours = [message for _, message in emulation.received()]
         sent = [
             [round(2048 + q * 2048 / math.pi) for q in state["position"]]
             for state in emulation.sent().values()
         ]
-    assert states == sent[:50]
-    assert one == sent[50][single]
-
-
-@pytest.mark.parametrize(
-    ("name", "module", "script"),
-    [("feetech", "scservo_sdk", SCSERVO), ("dynamixel", "dynamixel_sdk", DYNAMIXEL)],
-)
-def test_our_requests_are_those_of_the_servos_makers(name, module, script, tmp_path):
-    need(module)
-    with emulated_program(name, tmp_path) as emulation:
-        client(script, emulation.address.partition("?")[0])
-        theirs = {message for _, message in emulation.received()}
-    with emulated_program(name, tmp_path) as emulation:
-        with open_driver(name, emulation.address) as driver:
-            driver.read(5)
-        ours = [message for _, message in emulation.received()]
+    assert states == sent[:50] and one == sent[50][2]
     assert ours[-1] in theirs
-
-
-def test_our_requests_are_those_of_ur_rtde(tmp_path):
-    """Byte by byte but for the names of the outputs, and the comma that ur-rtde adds after them."""
-    need("rtde_receive")
-
-    with emulated_program("ur", tmp_path) as emulation:
-        client(UR_RTDE.format(frequency=500), emulation.host)
-        theirs = b"".join(message for _, message in emulation.received())
-    with emulated_program("ur", tmp_path) as emulation:
-        with open_driver("ur", emulation.address) as driver:
-            driver.read(5)
-        ours = b"".join(message for _, message in emulation.received())
-    names = b"timestamp,actual_q,target_moment,"
-    own_names = b"timestamp,actual_q,robot_mode,safety_mode"
-    difference = len(own_names) - len(names)
-    setup = theirs.index(names) - 11
-    size = int.from_bytes(theirs[setup : setup + 2], "big") + difference
-    expected = theirs[:setup] + size.to_bytes(2, "big") + theirs[setup + 2 :]
-    assert ours == expected.replace(names, own_names)
 
 
 FLAGGED_EMULATOR = """
@@ -263,7 +246,7 @@ def test_our_names_of_errors_are_libfrankas(module, version, tmp_path):
         ours = {}
         with open_driver("franka", emulation.address) as driver:
             while len(ours) < 41:
-                number = round(driver.read(5).stamp * 1000) % 41
+                number = round(driver.read(PATIENCE).stamp * 1000) % 41
                 ours[number] = driver.status.removeprefix("guiding; ").replace(" ", "_")
     for index, names in found.items():
         if names:  # panda_py shows the first 37 of them
@@ -284,7 +267,7 @@ def test_the_structures_of_xarm_s_maker_read_what_the_emulator_sent(port, versio
             size = controller.recv(4, socket.MSG_WAITALL)
             rest = controller.recv(int.from_bytes(size, "big") - 4, socket.MSG_WAITALL)
         with open_driver("xarm", emulation.address) as driver:  # the arm still rests
-            driver.read(5)
+            driver.read(PATIENCE)
         emulation.stop()
         truth = emulation.sent()[1]
     theirs = ReportDataStructure.create(port)

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from math import inf
 from subprocess import PIPE
@@ -17,7 +17,7 @@ from driver_errors import refused
 from emulator_programs import emulated_program, own_host
 from terminal_session import PATIENCE
 
-from mukca import MukcaError, open_driver
+from mukca import open_driver
 
 needs_ur_rtde = pytest.mark.skipif(
     find_spec("rtde_receive") is None,
@@ -30,14 +30,31 @@ REQUESTS = re.compile(
 )
 
 
+@pytest.fixture(scope="module")
+def controller(tmp_path_factory):
+    """An emulator that all tests here can use which do not end it."""
+    with emulated_program("ur", tmp_path_factory.mktemp("ur")) as emulation:
+        yield emulation
+
+
+@contextmanager
+def frozen(controller):
+    """Within it the controller does nothing."""
+    controller.running.process.send_signal(signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        controller.running.process.send_signal(signal.SIGCONT)
+
+
 @needs_ur_rtde
 @pytest.mark.parametrize(("version", "period"), [("3.15", 0.008), ("5.11", 0.002)])
 def test_the_controller_s_rate_counts_what_was_missed(version, period, tmp_path):
     with emulated_program("ur", tmp_path, "--version", version) as emulation:
         with open_driver(f"ur-rtde:{emulation.host}") as driver:
-            states = [driver.read(5)]
+            states = [driver.read(PATIENCE)]
             missed = -driver.missed
-            states += [driver.read(5) for _ in range(100)]
+            states += [driver.read(PATIENCE) for _ in range(100)]
             missed += driver.missed
             assert driver.status == "running, normal"
         emulation.stop()
@@ -58,47 +75,36 @@ def test_the_end_of_the_connection_is_told(tmp_path):
     ):
         emulation.stop()
         while True:
-            driver.read(5)
+            driver.read(PATIENCE)
 
 
 @needs_ur_rtde
 @pytest.mark.waits
-def test_a_silence_is_told(tmp_path):
-    with (
-        emulated_program("ur", tmp_path) as emulation,
-        open_driver("ur-rtde", emulation.host) as driver,
-    ):
-        emulation.running.process.send_signal(signal.SIGSTOP)
-        try:
-            with pytest.raises(MukcaError) as caught:
-                while True:
-                    driver.read(0.5)
-        finally:
-            emulation.running.process.send_signal(signal.SIGCONT)
-    assert caught.value.reason.name == "SILENT"
+def test_a_silence_is_told(controller):
+    with open_driver("ur-rtde", controller.host) as driver, frozen(controller), refused("SILENT"):
+        while True:
+            driver.read(0.5)
 
 
 @needs_ur_rtde
 @pytest.mark.waits
-def test_a_controller_that_freezes_freezes_nothing_else(tmp_path):
+def test_a_controller_that_freezes_freezes_nothing_else(controller):
     """Not while it streams, and not where it takes the connection and is mute."""
-    with emulated_program("ur", tmp_path) as emulation:
-        command = [sys.executable, "-m", "mukca", "stream", "--json", "--driver"]
-        words = [*command, f"ur-rtde:{emulation.host}"]
-        with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as program:
-            watchdog = threading.Timer(100, program.kill)
-            watchdog.start()
-            try:
-                assert program.stdout.readline()  # the package streams
-                emulation.running.process.send_signal(signal.SIGSTOP)
+    command = [sys.executable, "-m", "mukca", "stream", "--json", "--driver"]
+    words = [*command, f"ur-rtde:{controller.host}"]
+    with subprocess.Popen(words, stdout=PIPE, stderr=PIPE, text=True) as program:
+        watchdog = threading.Timer(PATIENCE, program.kill)
+        watchdog.start()
+        try:
+            assert program.stdout.readline()  # the package streams
+            with frozen(controller):
                 while "took the connection but did not answer" not in program.stderr.readline():
                     assert program.poll() is None
                 program.send_signal(signal.SIGINT)
                 assert program.wait(PATIENCE) == 130
-            finally:
-                watchdog.cancel()
-                program.kill()
-                emulation.running.process.send_signal(signal.SIGCONT)
+        finally:
+            watchdog.cancel()
+            program.kill()
 
 
 def hang_after(packages, listener, controller, hung, left):
@@ -134,14 +140,11 @@ def hang_after(packages, listener, controller, hung, left):
     ],
     ids=["connected", "version", "controller", "outputs", "started", "streaming"],
 )
-def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status, tmp_path):
+def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status, controller):
     """The package's own connection hangs after the driver's; no process is left, either."""
     hung, left, host = threading.Event(), threading.Event(), own_host()
-    with (
-        emulated_program("ur", tmp_path) as emulation,
-        socket.create_server((host, 30004)) as listener,
-    ):
-        relayed = packages, listener, (emulation.host, 30004), hung, left
+    with socket.create_server((host, 30004)) as listener:
+        relayed = packages, listener, (controller.host, 30004), hung, left
         threading.Thread(target=hang_after, args=relayed, daemon=True).start()
         words = [sys.executable, "-m", "mukca", "stream", "--json", "--driver", f"ur-rtde:{host}"]
         with subprocess.Popen(words, stdout=PIPE, stderr=PIPE) as program:
@@ -169,26 +172,20 @@ class RTDEReceiveInterface:
 """
 
 
-def test_stamp_and_angles_are_of_one_state(monkeypatch, tmp_path):
+def test_stamp_and_angles_are_of_one_state(monkeypatch, tmp_path, controller):
     """The interface may take in a state between two questions."""
     (tmp_path / "rtde_receive.py").write_text(TORN)
     monkeypatch.syspath_prepend(tmp_path)
-    with (
-        emulated_program("ur", tmp_path) as emulation,
-        open_driver("ur-rtde", emulation.host) as driver,
-    ):
-        for state in [driver.read(5) for _ in range(20)]:
+    with open_driver("ur-rtde", controller.host) as driver:
+        for state in [driver.read(PATIENCE) for _ in range(20)]:
             assert state.position == pytest.approx([state.stamp / 2] * 6)
 
 
-def test_what_the_package_cannot_connect_to_is_told(monkeypatch, tmp_path):
+def test_what_the_package_cannot_connect_to_is_told(monkeypatch, tmp_path, controller):
     (tmp_path / "rtde_receive.py").write_text("raise RuntimeError('no such output')")
     monkeypatch.syspath_prepend(tmp_path)
-    with (
-        emulated_program("ur", tmp_path) as emulation,
-        refused("BUSY", match=r"not ur-rtde's: .* RuntimeError: no such output"),
-    ):
-        open_driver("ur-rtde", emulation.host)
+    with refused("BUSY", match=r"not ur-rtde's: .* RuntimeError: no such output"):
+        open_driver("ur-rtde", controller.host)
 
 
 def test_a_package_that_is_not_there_is_named(monkeypatch):

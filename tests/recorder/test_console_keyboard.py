@@ -2,7 +2,7 @@
 
 from collections import deque
 
-import pytest
+from cases import by_table
 from virtual_time import VirtualTime
 
 from mukca.drivers import clock
@@ -22,21 +22,7 @@ class Typed:
         return self._text.popleft()
 
 
-@pytest.mark.parametrize(
-    ("text", "names"),
-    [
-        ("aQ 1", ["a", "q", "space", "1"]),
-        ("\r\b\t\x1b", ["Enter", "Backspace", "Tab"]),
-        ("\xe0H\xe0P\xe0K\xe0M", ["Up", "Down", "Left", "Right"]),
-        (
-            "\xe0G\xe0O\xe0I\xe0Q\xe0R\xe0S",
-            ["Home", "End", "PageUp", "PageDown", "Insert", "Delete"],
-        ),
-        ("\0;\0D\xe0\x85", ["F1", "F10", "F11"]),
-        ("\0\x01\xe0q", []),  # no other special key passes for a letter
-        ("ж€", []),
-    ],
-)
+@by_table("text", "names")
 def test_keys_of_a_console_are_those_of_a_terminal(text, names):
     with VirtualTime().running(), ConsoleKeyboard(Typed(text)) as keyboard:
         keys = []

@@ -1,6 +1,7 @@
 """Reading placements: what is read is what was written, and bad files are told in one line."""
 
 import pytest
+from cases import by_table
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -77,56 +78,20 @@ def test_efforts_and_spreads_follow_the_chain_s_order_too(tmp_path):
     assert sample.effort == (2.5, 1.5) and sample.spread == (2e-5, 1e-5)
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("j1,j2,other\n1,2,3\n", "missing: j3"),
-        ("1,2\n", r"hole_0\.csv:1: 2 joint positions.*3 actuated"),
-        ("1,5,2,5,3,5\n", "look like decimal commas: separate by semicolons"),
-    ],
-)
+@by_table("text", "told")
 def test_columns_that_fit_no_chain_are_told(tmp_path, text, told):
     with pytest.raises(mukca.MukcaError, match=told):
         read(holes(tmp_path, text, text)).for_joints(NAMES)
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("", "empty"),
-        ("\n\n", "empty"),
-        ("j1,j2,j3\n", "only a header"),
-        ("1,2,3\n4,5\n", r":2: 2 columns where 3"),
-        ("1,2,3\n4,x,6\n", r":2: column 2 is 'x', not a number"),
-        ("1,2,3\n4,,6\n", r":2: column 2 is '', not a number"),
-        ("1,2,3\n4,5,nan\n", r":2: column 3 is nan, not a finite number"),
-        ("1,2,3\ninf,5,6\n", r":2: column 1 is inf, not a finite"),
-        ("1,x,3\n4,5,6\n", r":1: column 2 is 'x', not a number"),
-        ("1;2;3\n4,5,6\n", r"hole_0\.csv:2: 1 columns where 3.*separate them all by commas"),
-        ("1|2|3\n4|5|6\n", r"hole_0\.csv:1: '1\|2\|3' is neither a number.*by commas"),
-        ("[1, 2, 3]\n[4, 5, 6]\n", r":1: column 1 is '\[1', not a number.*by commas"),
-        ("'1','2','3'\n'4','5','6'\n", r":1: \"'1'\" is neither a number nor the name"),
-        ("1rad,2rad,3rad\n1,2,3\n", r":1: '1rad' is neither a number nor the name of a joint"),
-        ("\0\1" * 50, "hole_0.csv"),
-    ],
-)
+@by_table("text", "told")
 def test_bad_files_are_told_with_file_and_line(tmp_path, text, told):
     with pytest.raises(mukca.MukcaError, match=told) as caught:
         read(holes(tmp_path, text))
     assert "hole_0.csv" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "# j1,j2,j3\n1,2,3\n",
-        "j1\tj2\tj3\t\n1\t2\t3\t\n",
-        "j1,j2,j3,\n1,2,3,\n",
-        "1;2,0;3;\n",
-        "j2 [deg],j1,j3\n114.591559026165,1,3\n",
-        "# j2 [deg];j1;j3\n114,591559026165;1,0;3\n",
-    ],
-)
+@by_table("text")
 def test_files_of_others_are_read_as_they_meant_them(tmp_path, text):
     placement = read(holes(tmp_path, text, text)).for_joints(NAMES)
     assert placement.positions[0] == pytest.approx([1, 2, 3], abs=1e-12)
@@ -158,19 +123,7 @@ def test_a_binary_file_is_told(tmp_path, name):
         read(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "-1.5;2;3e-1\n4;5;6\n",
-        "-1,5;2;3e-1\n4,0;5;6\n",
-        "-1.5\t2\t0.3\n4\t5\t6\n",
-        "-1.5 ,2 ,0.3\n4 ,5 ,6\n",
-        "-1,5\t2,0\t,3\n4\t5\t6\n",
-        "-1.500e+00 2.0e+00 3.0e-01\n4 5 6\n",
-        "  -1,5  2,0  0,3\n4 5 6\n",
-        "j1;j2;j3\r\n-1,5;2;0,3\r\n4;5;6\r\n",
-    ],
-)
+@by_table("text")
 def test_other_separators_and_decimal_commas_are_read(tmp_path, text):
     (tmp_path / "hole_0.csv").write_bytes(text.encode())
     placement = read(tmp_path)
@@ -178,19 +131,7 @@ def test_other_separators_and_decimal_commas_are_read(tmp_path, text):
     assert placement.joint_names == (NAMES if "j1" in text else None)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "[1]",
-        "{",
-        '{"distance": -1}',
-        '{"distance": "5 cm"}',
-        '{"distance": NaN}',
-        '{"distance": Infinity}',
-        '{"frame": "left wall"}',
-        '{"robot_name": 3}',
-    ],
-)
+@by_table("text")
 def test_a_bad_placement_json_is_told(tmp_path, text):
     folder = holes(tmp_path, "1,2,3\n")
     (folder / "placement.json").write_text(text)
@@ -232,25 +173,7 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
             mukca.read_placements(*paths)
 
 
-@pytest.mark.parametrize(
-    ("lines", "told"),
-    [
-        (["1,2,3"], ":1: not the header"),
-        ([HEADER.replace("spread.b", "spread.c"), GOOD], ":1: not the header"),
-        ([HEADER, GOOD[:-1]], ":2: 11 columns where the header has 12"),
-        ([HEADER, GOOD.replace("capture", "catch")], ":2: event 'catch' is none"),
-        ([HEADER, GOOD, GOOD], ":3: sample 1 where 2 is next"),
-        ([HEADER, GOOD.replace("0.2", "nan")], ":2: position.b is 'nan', not a finite number"),
-        ([HEADER, GOOD.replace("0.1,0.2", ",")], ":2: a capture without positions"),
-        ([HEADER, GOOD.replace("0.1,0.2", "0.1,")], ":2: position.b is '', not a finite"),
-        ([HEADER, GOOD.replace("1,0,", "1,-1,", 1)], ":2: socket is '-1', not a count"),
-        ([HEADER, GOOD, "undo,2,0,1.0,,,,,,,,"], ":3: undo of sample 2, which is not there"),
-        ([HEADER, GOOD, *["undo,1,0,1.0,,,,,,,,"] * 2], ":4: undo of sample 1"),
-        ([HEADER], "holds no sample"),
-        ([HEADER, GOOD, "undo,1,0,1.0,,,,,,,,"], "holds no sample"),
-        ([""], "no header line"),
-    ],
-)
+@by_table("lines", "told")
 def test_a_bad_line_of_a_recording_is_told_with_its_place(tmp_path, lines, told):
     with pytest.raises(mukca.MukcaError, match=told) as caught:
         read(recorded(tmp_path, *lines))

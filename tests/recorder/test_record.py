@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from altered import write_rows
+from cases import by_table
 
 from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata
@@ -115,19 +116,7 @@ def test_a_script_does_the_same_however_busy_the_computer_is(arm, record, tmp_pa
     assert [s.position for s in slow.session.live] == [s.position for s in outcome.session.live]
 
 
-@pytest.mark.parametrize(
-    ("fault", "told"),
-    [
-        ("drop@0.8+1.0", "silent"),
-        ("silent@0.8+1.0", "silent"),
-        ("freeze@0.8+1.0", "frozen"),
-        ("repeat@0.8+1.0", "stamp does not advance"),
-        ("nan@0.8+1.0", "b came as nan"),
-        ("jump@0.8+1.0", "b jumped by 11.5°"),
-        ("zeros@0.8+1.0", "all joints read exactly 0"),
-        ("short@0.8+1.0", "1 joints came, but the model has 2"),
-    ],
-)
+@by_table("fault", "told")
 def test_every_misbehaviour_is_refused_with_its_reason(arm, record, virtual_time, fault, told):
     """A key is pressed again and again, from before the fault until after it."""
     source = arm(fault, places=[(0.1, 0.2)], speed=1.0)

@@ -3,6 +3,7 @@
 import os
 
 import pytest
+from cases import by_table
 
 from mukca import MukcaError
 from mukca.recorder.terminal import Script
@@ -35,17 +36,7 @@ def keys(made):
 
 
 @pytest.mark.parametrize("chunk", [1, 3, 1000])
-@pytest.mark.parametrize(
-    ("text", "pressed"),
-    [
-        ("a s a q", "asaq"),
-        ("aas\n a*3 q", "aasaaaq"),
-        ("a # s q ?\nq", "aq"),
-        ("as*2 !d 1 ?", "asasd1?"),
-        ("wait=2 a wait=.5", "a"),
-        ("r delete=3 relabel=4:1", "rdelete=3relabel=4:1"),
-    ],
-)
+@by_table("text", "pressed")
 def test_words_become_keys(text, pressed, chunk):
     assert "".join(keys(script(text, chunk))) == pressed
 

@@ -146,24 +146,6 @@ def test_a_missing_package_is_named(tmp_path):
     assert "mukca[simulation]" in line
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("insertion", "--hole-mm", "9"),
-        ("insertion", "--trials", "0"),
-        ("insertion", "--cross", "25"),
-        ("insertion", "--model", "nowhere.urdf"),
-        ("insertion", "--model", __file__),
-        ("insertion", "--force"),
-        ("insertion", "--seed", "-1"),
-        ("drawing", "--trials", "1"),
-        ("drawing", "--out", __file__),
-    ],
-)
-def test_bad_arguments_get_one_line(refused, words):
-    refused("", "simulate", *words)
-
-
 def test_a_model_of_another_arm_is_named(refused, tmp_path):
     other = str(tmp_path / "ur5e.urdf")
     Path(other).write_bytes(mukca.load_robot("ur5e").text.data)

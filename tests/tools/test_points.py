@@ -7,6 +7,7 @@ from io import StringIO
 import numpy as np
 import pytest
 from altered import write_rows
+from cases import by_table
 from worlds import measured_points
 
 import mukca
@@ -74,16 +75,7 @@ def test_check_and_info_name_the_points(measured, command):
     assert status == 0 and "Measured points need no socket" in out
 
 
-@pytest.mark.parametrize(
-    ("header", "row", "words"),
-    [
-        ("a,b,x,y", "0,0,0,0", "points.csv:1: expected a header of the joints' names"),
-        ("a,b,x,y,z,z", "0,0,0,0,0,0", "points.csv:1: expected a header of the joints' names"),
-        ("a,b,x [in],y,z", "0,0,0,0,0", r"points.csv:1: column x has unit 'in'; known are \[m\]"),
-        ("a,b,x,y,z", "0,0,0,0", "points.csv:2: 4 columns where 5 are expected"),
-        ("a,b,x,y,z", "0,0,0,0,nan", "points.csv:2: column 5 is nan"),
-    ],
-)
+@by_table("header", "row", "words")
 def test_a_malformed_file_is_refused_by_line(tmp_path, header, row, words):
     (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")
     with pytest.raises(mukca.MukcaError, match=words):

@@ -114,28 +114,6 @@ def test_one_base_is_said_in_words(cell, command):
     assert "two placements cure it, three are better" in err
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["CELL/left", *ROBOTS], "left/front: whose is it?; write left:"),
-        (["left:CELL/left/front", *ROBOTS], "right: no placement to train on"),
-        (["left:CELL/left", "--robot", "panda", "--robot", "ur5e"], "each needs a name, as in"),
-        (["x", "--robot", "a=panda", "--robot", "a=ur5e"], "two robots are called 'a'"),
-        (["x", "--robot", "left=panda"], "one robot needs no name; write --robot panda"),
-        (["rihgt:CELL/right", *ROBOTS], "no robot is called 'rihgt'; there are: left, right"),
-        (["x", *ROBOTS, "--tip", "up=hand"], "--tip up=hand: no robot is called 'up'"),
-        (
-            ["left:CELL/left", "right:CELL/right", *ROBOTS[:4], "--method", "paper"],
-            "several robots",
-        ),
-    ],
-)
-def test_what_cannot_be_is_one_line(cell, refused, words, said):
-    for folder in (cell / "left").iterdir():
-        (folder / "placement.json").unlink(missing_ok=True)
-    refused(said, "solve", *(word.replace("CELL", str(cell)) for word in words))
-
-
 def test_two_arms_of_one_type_need_no_extension():
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)

@@ -8,6 +8,8 @@ import sys
 
 import numpy as np
 import pytest
+from cases import by_table
+from full_disk import full_disk
 
 import mukca
 
@@ -99,7 +101,7 @@ def needs_no_other_file(out, document):
 
 
 def test_results_are_overwritten_only_by_force(run, tmp_path):
-    words = ("solve", "front", "--robot", "panda", "--out", str(tmp_path))
+    words = ("solve", "front", "--robot", "panda", "--method", "paper", "--out", str(tmp_path))
     status, _, err = run(*words)
     assert status == 2 and "--force" in err
     (tmp_path / "notes.txt").write_text("mine")
@@ -134,7 +136,8 @@ def test_not_converged_is_status_1_and_no_result(run, tmp_path):
 
 
 def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
-    _, out, err = run("solve", "front", "--test", ".", "--robot", "panda", "--json")
+    words = ("--test", ".", "--robot", "panda", "--method", "paper", "--json")
+    _, out, err = run("solve", "front", *words)
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
     assert "front: trained on, so left out" in err
     assert "warning" not in err  # it is what a folder of placements is for
@@ -144,6 +147,7 @@ def test_each_placement_has_its_own_distance(run, session, tmp_path):
     shutil.copytree(session / "left", tmp_path / "left")
     (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')
     words = ("solve", "front", "--test", str(tmp_path / "left"), "--robot", "panda", "--json")
+    words = (*words, "--method", "paper")
     _, out, _ = run(*words)
     assert [p["distance"] for p in json.loads(out)["placements"]] == [0.05, 0.0502]
     _, out, err = run(*words, "--distance", "0.0501")
@@ -152,7 +156,7 @@ def test_each_placement_has_its_own_distance(run, session, tmp_path):
 
 
 def test_free_and_fix_are_obeyed(run):
-    words = ("--free", "*.xyz", "--fix", "panda_joint2")
+    words = ("--free", "*.xyz", "--fix", "panda_joint2", "--method", "paper")
     _, out, err = run("solve", "front", "--robot", "panda", "--json", *words)
     assert json.loads(out)["summary"]["test"] is None and "Not validated" in err
     names = [row["name"] for row in json.loads(out)["parameters"]]
@@ -172,17 +176,7 @@ def edited(session, to, hole_0):
 GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
 
 
-@pytest.mark.parametrize(
-    ("hole_0", "told"),
-    [
-        (None, "only socket 1 has samples"),
-        ("a,b,c,d,e,f,g\n", "hole_0.csv: only a header"),
-        (GOOD + "0.1,0.2\n", "hole_0.csv:2: 2 columns where 7"),
-        (GOOD, "hole_0.csv:1: one sample in socket 0"),
-        ("1,2,3\n4,5,6\n", "hole_1.csv:1: 7 columns, but hole_0.csv has 3"),
-        (GOOD + "10,20,30,-90,10,95,20\n", "are these degrees?"),
-    ],
-)
+@by_table("hole_0", "told")
 def test_bad_recordings_get_one_line(refused, session, tmp_path, hole_0, told):
     words = ("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")
     assert refused(told, *words).startswith("mukca solve: ")
@@ -194,14 +188,11 @@ def test_unknown_words_are_usage_errors(run):
     assert run()[0] == 2
 
 
-def test_a_full_disk_is_told(session, tmp_path):
+def test_a_full_disk_is_told(run, tmp_path):
     """A limit on the size of files stands for the disk; the URDF alone is larger."""
-    python = f"{sys.executable} -B"  # else it would leave compiled modules cut off
-    command = f"ulimit -f 4; {python} -m mukca solve front --robot panda --out {tmp_path}/c"
-    result = subprocess.run(
-        ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 2 and "File too large" in result.stderr
+    with full_disk(4096):
+        status, _, err = run("solve", "front", "--robot", "panda", "--out", str(tmp_path / "c"))
+    assert status == 2 and "File too large" in err
     assert list((tmp_path / "c").iterdir()) == []
 
 

@@ -127,13 +127,6 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
     assert "warning: states come again" in told.err
 
 
-def test_an_emulator_of_another_arms_recording(tmp_path, session):
-    words = ["emulate", "ur", "--recording", str(session / "front")]
-    done = subprocess.run([*MUKCA, *words], capture_output=True, text=True, timeout=PATIENCE)
-    assert done.returncode == 2
-    assert "7 joints, but this controller's arm has 6" in done.stderr
-
-
 def test_an_emulator_tells_how_to_read_it():
     process = subprocess.Popen([*MUKCA, "emulate", "kinova"], stdout=subprocess.PIPE, text=True)
     assert process.stdout

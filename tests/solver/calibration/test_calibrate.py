@@ -9,6 +9,7 @@ from pathlib import Path
 import lazy_loader
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 from mukca.tools.cli import main
@@ -123,23 +124,7 @@ def test_what_is_trained_on_is_left_out_of_the_test(session, calibration):
     assert any("front: trained on, so left out" in line for line in again.document.warnings)
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"method": "newton"}, "method 'newton': choose one of auto, paper"),
-        ({"distanse": 0.05}, "no option 'distanse'; the nearest is 'distance'"),
-        ({"tset": ()}, "no option 'tset'; the nearest is 'test'"),
-        ({"method": "paper", "known": ["a:0-b:0=0.1"]}, "--known belongs to --method auto"),
-        ({"distance": "50 mm"}, "metres are expected"),
-        ({"known": ["a to b: 10 cm"]}, "placement, socket, distance"),
-        ({"without": ["gravity"]}, "choose among compliance"),
-        ({"free": ["elbow"]}, "'elbow' is no joint or parameter"),
-        ({"free": ["panda_joint1.w"]}, "'panda_joint1.w' is no joint or parameter"),
-        ({"fix": ["*"]}, "nothing is left free"),
-        ({"method": "paper", "optimizer": "newton"}, "choose one of gauss-newton, ipopt"),
-        ({"method": "paper", "max_iterations": 0}, "at least 1"),
-    ],
-)
+@by_table("settings", "words")
 def test_bad_settings_are_told_in_one_line(recordings, settings, words):
     with pytest.raises(mukca.MukcaError) as told:
         mukca.calibrate(mukca.load_robot("panda"), recordings[0], **settings)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 from mukca.recorder import Sample
@@ -38,16 +39,7 @@ def test_poses_are_read_with_what_they_are(tmp_path, comment):
     assert mukca.read_placements(tmp_path)[0].poses_of == "flange"
 
 
-@pytest.mark.parametrize(
-    ("header", "row", "words"),
-    [
-        (HEADER, "0,0,0,0,0,0,0,1,1", r"poses.csv:3: the quaternion qx,qy,qz,qw has length 1.414"),
-        (HEADER, "0,0,0,0,0,0,0,1", "poses.csv:3: 8 columns where 9 are expected"),
-        ("a,b,x,y,z,qx,qy,qz", "0,0,0,0,0,0,0,1", r"poses.csv:1: expected .* x,y,z,qx,qy,qz,qw"),
-        ("x,y,z,qx,qy,qz,qw", "0,0,0,0,0,0,1", "poses.csv:1: expected a header of the joints"),
-        ("a,b,x,y,z,qx,qy,qz,qw [deg]", "0,0,0,0,0,0,0,0,1", "qw has unit 'deg'; it has none"),
-    ],
-)
+@by_table("header", "row", "words")
 def test_malformed_poses_are_refused_by_line(tmp_path, header, row, words):
     with pytest.raises(mukca.MukcaError, match=words):
         read(tmp_path, TOLD, header, row)

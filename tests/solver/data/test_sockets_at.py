@@ -1,6 +1,7 @@
 """Coordinates of sockets that people write by hand."""
 
 import pytest
+from cases import by_table
 
 from mukca.solver.data import FrameError, in_placements, parse_socket_at, read_sockets_at
 
@@ -29,28 +30,7 @@ def test_words_read_back():
     assert str(found) == "left:base/session/front:0=0.1,-0.2,0.03+-5e-05"
 
 
-@pytest.mark.parametrize(
-    ("lines", "words"),
-    [
-        ([], "t.csv: empty; expected a CSV file with the header frame,socket,x"),
-        ([HEADER], "t.csv: only a header"),
-        (
-            ["frame,socket,x,y,z,deviation", "t,a:0,0,0,0,1"],
-            "t.csv:1: column x has no unit",
-        ),
-        ([HEADER.replace("[m]", "[in]"), "t,a:0,0,0,0,1"], "t.csv:1: column z has unit 'in'"),
-        (["socket,frame,x [m]"], "t.csv:1: expected a CSV file with the header frame,socket"),
-        ([HEADER, "t,a:0,0,0,0"], "t.csv:2: 5 columns where 6"),
-        ([HEADER, "t,a,0,0,0,1"], "t.csv:2: socket 'a': expected PLACEMENT:0"),
-        ([HEADER, "t,a:0,0,0,x,1"], "t.csv:2: x, y, z are numbers"),
-        ([HEADER, "t,a:0,0,0,0,-1"], "t.csv:2: .* the deviation a positive one"),
-        ([HEADER, "t,a:0,0,0,0,2000"], "t.csv:2: a deviation of 2 m tells nothing; check its unit"),
-        (
-            [HEADER, "t,a:0,0,0,0,1", "t,a:0,1,0,0,1"],
-            "t.csv:3: socket a:0 is twice in",
-        ),
-    ],
-)
+@by_table("lines", "words")
 def test_what_cannot_be_is_refused_by_line(tmp_path, lines, words):
     with pytest.raises(FrameError, match=words):
         read_sockets_at([write(tmp_path / "t.csv", *lines)])

@@ -7,6 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 from altered import write_rows
+from cases import by_table
 from terminal_session import PATIENCE
 
 import mukca
@@ -48,14 +49,7 @@ def test_it_is_what_python_says(folder, command):
     assert np.linalg.norm(rows[:, 3:], axis=1) == pytest.approx(1)
 
 
-@pytest.mark.parametrize(
-    ("lines", "said"),
-    [
-        (["x,y,z", "0.4,0,0.4", "4,0,0.4"], "poses.csv:3: not reached"),
-        (["a,b,c", "0.4,0,0.4"], "needed: x,y,z"),
-        (["x,y,z,qx,qy,qz,qw", "0.4,0,0.4,0,0,0,1", "0.4,0,0.4,0,0,0,0"], "poses.csv:3: a quat"),
-    ],
-)
+@by_table("lines", "said")
 def test_what_cannot_be_is_refused_with_its_row(folder, refused, tmp_path, lines, said):
     (tmp_path / "poses.csv").write_text("\n".join(lines))
     words = (folder / "it", tmp_path / "poses.csv", "--out", tmp_path / "out.csv")
@@ -133,17 +127,7 @@ def test_a_stream_gives_each_row_at_once_as_a_file_does(folder, command, pipe, t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rows", "said"),
-    [
-        (["x,y,z", "4,0,0.4"], ":2: not reached"),
-        (["x,y,z", "0.4,0,0.4", "0.4,zero,0.4"], ":3: 3 numbers are needed: '0.4,zero,0.4'"),
-        (
-            ["x,y,z,roll,pitch,yaw", "0.45,0,0.4,3.14,0,0", "-0.45,0,0.4,3.14,0,0"],
-            ":3: from the pose before the joints jump",
-        ),
-    ],
-)
+@by_table("rows", "said")
 def test_a_stream_ends_at_the_row_that_cannot_be(pipe, rows, said):
     one, ask = pipe("command")
     header, *good, bad = rows

@@ -4,6 +4,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from stored import STORED
 
 LINES = Path(__file__).with_name("refusals.txt").read_text().splitlines()
 COMMANDS = [line for line in LINES if line.startswith("mukca ")]
@@ -19,5 +20,6 @@ def test_it_is_told_in_one_line_and_nothing_is_written(
     monkeypatch.chdir(session)
     _, *words = shlex.split(typed)
     out = tmp_path / "out"
-    error = refused(told, *(str(out) if word == "OUT" else word for word in words))
+    stands_for = {"OUT": str(out), "CALIBRATION": str(STORED / "1.0" / "calibrated")}
+    error = refused(told, *(stands_for.get(word, word) for word in words))
     assert error.startswith("mukca") and not out.exists()

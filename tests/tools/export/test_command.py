@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from cases import by_table
 from imagined import edited
 
 import mukca
@@ -82,33 +83,7 @@ def test_nothing_is_overwritten_unless_told_so(export, refused, calibrations, tm
     assert (tmp_path / "a.csv").read_text() != "mine"
 
 
-@pytest.mark.parametrize(
-    ("robot", "words", "said"),
-    [
-        ("no", ("--to", "dh", "--out", "a.csv"), "no.json"),
-        ("panda", ("--to", "dh", "--out", "a.txt"), "ends in .json or .csv"),
-        ("panda", ("--to", "dh", "--out", "."), "is a folder"),
-        (
-            "panda",
-            ("--to", "dh", "--out", "a.csv", "--flange", "x"),
-            "for --to urdf, c, not for dh",
-        ),
-        ("panda", ("--to", "c", "--out", "arm.cpp"), "ends in .c"),
-        ("panda", ("--to", "c", "--out", "7-arm.c"), "as in panda.c"),
-        ("panda", ("--to", "c", "--out", "arm.c", "--flange", "hand"), "panda_hand_tcp"),
-        ("panda", ("--to", "ur", "--out", "a.yaml"), "does not have the joints of a Universal"),
-        ("ur5e", ("--to", "franka", "--out", "a.yaml"), "does not have the joints of a Franka"),
-        ("panda", ("--to", "xarm", "--out", "a.yaml"), "does not have the joints of an xArm"),
-        ("ur5e", ("--to", "ur", "--out", "a.json"), "ends in .yaml"),
-        ("ur5e", ("--to", "xacro", "--out", "a.urdf"), "ends in .xacro"),
-        ("ur5e", ("--to", "franka", "--like", "x", "--out", "a.yaml"), "--like is for --to"),
-        ("ur5e", ("--to", "ur", "--like", "none.yaml", "--out", "a.yaml"), "No such file"),
-        ("ur5e", ("--to", "urdf", "--tool", "grip=1,2", "--out", "a.urdf"), "--tool grip=1,2"),
-        ("ur5e", ("--to", "urdf", "--tool", "a=0,0,0,0,0,nan", "--out", "a.urdf"), "--tool a="),
-        ("ur5e", ("--to", "urdf", "--tool", "tool0=0,0,0,0,0,0", "--out", "a.urdf"), "already has"),
-        ("ur5e", ("--to", "urdf", "--flange", "hand", "--out", "a.urdf"), "--flange hand"),
-    ],
-)
+@by_table("robot", "words", "said")
 def test_bad_input_gets_one_line_and_writes_nothing(
     refused, calibrations, tmp_path, monkeypatch, robot, words, said
 ):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from cases import by_table
 from imagined import edited
 
 import mukca
@@ -103,15 +104,7 @@ def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_pat
     assert new.ball(shifted) == pytest.approx(calibrated.geometric_ball(q), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("change", "words", "says"),
-    [
-        ({}, ("--servos", "feetech"), "needs --like FILE"),
-        ({}, ("--like", "LIKE"), "needs --like FILE"),
-        ({"homing_offset": -2040}, ("--like", "LIKE", "--servos", "feetech"), "offset of -2074"),
-        ({"range_min": 4000}, ("--like", "LIKE", "--servos", "feetech"), "range_min is not below"),
-    ],
-)
+@by_table("change", "words", "says")
 def test_what_cannot_be_gets_one_line(refused, calibration, like, tmp_path, change, words, says):
     like.write_text(json.dumps(present(**change)))
     given = [like if word == "LIKE" else word for word in words]

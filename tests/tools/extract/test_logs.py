@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 
@@ -56,20 +57,7 @@ def plain(file, moves, head="t", scale=1.0, step=1.0):
     return file
 
 
-@pytest.mark.parametrize(
-    ("given", "words", "said"),
-    [
-        ({"scale": 57.3}, (), "if these are degrees, say --units degrees"),
-        ({}, ("--units", "degrees"), "if these are radians, say --units radians"),
-        ({"head": "number"}, (), "no column of time"),
-        ({"step": 1e3}, (), "name its column time[ms]"),
-        ({}, ("--joints", "a,b"), "2 names, but the model has 7"),
-        ({}, ("--joints", "right_*"), "no state has all of right_*"),
-        ({}, ("--units", "turns"), "radians or degrees"),
-        ({}, ("--topic", "/js"), "--topic is for bags"),
-        ({}, ("--window", "100"), "--window 100"),
-    ],
-)
+@by_table("given", "words", "said")
 def test_a_csv_log_that_cannot_be_used(refused, moves, tmp_path, given, words, said):
     file = plain(tmp_path / "log.csv", moves, **given)
     refused(said, "extract", file, "--robot", "panda", *words, "--out", tmp_path / "out")

@@ -64,7 +64,7 @@ def test_the_volume_given_is_the_files(part):
     assert np.array(facts["size"]) * 1e3 == pytest.approx(mesh_of(part).extents, abs=1e-3)
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=4, deadline=None, derandomize=True)
 @given(
     distance=strategies.floats(30, 155),
     sockets=strategies.sampled_from([2, 3]),

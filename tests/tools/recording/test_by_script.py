@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from altered import write_rows
+from cases import by_table
 from record_commands import PANDA_HOME, assert_true, configurations, fast, read
 from terminal_session import PATIENCE
 
@@ -39,15 +40,7 @@ def test_a_script_that_waits_in_vain_fails(tmp_path):
     assert len(read(tmp_path / "front").samples) == 1
 
 
-@pytest.mark.parametrize(
-    ("keys", "told"),
-    [
-        ("a !a q", "nearly the same configuration as sample 1"),
-        ("a wait=0.7 !a q", "still moving"),
-        ("a 1 !a q", "move the ball to socket 1 first"),
-        ("!a q", "the stream is silent: no state yet"),
-    ],
-)
+@by_table("keys", "told")
 def test_refused_captures_of_a_script_fail_it(tmp_path, scripted, keys, told):
     done = scripted(tmp_path / "front", keys)
     assert done.status == 1, done.output
@@ -70,28 +63,6 @@ def test_the_closing_words_run_as_they_are_printed(session, tmp_path, scripted, 
     assert "--distance 0.05" in commands[2]
     for line in commands[:2]:
         assert main(shlex.split(line)[1:]) in (0, 1, 3), line
-
-
-@pytest.mark.parametrize(
-    ("more", "told"),
-    [
-        (["--driver", "nonesuch:1"], "no driver is called 'nonesuch'"),
-        (["--window", "0"], "--window 0: expected"),
-        (["--distance", "nan"], "--distance nan: expected"),
-        (["--keys", "/nowhere"], "--keys /nowhere: No such file"),
-        (["--robot", "ur5e"], "the recording has 7 joints, but the model has 6"),
-        (["--key", "shoot=Enter"], "'shoot' is none of capture, undo"),
-        (["--key", "capture=Pedal"], "no key is called 'Pedal'"),
-        (["--key", "capture=7"], "no key is called '7'"),
-        (["--key", "capture="], "no key is called ''"),
-        (["--key", "capture"], "no key is called ''"),
-    ],
-)
-def test_bad_usage_is_one_line(tmp_path, scripted, more, told):
-    done = scripted(tmp_path / "front", "q", *more)
-    assert done.status == 2
-    assert told in done.errors and done.errors.count("\n") == 1
-    assert not (tmp_path / "front").exists()
 
 
 def test_neither_keys_nor_a_terminal_is_told(hand, tmp_path):
@@ -127,7 +98,7 @@ def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, c
     errors = {}
     for folder in (tmp_path, session):
         words = ["solve", str(folder / "front"), "--test", str(folder / "left")]
-        assert main([*words, "--robot", "panda", "--json"]) == 0
+        assert main([*words, "--robot", "panda", "--method", "paper", "--json"]) == 0
         errors[folder] = json.loads(capsys.readouterr().out)["summary"]["test"]
     nominal, found, true = (
         errors[folder][model]["mean_absolute_error"]

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from cases import by_table
 from record_commands import PANDA_HOME, capture, command, read
 from terminal_session import TerminalSession
 
@@ -20,14 +21,7 @@ def test_the_same_out_continues(tmp_path, scripted):
     assert read(out).sockets.tolist() == [0, 0, 1, 1]
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        (["--distance", "0.1"], "front --set-distance 0.1"),
-        (["--robot", "fr3"], "recorded with robot"),
-        (["--sockets", "3"], "recorded with sockets 2, not 3"),
-    ],
-)
+@by_table("change", "told")
 def test_another_robot_or_base_does_not_continue(tmp_path, scripted, change, told):
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.05").status == 0

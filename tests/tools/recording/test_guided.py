@@ -1,4 +1,4 @@
-"""Whole guided sessions in a real terminal, by keys and hands free, and the page beside one."""
+"""Guided sessions in a real terminal, by keys and hands free, and the page beside one."""
 
 import math
 import re
@@ -21,14 +21,16 @@ LEAST = 10
 """So many samples in each socket are the fewest that are enough."""
 BLOCK = 6
 """So many samples are taken in a socket before it is the other's turn."""
-CHANGES = (BLOCK, 2 * BLOCK, LEAST + BLOCK)
-"""Numbers of samples after which the ball is moved over."""
+CHANGES = (2 * BLOCK, LEAST + BLOCK)
+"""Numbers of samples after which the ball is moved over, to socket 0 and to socket 1."""
 BEGUN = 2 * BLOCK - 2
 """So many samples a session has that is continued."""
 ZERO = 3e-3
 """So far the zero of the fourth joint is off [rad]."""
-ASTRAY = 0.5
-"""So far the first joint is turned to where no socket is [rad]."""
+ASTRAY = 2 * BLOCK + 2
+"""After so many samples the arm goes astray first."""
+TURNED = 0.5
+"""So far its first joint is then turned to where no socket is [rad]."""
 GOAL = ("--goal-mm", "20")
 PACE = "rate=40&move=1.5&speed=3"
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
@@ -37,21 +39,16 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 @pytest.fixture(scope="module")
 def hands(shared):
-    """Where a hand leads the arm: a session's begin, its rest, and all of one, once astray."""
+    """Where a hand leads the arm: a session's begin, and its rest, once astray."""
 
     def make(folder):
         panda = mukca.load_robot("panda")
         _, (placement,) = mukca.simulate_recordings(panda, 1, samples=LEAST, seed=1)
         first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
-        elsewhere = [first[0][0] - math.copysign(ASTRAY, first[0][0]), *first[0][1:]]
+        elsewhere = [first[0][0] - math.copysign(TURNED, first[0][0]), *first[0][1:]]
         whole = first[:BLOCK] + second[:BLOCK] + first[BLOCK:] + second[BLOCK:]
-        astray = BLOCK + 2
-        for name, way in {
-            "begin": whole[:BEGUN],
-            "rest": whole[BEGUN:],
-            "astray": [*whole[:astray], elsewhere, *whole[astray:]],
-        }.items():
-            write_rows(folder / f"{name}.csv", way)
+        write_rows(folder / "begin.csv", whole[:BEGUN])
+        write_rows(folder / "rest.csv", [*whole[BEGUN:ASTRAY], elsewhere, *whole[ASTRAY:]])
 
     return shared("guided_hands", make)
 
@@ -63,37 +60,6 @@ def led(steps, hand, out, pace, *more):
     words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
     words += ["--distance", "0.05", *more]
     return [sys.executable, str(LED_ARM), str(steps), *words]
-
-
-def test_a_guided_session_goes_on_by_keys(hands, tmp_path, scripted):
-    """It changes sockets, says where to go next, and ends."""
-    out = tmp_path / "front"
-    keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
-    assert scripted(out, keys, hand=hands / "begin.csv").status == 0
-    steps = tmp_path / "steps"
-    words = led(steps, hands / "rest.csv", out, "rate=250&move=0.25", *GOAL)
-    with TerminalSession(words) as terminal:
-        terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
-        terminal.press("y")
-        for number in range(BEGUN + 1, 2 * LEAST + 1):
-            if number - 1 == 2 * BLOCK:
-                terminal.wait_for("SOCKET 0 NOW: enough here: ball to socket 0, then press s")
-            if number - 1 in CHANGES:
-                terminal.press("s")
-                terminal.wait_for(f"socket {int(number > 2 * BLOCK + 1)} is active")
-            if number > BEGUN + 1:
-                lead_on(steps)
-            terminal.wait_for(f"PRESS: space captures sample {number}")
-            terminal.press(" ")
-            terminal.wait_for(f"GOT {number}")
-            if number == 2 * LEAST - 1:
-                terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
-        shown = terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "second placement")
-        assert "last" in shown and "mean" in shown
-        terminal.press("q")
-        assert terminal.wait() == 0
-        terminal.wait_for("mukca check", "mukca solve")
-    assert np.bincount(read(out).sockets).tolist() == [LEAST, LEAST]
 
 
 def lead_on(steps, to=()):
@@ -173,52 +139,56 @@ def in_socket(arm, q, centre):
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_hands_free_with_the_page_in_a_browser(hands, tmp_path):
+def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(hands, tmp_path, scripted):
+    """It says where to go, changes sockets, takes nothing astray, and ends."""
     playwright = pytest.importorskip("playwright.sync_api")
-    out = tmp_path / "front"
-    steps = tmp_path / "steps"
+    out, steps = tmp_path / "front", tmp_path / "steps"
+    keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
+    assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     pace = "rate=100&move=0.6&speed=3"
-    words = led(steps, hands / "astray.csv", out, pace, *GOAL, "--auto", "--page")
+    words = led(steps, hands / "rest.csv", out, pace, *GOAL, "--auto", "--page")
     options = ["--headless", "--no-sandbox", "--disable-gpu"]
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
         page = browser.new_page()
         page.set_default_timeout(1000 * PATIENCE)
         with TerminalSession(words) as terminal:
-            url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 0 NOW"))
+            terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
+            terminal.press("y")
+            url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 1 NOW"))
             assert url
             complaints = []
             page.on("console", lambda message: complaints.append(message.text))
             page.on("pageerror", lambda error: complaints.append(str(error)))
             page.goto(url[0])
-            page.wait_for_selector("text=SOCKET 0 NOW")
+            page.wait_for_selector("text=SOCKET 1 NOW")
             terminal.press(" ")
             page.wait_for_selector("text=/GOT \\d/")
             page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-            for number in range(1, 2 * LEAST):
+            for number in range(BEGUN + 1, 2 * LEAST):
                 if number in CHANGES:
-                    to = 0 if number == 2 * BLOCK else 1
-                    if number == BLOCK:
-                        page.wait_for_selector("text=SOCKET 1 NOW")
+                    if number == 2 * BLOCK:
+                        page.wait_for_selector("text=SOCKET 0 NOW")
+                        terminal.wait_for("enough here: ball to socket 0, then press s")
                     terminal.press("s")
-                    terminal.wait_for(f"socket {to} is active")
+                    terminal.wait_for(f"socket {CHANGES.index(number)} is active")
                 lead_on(steps)
-                if number == BLOCK + 2:
+                if number == ASTRAY:
                     terminal.wait_for("puts the ball")
                     lead_on(steps)
                 terminal.wait_for(f"captured sample {number + 1}: ")
-                if number == BLOCK - 2:
-                    terminal.wait_for("predicted", "next best", "◆")
-            terminal.wait_for("ENOUGH", "missed 0")
+                if number == ASTRAY:
+                    terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
+            terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "missed 0")
             page.wait_for_selector("text=ENOUGH")
             assert page.locator("#facts").inner_text().startswith("predicted error of distances")
             assert page.locator(".joint").count() == 7
             terminal.press("q")
             assert terminal.wait() == 0
+            terminal.wait_for("mukca check", "mukca solve")
         browser.close()
     assert not complaints
     taken = read(out)
-    sockets, turns = taken.sockets, taken.positions[:, 0]
-    astray = np.loadtxt(hands / "astray.csv", delimiter=",")[BLOCK + 2, 0]
-    assert np.abs(turns - astray).min() > 0.01
-    assert (sockets == 0).sum() == (sockets == 1).sum() == LEAST
+    astray = np.loadtxt(hands / "rest.csv", delimiter=",")[ASTRAY - BEGUN, 0]
+    assert np.abs(taken.positions[:, 0] - astray).min() > 0.01
+    assert np.bincount(taken.sockets).tolist() == [LEAST, LEAST]

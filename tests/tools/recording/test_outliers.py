@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cases import by_table
 from kept import compare
 from record_commands import fast, read
 
@@ -59,19 +60,7 @@ def test_samples_of_the_other_socket_are_told_and_no_others(session, tmp_path, s
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("fault", "told"),
-    [
-        ("base@9:5mm", "BASE MOVED: by (4|5).. mm since sample 9"),
-        ("ball@9:5mm", "NOT SEATED: sample 9 is (4|5).. mm off"),
-        ("socket@13+4", "WRONG SOCKET: samples 13 to 16 lie in socket 0"),
-        ("bent@9:5mm", "BALL MOVED: by (4|5).. mm on its flange since sample 9"),
-        ("zero@9:1deg", "LOST A ZERO: panda_joint4 reads otherwise since sample 9"),
-        ("drift:5mm", "DRIFTS: the base drifts"),
-        ("loose@10:3mm", "LOOSE: all samples scatter"),
-        ("distance:2mm", "DISTANCE.: the sockets come out 5[12].. apart, not 50.0 mm"),
-    ],
-)
+@by_table("fault", "told")
 def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     """Screens are kept: ``MUKCA_KEEP_PAGES=1`` writes them anew after a change that is meant."""
     out = tmp_path / "front"

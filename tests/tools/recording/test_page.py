@@ -84,27 +84,26 @@ SPAN = """() => {
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
-def test_the_page_shows_the_arm_large_and_the_joint_to_move(width, height):
+def test_the_page_shows_the_arm_large_and_the_joint_to_move():
     playwright = pytest.importorskip("playwright.sync_api")
     page_file = Path(mukca.__file__).parent / "tools/recording/page.html"
+    told = f"data: {json.dumps(STATE)}\n\n"
     with playwright.sync_playwright() as player:
         browser = player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": width, "height": height})
+        page = browser.new_page()
         page.route("**/x/", lambda way: way.fulfill(path=page_file, content_type="text/html"))
-        told = f"data: {json.dumps(STATE)}\n\n"
         page.route(
             "**/events", lambda way: way.fulfill(body=told, content_type="text/event-stream")
         )
-        page.goto("http://page.test/x/")
-        page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert max(page.evaluate(SPAN)) > 0.7
-        assert page.locator(".joint.move span").first.inner_text() == "panda_joint1"
-        assert page.locator(".joint.move").count() == 1
-        assert "the best next pose" in page.locator("#legend").inner_text()
-        page.locator("summary").click()
-        assert "MOVE the arm" in page.locator("details").inner_text()
-        shot = page.screenshot(full_page=True)
-        assert shot.startswith(b"\x89PNG") and len(shot) > 5000
+        for width, height in ((1280, 800), (390, 844)):
+            page.set_viewport_size({"width": width, "height": height})
+            page.goto("http://page.test/x/")
+            page.wait_for_selector("canvas[data-drawn='arm and ghost']")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            assert max(page.evaluate(SPAN)) > 0.7
+            assert page.locator(".joint.move span").first.inner_text() == "panda_joint1"
+            assert page.locator(".joint.move").count() == 1
+            assert "the best next pose" in page.locator("#legend").inner_text()
+            page.locator("summary").click()
+            assert "MOVE the arm" in page.locator("details").inner_text()
         browser.close()

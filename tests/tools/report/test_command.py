@@ -63,25 +63,6 @@ def test_open_shows_the_page_where_there_is_a_screen(copy, tmp_path):
     assert seen.read_text() == (copy / "report.html").as_uri()
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("missing.json",),
-        ("--limit-mae-mm", "-1"),
-        ("--repeatability-mm", "nan"),
-        ("--tolerance-mm", "0"),
-        ("--known", "nowhere.txt"),
-        ("--known", "front:0-left:0=x"),
-        ("--known", "front:0-left:0=-1"),
-        ("--known", "front:0-elsewhere:0=0.3"),
-        ("--known", "front:0-left:7=0.3"),
-    ],
-)
-def test_bad_usage_gets_one_line(refused, copy, words):
-    file = () if words == ("missing.json",) else (copy / "calibration.json",)
-    refused("", "report", *file, *words)
-
-
 def test_known_distances_come_from_a_file_too(run, copy, tmp_path):
     lines = tmp_path / "known.txt"
     lines.write_text("# measured with a caliper\nfront:0-left:0=0.43+-0.0001  # long one\n\n")

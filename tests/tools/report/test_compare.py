@@ -91,11 +91,6 @@ def test_the_page_shows_the_figures_of_the_json(run, calibrated, other, tmp_path
     assert run(*files, "--out", out)[0] == 2
 
 
-@pytest.mark.parametrize("words", [("--open",), ("--data", "nowhere")])
-def test_bad_usage_gets_one_line(refused, calibrated, words):
-    refused("", "compare", calibrated / "calibration.json", *words)
-
-
 def test_other_robots_and_twice_the_same_are_refused(run, refused, calibrated, document, written):
     file = calibrated / "calibration.json"
     assert run(file, file)[0] == 2

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import pytest
+from cases import by_table
 
 import mukca
 from mukca import MukcaError
@@ -103,32 +104,7 @@ def test_each_value_of_another_kind_is_named(extended, message):
         assert str(path[-1]) in said or names[-1] in said or "[...]" in said, (path, said)
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "said"),
-    [
-        (("data", 0, "role"), "both", "$.data[0].role"),
-        (("data", 0, "samples", 0, "position"), [0.1], "`data[0].samples[0].position`"),
-        (("data", 0, "samples", 0, "effort"), [0.1], "`data[0].samples[0].effort`"),
-        (("data", 0, "samples"), [], "`data[0].samples`"),
-        (("data",), [], "`data`"),
-        (("placements",), [], "`placements`"),
-        (("placements", 0, "name"), "another", "`placements`"),
-        (("placements", 0, "role"), "test", "`placements`"),
-        (("placements", 0, "calibrated", "mean_absolute_error"), 1.0, "`placements`"),
-        (("summary", "train"), None, "`summary.train`"),
-        (("summary", "test"), None, "`summary.test`"),
-        (("history", 0), {"iteration": 0, "train": None, "test": None}, "`history[0]`"),
-        (("parameters", 0, "name"), "elbow.x", "`parameters`"),
-        (("deflection",), {"wobble": [1.0]}, "deflection.wobble"),
-        (("format",), "mukca-calibration-9", "written by a later mukca"),
-        (("format",), "mukca-calibration-x", "of this version"),
-        (("deflection",), {"springs": [1.0]}, "`deflection.springs`"),
-        (("deflection",), {"compliance": [1.0]}, "`deflection.compliance`"),
-        (("settings", "regularization"), "much", "`settings.regularization`"),
-        (("model", "nominal_urdf"), "<robot", "`model`: nominal_urdf:1: not XML"),
-        (("model", "tip"), "nowhere", "`model`: panda: no link is called 'nowhere'"),
-    ],
-)
+@by_table("path", "value", "said")
 def test_parts_that_do_not_fit_each_other_are_named(document, message, path, value, said):
     at(document, path[:-1])[path[-1]] = value
     assert said in message(document)

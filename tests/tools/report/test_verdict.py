@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 from mukca.solver.assessment import worst
@@ -201,17 +202,7 @@ def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(document, repo
     assert report(document)["limits"]["distance_error"]["value"] == pytest.approx(times * 1e-4)
 
 
-@pytest.mark.parametrize(
-    ("name", "arm"),
-    [
-        ("ur5e_on_a_table", "ur5e"),
-        ("my-ur5", "ur5"),
-        ("gen3lite", "gen3_lite"),
-        ("LBR-iiwa14", "iiwa14"),
-        ("ur30", None),
-        ("my_panda_on_a_ur5e", None),
-    ],
-)
+@by_table("name", "arm")
 def test_an_arm_is_known_by_its_name(document, written, name, arm):
     document["model"]["name"] = document["model"]["source"] = name
     limits = mukca.load_calibration(written(document)).assessment.limits
@@ -254,24 +245,7 @@ def test_where_both_models_fail_there_is_one_answer(document, report):
     assert verdict["status"] == "fail" and verdict["title"] == "FAIL"
 
 
-@pytest.mark.parametrize(
-    ("value", "deviation", "expected", "status"),
-    [
-        (0.002, 1e-4, "pass", "pass"),
-        (0.005, 0.002, "pass", "pass"),
-        (0.005, 0.001, "not enough", "incomplete"),
-        (-0.005, None, "not enough", "incomplete"),
-        (0.0021, 7e-4, "pass", "pass"),
-        (0.0055, 7e-4, "not enough", "incomplete"),
-        (0.0087, 7e-4, "fail", "fail"),
-        (-0.0062, None, "fail", "fail"),
-        (0.0075, 0.0017, "not enough", "incomplete"),
-        (-0.0121, 0.009, "not enough", "incomplete"),
-        (0.03, 0.009, "fail", "fail"),
-        (0.02, 7e-4, "fail", "fail"),
-        (-0.583, None, "fail", "fail"),
-    ],
-)
+@by_table("value", "deviation", "expected", "status")
 def test_an_arm_of_the_wrong_size_does_not_pass(document, value, deviation, expected, status, rows):
     document["scale"] = {"value": value, "deviation": deviation}
     told, limits, text = rows(document)
