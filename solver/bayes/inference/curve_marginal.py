@@ -22,8 +22,6 @@ LARGEST_STEP = 1.0
 """Of the logarithm of a scale's square."""
 DECIDED = 0.5
 """Number of unknowns that the data decide from which on a group's width is to settle."""
-SMALL = 40
-"""Rows of half a triangle from which on it is inverted half by half, in a third of the time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +71,7 @@ class CurveFit:
         """The curves' part of M and, unless it is given, its derivative by log l, (3 N, 3 N)."""
         samples, prior = self.samples, self.prior
         if prior.given is not None:
-            return (samples.basis @ prior.block @ samples.basis.T,)
+            return (samples.basis @ prior.times(samples.basis.T),)
         if not prior.amplitude:
             return ()
         S, n = samples.slopes, len(samples.readings)
@@ -86,34 +84,34 @@ class CurveFit:
         return K, by_length
 
     @cached_property
-    def root(self) -> np.ndarray:
-        """L^-1 of each block L L^T of M."""
+    def blocks(self) -> np.ndarray:
+        """M, as its blocks."""
         blocks, n = self.scales / self.weights[:, None, None], len(self.weights)
         if not self.curves:
-            return inverse_root(blocks)
+            return blocks
         M = self.curves[0].copy()
         M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
-        return inverse_root(M)[None]
+        return M[None]
 
     @cached_property
     def inverse(self) -> np.ndarray:
-        """M^-1, as L^-1."""
-        return self.root.swapaxes(1, 2) @ self.root
-
-    @cached_property
-    def whitened(self) -> np.ndarray:
-        """L^-1 [G, a], shape (3 N, d + 1)."""
-        return _times(self.root, self.columns)
+        """M^-1, as its blocks."""
+        return np.linalg.inv(self.blocks)
 
     @cached_property
     def solved(self) -> np.ndarray:
         """M^-1 [G, a], shape (3 N, d + 1)."""
-        return _times(self.root.swapaxes(1, 2), self.whitened)
+        return _times(self.inverse, self.columns)
+
+    @cached_property
+    def information(self) -> np.ndarray:
+        """[G, a]^T M^-1 [G, a], shape (d + 1, d + 1)."""
+        return self.columns.reshape(self.solved.shape).T @ self.solved
 
     @cached_property
     def posterior(self) -> tuple[np.ndarray, np.ndarray]:
         """The unknowns y beside the curves, and their covariance Sigma."""
-        return posterior_beside(self.state, self.rest, self.whitened.T @ self.whitened)
+        return posterior_beside(self.state, self.rest, self.information)
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -169,24 +167,9 @@ class CurveFit:
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
         sigma = self.posterior[1][np.ix_(self.state.free, self.state.free)]
-        unit = np.sqrt(np.diag(sigma))
-        logs = np.log(unit).sum() + np.log(np.diagonal(self.root, axis1=1, axis2=2)).sum()
-        return -float(2 * logs + np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
-
-
-def inverse_root(matrix: np.ndarray) -> np.ndarray:
-    """Return L^-1 of a positive definite matrix L L^T, or of blocks."""
-
-    def inverse(L: np.ndarray) -> np.ndarray:
-        half = L.shape[-1] // 2
-        if half < SMALL:
-            return np.linalg.inv(L)
-        found, a, b = np.zeros_like(L), slice(half), slice(half, None)
-        found[a, a], found[b, b] = inverse(L[a, a]), inverse(L[b, b])
-        found[b, a] = -found[b, b] @ (L[b, a] @ found[a, a])
-        return found
-
-    return inverse(np.linalg.cholesky(matrix))
+        unit, root = np.sqrt(np.diag(sigma)), np.linalg.cholesky(self.blocks)
+        logs = np.log(np.diagonal(root, axis1=1, axis2=2)).sum() - np.log(unit).sum()
+        return float(2 * logs - np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
 
 
 def _times(matrix: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -1,13 +1,15 @@
 """Joint error curves given everything else, and both together, at given scales."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ...data import MultiRobotObservations, Pose
-from ..model import SampleRows
+from ..model import SampleRows, scaled_inverse
 from ..model.effects import CURVE
-from .curve_marginal import CurveFit, inverse_root
+from .curve_marginal import CurveFit
 from .curve_prior import CurvePrior, add_blocks
 from .linear_samples import samples_around
 from .objective import Objective, linearise
@@ -24,48 +26,42 @@ BATCH = 1000
 class GivenRest:
     """Coefficients e of all curves, Gaussian given y: by M, or of many samples by splines."""
 
-    fit: CurveFit
     information: np.ndarray
     """[G, a]^T M^-1 [G, a], shape (d + 1, d + 1)."""
     gain: np.ndarray
     """The mean of e by [y, 1], shape (coefficients, d + 1)."""
-    root: np.ndarray
-    """Rows whose squares are the covariance of e, or M^-1 times F where that follows from M."""
-    by_marginal: bool
-    """True where the covariance is the prior's less what the samples tell by M."""
-
-    def with_rest(self, known: np.ndarray) -> np.ndarray:
-        """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
-        d, root, prior = len(known), self.root, self.fit.prior
-        gain = (self.gain + self.fit.shift)[:, :d]
-        across, whole = gain @ known, np.empty((d + len(gain),) * 2)
-        whole[:d, :d], whole[d:, :d], whole[:d, d:] = known, across, across.T
-        apart = np.matmul(root.T, root, out=whole[d:, d:])
-        if self.by_marginal:
-            np.negative(apart, out=apart)
-            add_blocks(apart, prior.block)
-        apart += across @ gain.T
-        return whole
+    covariance: Callable[[], np.ndarray]
+    """Function that returns the covariance of e, which takes a while."""
 
 
 def given_rest(fit: CurveFit) -> GivenRest:
     """Return the curves by what a fit's samples tell."""
-    samples, columns, prior = fit.samples, fit.columns, fit.prior
-    if len(columns) <= MOST_SAMPLES:
-        along, block = fit.whitened, prior.block
-        # the prior's covariance of all coefficients is a block for each joint
-        basis = samples.basis.reshape(len(samples.basis), len(block), -1)
-        by_joint = np.tensordot(basis, block, axes=(1, 0)).swapaxes(1, 2)
-        root = fit.root[0] @ by_joint.reshape(samples.basis.shape)
-        return GivenRest(fit, along.T @ along, -root.T @ along, root, by_marginal=True)
-    flat = columns.reshape(3 * len(columns), -1)
+    if len(fit.weights) <= MOST_SAMPLES:
+        gain = -fit.prior.times(fit.samples.basis.T @ fit.solved)
+        return GivenRest(fit.information, gain, partial(_by_marginal, fit))
+    columns = fit.columns.reshape(3 * len(fit.columns), -1)
     weighted = fit.weights[:, None, None] * np.linalg.inv(fit.scales)
     curvature, across = _normal_equations(fit, weighted)
-    add_blocks(curvature, prior.inverse)
-    root = inverse_root(curvature)
-    along = root @ across
-    information = flat.T @ (weighted @ columns).reshape(flat.shape) - along.T @ along
-    return GivenRest(fit, information, -root.T @ along, root, by_marginal=False)
+    add_blocks(curvature, fit.prior.inverse)
+    unit = 1 / np.sqrt(np.diag(curvature))[:, None]
+    gain = -unit * np.linalg.solve(curvature * unit * unit.T, unit * across)
+    information = columns.T @ (weighted @ fit.columns).reshape(columns.shape) + across.T @ gain
+    return GivenRest(information, gain, partial(scaled_inverse, curvature))
+
+
+def _by_marginal(fit: CurveFit) -> np.ndarray:
+    """Return the covariance of e given y by M, shape (coefficients, coefficients)."""
+    across = fit.prior.times(fit.samples.basis.T)
+    covariance = -(across @ fit.inverse[0]) @ across.T
+    add_blocks(covariance, fit.prior.block)
+    return covariance
+
+
+def with_curves(fit: CurveFit, given: GivenRest, known: np.ndarray) -> np.ndarray:
+    """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
+    gain = (given.gain + fit.shift)[:, : len(known)]
+    across = gain @ known
+    return np.block([[known, across.T], [across, given.covariance() + across @ gain.T]])
 
 
 def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,6 +105,7 @@ def restored_covariance(
     around = samples_around(state, objective.rows, curves[:, None])
     nu = state.degrees
     told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
-    whole = given_rest(CurveFit(*around, CurvePrior(*scales), told)).with_rest(of_rest)
+    fit = CurveFit(*around, CurvePrior(*scales), told)
+    whole = with_curves(fit, given_rest(fit), of_rest)
     picked = np.r_[:size, d : len(whole), sockets]
     return whole[np.ix_(picked, picked)]

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import ExtendedModel
+from ..model import ExtendedModel, scaled_inverse
 from ..model.effects import CURVE, circulant, spectrum
 
 JITTER, LEAST = 1e-6, 1e-20
@@ -64,6 +64,10 @@ class CurvePrior:
         correlations = self.block * unit[:, None] * unit + JITTER * np.eye(len(unit))
         return np.linalg.inv(correlations) * unit[:, None] * unit
 
+    def times(self, columns: np.ndarray) -> np.ndarray:
+        """Return the product of the covariance of all coefficients with columns."""
+        return (self.block @ columns.reshape(len(self.block), -1)).reshape(columns.shape)
+
 
 def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
     """Add to a matrix of all curves' coefficients, in place, a block for each joint."""
@@ -82,8 +86,7 @@ def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
     if not own.names:
         return None
     n, S = len(own.names), model.given.of([*own.names, *others.names]).covariance
-    unit = 1 / np.sqrt(np.diag(S)[n:])
-    by_others = S[:n, n:] * unit @ np.linalg.inv(S[n:, n:] * unit[:, None] * unit) * unit
+    by_others = S[:n, n:] @ scaled_inverse(S[n:, n:])
     rows = [names.index(name) for name in own.names]
     columns = [model.names.index(name) for name in others.names]
     mean, known = np.zeros(len(names)), np.zeros(model.size)

@@ -8,7 +8,7 @@ import numpy as np
 from ..model import SMALLEST, ExtendedModel, PriorGroup
 from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
-from .curve_posterior import MOST_SAMPLES, given_rest
+from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
 from .linear_samples import LinearSamples, posterior_beside, rest_of, samples_around
 from .posterior import JointPosterior
@@ -32,13 +32,10 @@ STILL = 0.1
 
 def _may_have_curves(found: JointPosterior) -> bool:
     """Tell whether curves can be told from the rest: in sockets by two placements, without play."""
-    arms = found.scene.arms
-    measured = any((arm.sockets < 0).any() for arm in arms)
+    measured = any((arm.sockets < 0).any() for arm in found.scene.arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
-    told = given_curves(found.models) is not None
-    if min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST:
-        return told
-    return told or ((measured or len(found.scene.placements) > 1) and not plays)
+    exact = min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST
+    return not exact and not plays and (measured or len(found.scene.placements) > 1)
 
 
 def with_joint_curves(
@@ -52,33 +49,35 @@ def with_joint_curves(
     curves. Where none can be found there are no words. ``other`` is the result of another model
     that may be more probable beside curves, and the logarithm of its odds before the data.
     """
-    if not _may_have_curves(found):
+    prior = given_curves(found.models)
+    if prior is None and not _may_have_curves(found):
         return found, ""
     progress(CURVE.extension)
     try:
-        return _with_joint_curves(found, other)
+        return _with_joint_curves(found, other, prior)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
         return found, "not supported by the data (with them, the fit does not settle)"
 
 
 def _with_joint_curves(
-    found: JointPosterior, other: tuple[JointPosterior, float] | None
+    found: JointPosterior,
+    other: tuple[JointPosterior, float] | None,
+    prior: CurvePrior | None,
 ) -> tuple[JointPosterior, str]:
-    prior = given_curves(found.models)
     around = samples_around(found.state, found.objective.rows)
     n = len(around[1].sources)
     if prior is not None:
         rows = _drawn(n, MOST_SAMPLES)
         fitted = marginalised(_fit_of(around, rows, prior))
         return _settled(found, rows, fitted, found.log_evidence), GIVEN
-    plain = fitted = None
+    state, fitted = around[0], None
     for most in (FIRST_SAMPLES, MOST_SAMPLES):
         rows = _drawn(n, most)
         flat = _fit_of(around, rows, CurvePrior(0.0, LONGEST))
-        plain = marginalised(replace(flat, state=plain.state) if plain else flat)
-        first = _first(plain) if fitted is None else replace(flat, state=fitted.state)
-        prior = first.prior if fitted is None else fitted.prior
-        fitted = marginalised(replace(first, prior=prior, weights=plain.next_weights))
+        plain = marginalised(replace(flat, state=state))
+        state, first = plain.state, fitted or _first(plain)
+        begun = replace(plain, state=first.state, prior=first.prior, weights=plain.next_weights)
+        fitted = marginalised(begun)
         before, after = log_evidence(plain), log_evidence(fitted)
         gain = after - before
         if gain <= HINT or len(rows) == n:
@@ -145,10 +144,12 @@ def _settled(
             break
     state, samples = samples_around(state, readings, coefficients)
     nu = state.degrees
-    part = given_rest(CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5)))
+    fit = CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5))
+    part = given_rest(fit)
     _, known = posterior_beside(state, rest_of(state, widened=True), part.information)
-    fitted = CurveFit(state, samples, prior, weights * nu / (nu + 3))
-    return _posterior(found, fitted, coefficients, part.with_rest(known), log_evidence)
+    whole = with_curves(fit, part, known)
+    fitted = replace(fit, weights=weights * nu / (nu + 3))
+    return _posterior(found, fitted, coefficients, whole, log_evidence)
 
 
 def _posterior(

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import SampleRows
+from ..model import SampleRows, scaled_inverse
 from ..model.effects import KNOTS, curve_values, splines
 from .objective import linearise
 from .state import State
@@ -109,10 +109,8 @@ def posterior_beside(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
     (precision, gradient), d, free = rest, len(state.free), np.ix_(state.free, state.free)
-    H = (information[:d, :d] + precision)[free]
-    unit = 1 / np.sqrt(np.diag(H))
     change, covariance = np.zeros(d), np.zeros((d, d))
-    covariance[free] = np.linalg.inv(H * unit[:, None] * unit) * unit[:, None] * unit
+    covariance[free] = scaled_inverse((information[:d, :d] + precision)[free])
     slope = information[:d, d] + gradient
     change[state.free] = -covariance[free] @ slope[state.free]
     return change, covariance

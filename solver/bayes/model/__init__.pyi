@@ -19,5 +19,6 @@ from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior
 from .prior_group import PriorGroup as PriorGroup
+from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
 from .priors import prior_groups as prior_groups

@@ -25,6 +25,12 @@ LEAST_VARIANCE = 1e-24
 EVERY = slice(None)
 
 
+def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse of a covariance or precision of unknowns that have different units."""
+    unit = 1 / np.sqrt(np.diag(matrix))
+    return np.linalg.inv(matrix * unit[:, None] * unit) * unit[:, None] * unit
+
+
 @dataclass(frozen=True)
 class PriorGroup:
     """Unknowns that share one prior, of mean 0 and width (standard deviation) s_g."""
@@ -74,9 +80,7 @@ class PriorGroup:
     def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision of some members (Sherman and Morrison), the others held."""
         if self.shape is not None:
-            some = self.shape[free][:, free]
-            unit = 1 / np.sqrt(np.diag(some))  # members of different units
-            return np.linalg.inv(some * unit[:, None] * unit) * unit[:, None] * unit / width**2
+            return scaled_inverse(self.shape[free][:, free]) / width**2
         inverse = 1 / self._variances(width)[free]
         if self.common is None:
             return np.diag(inverse)

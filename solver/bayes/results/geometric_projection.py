@@ -93,30 +93,18 @@ def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
 
 def recorded_poses(full: Posterior) -> Poses:
     """Return the samples, with the ball where the full model has the socket."""
+    # a place for each socket, and then one for each measured ball
+    rows = np.flatnonzero(~full.data.turned)
+    places = full.data.sockets[rows]
+    places = np.where(places >= 0, places, full.data.socket_count + rows)
+    order = np.argsort(places, kind="stable")
+    rows, places = rows[order], places[order]
+    targets, weights = full.points[rows].copy(), RECORDED * full.weights[rows]
+    seated = places < full.data.socket_count
+    targets[seated] = full.centres[places[seated]]
     # A measured ball is all that its place has in common, so its weight makes up for COMMON.
-    seated = full.data.sockets >= 0
-    measured = np.flatnonzero(~seated & ~full.data.turned)
-    alone = Poses(
-        full.data.positions[measured],
-        np.arange(len(measured)),
-        full.points[measured],
-        RECORDED / COMMON**2 * full.weights[measured],
-    )
-    order = np.argsort(full.data.sockets[seated], kind="stable")
-    sockets = full.data.sockets[seated][order]
-    weights = RECORDED * full.weights[seated][order]
-    poses = Poses(full.data.positions[seated][order], sockets, full.centres[sockets], weights)
-    return joined(poses, alone)
-
-
-def joined(one: Poses, other: Poses) -> Poses:
-    """Return both one's and the other's poses; their places are different ones."""
-    return Poses(
-        np.concatenate([one.positions, other.positions]),
-        np.concatenate([one.places, other.places + 1 + one.places.max(initial=-1)]),
-        np.concatenate([one.targets, other.targets]),
-        np.concatenate([one.weights, other.weights]),
-    )
+    weights[~seated] /= COMMON**2
+    return Poses(full.data.positions[rows], places, targets, weights)
 
 
 def apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
@@ -165,8 +153,11 @@ def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | 
             own = group.members[inside]
             prior[np.ix_(own, own)] = group.precision(group.width, inside)
             off_prior[own] -= group.mean[inside] if alone is None else 0.0
-    errors, J = _linear(model.ball, start, joined(simulated, recorded))
-    return start + _sure(J.T @ J + prior, -J.T @ errors - prior @ off_prior, doubt)
+    hessian, slope = prior, -prior @ off_prior
+    for poses in (simulated, recorded):
+        errors, J = _linear(model.ball, start, poses)
+        hessian, slope = hessian + J.T @ J, slope - J.T @ errors
+    return start + _sure(hessian, slope, doubt)
 
 
 def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:

@@ -5,14 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...robot import BallModel, Parameter, Robot, all_parameters, rotation, rotation_rpy
+from ...robot import BallModel, Parameter, rotation, rotation_rpy
 from ..inference import Posterior
 
 DECIDED = math.radians(0.2)
 """The data decide a zero if its standard deviation is no larger: it is then within 0.4 degrees, by
 95 %. On simulated arms with play, whose deviations come true, more would promise too much."""
-STEP = 1e-4
-"""By which :func:`joint_offset_derivatives` differentiates [rad]."""
 
 
 def joint_offsets_in_words(posterior: Posterior) -> str:
@@ -57,20 +55,6 @@ def offsets_in_origins(
         turned = R @ rotation(joint.axis, offset).full()
         values[[place[6 * j + k] for k in (3, 4, 5)]] = angles_near(turned, origins[j, 3:])
     return values
-
-
-def joint_offset_derivatives(robot: Robot, parameters: Sequence[Parameter]) -> np.ndarray:
-    """Return the derivatives of geometric parameters by the zeros of the joints that turn.
-
-    Shape (parameters, zeros); a zero of which not all angles are free is nothing but what is.
-    """
-    every = all_parameters(robot)
-    ball = BallModel(robot, [p.index for p in every])
-    rows = [every.index(p) for p in parameters]
-    steps = STEP * np.eye(len(robot.actuated))
-    turning = [step for j, step in zip(robot.actuated, steps, strict=True) if j.type != "prismatic"]
-    columns = [offsets_in_origins(ball, every, ball.nominal, s) - ball.nominal for s in turning]
-    return np.array(columns).reshape(-1, len(every)).T[rows] / STEP
 
 
 def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:

@@ -90,15 +90,10 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
     return max(float(np.sum(1 - after[there] / before[there])), 0.0)
 
 
-def prior_deviations(posterior: Posterior) -> np.ndarray:
-    """Return the prior standard deviation of each of the model's unknowns, shape (size,)."""
-    return np.sqrt(np.diag(prior_covariance(posterior)))
-
-
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
-    deviation, prior = deviations(posterior)[:size], prior_deviations(posterior)[:size]
+    deviation, prior = deviations(posterior)[:size], np.diag(prior_covariance(posterior)) ** 0.5
     known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
     covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
     matrix = covariance / np.outer(deviation[known], deviation[known])
@@ -121,7 +116,8 @@ def observability_index(posterior: Posterior) -> float:
     true = posterior.deflection.true_positions(data.positions, data.torques)
     linear = model.ball.linearise(posterior.values, true)
     points = linear.points
-    scaled = linear.by_parameters * prior_deviations(posterior)[: model.geometry]
+    prior = np.sqrt(np.diag(prior_covariance(posterior)))
+    scaled = linear.by_parameters * prior[: model.geometry]
     parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
     parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
     for k in range(len(data.frames)):

@@ -39,10 +39,8 @@ Free = tuple[Robot, Sequence[Parameter]]
 class Selected:
     """The models that the data chose, of all robots."""
 
-    geometric: JointPosterior
-    """The best model without extensions."""
     full: JointPosterior
-    """The mean of the models that the data support; the geometric one where there are none."""
+    """The mean of the models that the data support; that of the geometry alone without any."""
     notes: tuple[tuple[str, ...], ...]
     """For each robot, one line for each extension: kept or not, and the evidence."""
     movements: tuple[FoundMovement, ...] = ()
@@ -100,7 +98,7 @@ def select_models(
     for own, arm in zip(notes, full.arms, strict=True):
         own += [f"{CURVE.extension}: {note}"] if note else []
         own += [joint_offsets_in_words(arm)] if zeros else []
-    return Selected(tried.models[0], full, tuple(map(tuple, notes)), told)
+    return Selected(full, tuple(map(tuple, notes)), told)
 
 
 def _evidence(model: JointPosterior) -> float:
