@@ -37,7 +37,6 @@ class SettingError(MukcaError):
 class Problem:
     """Eq. (5), summed over the placements trained on."""
 
-    robot: Robot
     parameters: tuple[Parameter, ...]
     model: BallModel
     training: tuple[Measurement, ...]
@@ -102,7 +101,7 @@ def build_problem(
     check_distinct(training)
     chosen = choose_parameters(robot) if parameters is None else tuple(parameters)
     model = BallModel(robot, [p.index for p in chosen])
-    return Problem(robot, chosen, model, tuple(training), regularization)
+    return Problem(chosen, model, tuple(training), regularization)
 
 
 def solve(
@@ -114,16 +113,6 @@ def solve(
     if optimizer == "ipopt":
         return ipopt(problem.objective, problem.start, max_iterations=max_iterations)
     raise SettingError(f"optimizer {optimizer!r}: choose one of {', '.join(OPTIMIZERS)}")
-
-
-def ball_only(problem: Problem) -> Problem:
-    """Return the same problem with only the ball's place on the flange to be found."""
-    return build_problem(
-        problem.robot,
-        problem.training,
-        parameters=choose_parameters(problem.robot, free=[f"{problem.robot.ball_joint.name}.xyz"]),
-        regularization=problem.regularization,
-    )
 
 
 def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
