@@ -159,18 +159,17 @@ def _checked(
 
 def check_tilt(base: SocketBase, part: BallPart) -> None:
     """Lean the ball part in every socket, all around, and refuse any collision with the base."""
-    ball = sphere(part.ball / 2).at(z=part.height)
+    sphere_of_ball = sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
-    rest = to_manifold(part.envelope() - ball, COARSE)
+    ball, rest, fixed = (
+        to_manifold(solid, COARSE)
+        for solid in (sphere_of_ball, part.envelope() - sphere_of_ball, base.solid())
+    )
     leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
-    poses: list[tuple[int, Any]] = []
     for socket in range(base.sockets):
-        upright = leaning(base, part, socket, 0.0, 0.0)
-        poses.append((socket, to_manifold(ball, COARSE).transform(upright)))
-        poses += [(socket, rest.transform(leaning(base, part, socket, *lean))) for lean in leans]
-    fixed = to_manifold(base.solid(), COARSE)
-    for socket, placed in poses:
-        if (placed ^ fixed).volume() > COLLISION:
+        leaned = (rest.transform(leaning(base, part, socket, *lean)) for lean in leans)
+        upright = ball.transform(leaning(base, part, socket, 0.0, 0.0))
+        if any((placed ^ fixed).volume() > COLLISION for placed in (upright, *leaned)):
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "

@@ -31,6 +31,7 @@ from .simulated_arms import perturb
 APART = 0.03
 """Balls that lie farther apart than this were in two sockets [m]."""
 _TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
+_UNITS = {"mm": 1e-3, "deg": math.radians(1)}
 
 
 @dataclass(frozen=True)
@@ -123,16 +124,14 @@ class SessionFault:
         if kind not in SESSION_FAULTS:
             return None
         unit, usual, _ = SESSION_FAULTS[kind]
-        found = _TEXT.fullmatch(text)
-        if not found or found[5] not in (None, unit):
+        match = _TEXT.fullmatch(text)
+        if not match or match[5] not in (None, unit):
             raise ValueError(
                 f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
             )
-        size = usual if found[4] is None else float(found[4])
-        if found[4] is not None:
-            size = math.radians(size) if unit == "deg" else 1e-3 * size
-        count = int(found[3]) if found[3] else 1 if kind == "ball" else None
-        return cls(kind, int(found[2] or 1), count, size)
+        size = usual if match[4] is None else float(match[4]) * _UNITS[unit]
+        count = int(match[3]) if match[3] else 1 if kind == "ball" else None
+        return cls(kind, int(match[2] or 1), count, size)
 
     def shift(self, session: Session) -> np.ndarray:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
