@@ -9,7 +9,6 @@ from .mounts import Mount as Mount
 from .mounts import bolt_circle as bolt_circle
 from .mounts import find_mount as find_mount
 from .mounts import grip as grip
-from .parts import Part as Part
 from .parts import build_parts as build_parts
 from .parts import part_names as part_names
 from .socket_base import SocketBase as SocketBase

@@ -87,10 +87,10 @@ class AnchoredBase(SocketBase):
         bar = rectangle(self._sides, (self.face, self.face + BAR))
         return union(prism(SLICE, bar), *self._fingers(SLICE))
 
-    def sockets_at(self, placement: str = "anchored") -> str:
-        """Return the file for ``mukca solve --sockets-at``, of a placement of that name."""
+    def sockets_at(self) -> str:
+        """Return the file for ``mukca solve --sockets-at``, of a placement named ``anchored``."""
         rows = [
-            f"base,{placement}:{k},{x:.4f},{y:.4f},{z:.4f},{DEVIATION:g}"
+            f"base,anchored:{k},{x:.4f},{y:.4f},{z:.4f},{DEVIATION:g}"
             for k, (x, y, z) in enumerate(self.sockets_in_base)
         ]
         header = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"

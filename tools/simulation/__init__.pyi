@@ -1,7 +1,6 @@
 # keep: Base, Imperfection, perturb, reachable_bases, record
 from .practice import DEMO_SEED as DEMO_SEED
 from .practice import SEAT_NOISE as SEAT_NOISE
-from .practice import SESSION_FAULTS as SESSION_FAULTS
 from .practice import Session as Session
 from .practice import SessionFault as SessionFault
 from .practice import demo_arm as demo_arm
@@ -11,7 +10,6 @@ from .practice import simulate_hand as simulate_hand
 from .practice import with_faults as with_faults
 from .recordings import Base as Base
 from .recordings import lead as lead
-from .recordings import placement_of as placement_of
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record
 from .recordings import simulate_recordings as simulate_recordings

@@ -56,53 +56,42 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v)
 
 
-def _turn(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+def _turned_base(s: Session, size: float) -> np.ndarray:
     radius = s.centres[s.sockets] - s.centres[0]
     tangent = np.cross([0.0, 0.0, 1.0], radius)
-    return on[:, None] * (math.sin(size) * tangent + (math.cos(size) - 1) * radius)
+    return math.sin(size) * tangent + (math.cos(size) - 1) * radius
 
 
-def _bent(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+def _bent_ball(s: Session, size: float) -> np.ndarray:
     place = [p.index for p in all_parameters(s.robot) if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
-    turned = model.linearise(model.nominal, s.positions).by_parameters
-    return on[:, None] * (turned @ s.aside(size))
+    return model.linearise(model.nominal, s.positions).by_parameters @ s.aside(size)
 
 
-def _zero(s: Session, on: np.ndarray, size: float) -> np.ndarray:
+def _lost_zero(s: Session, size: float) -> np.ndarray:
     joint = s.positions.shape[1] // 2
     slopes = BallModel(s.robot, []).linearise(np.zeros(0), s.positions).by_joints
-    return -on[:, None] * slopes[:, :, joint] * size
+    return -slopes[:, :, joint] * size
 
 
-SESSION_FAULTS: dict[str, tuple[str, float, Callable[[Session, np.ndarray, float], np.ndarray]]] = {
-    "base": ("mm", 5e-3, lambda s, on, size: np.outer(on, s.aside(size))),
-    "turn": ("deg", math.radians(3), _turn),
-    "drift": (
-        "mm",
-        3e-3,
-        lambda s, on, size: np.outer(on.cumsum() / max(on.sum(), 1), s.aside(size)),
-    ),
-    "ball": ("mm", 5e-3, lambda s, on, size: on[:, None] * [s.aside(size) for _ in on]),
-    "bent": ("mm", 3e-3, _bent),
-    "loose": (
-        "mm",
-        2e-3,
-        lambda s, on, size: on[:, None] * s.generator.normal(0, size, (len(on), 3)),
-    ),
-    "socket": (
-        "mm",
-        0.0,
-        lambda s, on, _: on[:, None] * (s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets]),
-    ),
-    "distance": (
-        "mm",
-        2e-3,
-        lambda s, _, size: np.outer(s.sockets == 1, size * _unit(s.centres[1] - s.centres[0])),
-    ),
-    "zero": ("deg", math.radians(1), _zero),
+def _other_socket(s: Session, _: float) -> np.ndarray:
+    return s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets]
+
+
+_KINDS: dict[str, tuple[str, float, Callable[[Session, float], np.ndarray]]] = {
+    "base": ("mm", 5e-3, Session.aside),
+    "turn": ("deg", math.radians(3), _turned_base),
+    "drift": ("mm", 3e-3, Session.aside),
+    "ball": ("mm", 5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
+    "bent": ("mm", 3e-3, _bent_ball),
+    "loose": ("mm", 2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
+    "socket": ("mm", 0.0, _other_socket),
+    "distance": ("mm", 2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
+    "zero": ("deg", math.radians(1), _lost_zero),
 }
-"""Unit and usual size [m, rad] of each kind, and by how much it moves the balls."""
+"""Unit and usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or
+(3,) [m]: those of the samples that it concerns; little by little in a drift, and those in socket 1
+where the distance is wrong."""
 
 
 @dataclass(frozen=True)
@@ -121,9 +110,9 @@ class SessionFault:
     def parse(cls, text: str) -> "SessionFault | None":
         """Return the fault that a text names; None where it is none of a session's."""
         kind = re.split(r"[@:]", text)[0]
-        if kind not in SESSION_FAULTS:
+        if kind not in _KINDS:
             return None
-        unit, usual, _ = SESSION_FAULTS[kind]
+        unit, usual, _ = _KINDS[kind]
         match = _TEXT.fullmatch(text)
         if not match or match[5] not in (None, unit):
             raise ValueError(
@@ -137,8 +126,12 @@ class SessionFault:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
         numbers = np.arange(1, len(session.positions) + 1)
         last = np.inf if self.count is None else self.start + self.count
-        on = ((numbers >= self.start) & (numbers < last)).astype(float)
-        return SESSION_FAULTS[self.kind][2](session, on, self.size)
+        share = ((numbers >= self.start) & (numbers < last)).astype(float)
+        if self.kind == "drift":
+            share = share.cumsum() / max(share.sum(), 1)
+        elif self.kind == "distance":
+            share = (session.sockets == 1).astype(float)
+        return share[:, None] * _KINDS[self.kind][2](session, self.size)
 
 
 def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:

@@ -175,11 +175,6 @@ def record(
     how = imperfection or Imperfection(noise)
     sockets = np.repeat([0, 1], samples)
     read = lead(arm, np.array(base.sockets)[sockets], generator, how, guide)
-    return placement_of(arm, base, read, sockets)
-
-
-def placement_of(arm: Robot, base: Base, read: np.ndarray, sockets: np.ndarray) -> Placement:
-    """Return a placement of readings, shape (N, m), in some sockets, shape (N,)."""
     return Placement.of_arrays(base.name, read, sockets, arm.joint_names, distance=base.distance)
 
 
