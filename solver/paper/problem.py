@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
-from ..data import CALIPER_DEVIATION, Known, Measurement, check_distinct, distance_covariance
+from ..data import CALIPER_DEVIATION, Known, Measurement, distance_covariance
 from ..robot import BallModel, Parameter, Robot, choose_parameters
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
 
@@ -98,7 +98,6 @@ def build_problem(
     """Return the problem of Eq. (5); free are by default all actuated joints and the ball."""
     if not 0 <= regularization < np.inf:
         raise SettingError(f"regularization {regularization}: give zero or a positive number")
-    check_distinct(training)
     chosen = choose_parameters(robot) if parameters is None else tuple(parameters)
     model = BallModel(robot, [p.index for p in chosen])
     return Problem(chosen, model, tuple(training), regularization)

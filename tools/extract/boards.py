@@ -15,6 +15,7 @@ import numpy as np
 from ...recorder import Placement, RecordingError, Sample, joint_columns, read_table
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quaternion_of
 from ...solver.data import turn
+from ...solver.robot import workspace
 
 JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""
@@ -150,9 +151,7 @@ def joints_of(
         )
     order = [views.joint_names.index(name) for name in COLUMNS]
     poses = pose_of_numbers(np.array([s.position for s in views.samples])[:, order])
-    generator = np.random.default_rng(0)
-    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    starts = generator.uniform(lower, upper, (len(poses) * STARTS, m))
+    starts = workspace(robot, len(poses) * STARTS)
     goal, targets = calibration.goal(np.repeat(poses, STARTS, axis=0))
     found = calibration.nominal.calibrated.search(goal, targets, starts, None, np.eye(4))
     samples = list(views.samples)
