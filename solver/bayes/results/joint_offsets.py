@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...data import Pose
 from ...robot import BallModel, Parameter, rotation, rotation_rpy
 from ..inference import Posterior
 
@@ -59,14 +60,9 @@ def offsets_in_origins(
 
 def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
-    cosine = float(np.hypot(R[0, 0], R[1, 0]))
-    pitch = float(np.arctan2(-R[2, 0], cosine))
-    if cosine > 1e-9:
-        roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
-    else:
-        sign = -np.copysign(1, R[2, 0])  # only roll -+ yaw is known
-        roll = near[0]
-        yaw = np.arctan2(-R[0, 1], R[1, 1]) + sign * roll
+    roll, pitch, yaw = Pose(R, np.zeros(3)).origin.rpy
+    if np.hypot(R[0, 0], R[1, 0]) < 1e-9:  # only roll -+ yaw is known
+        roll, yaw = near[0], yaw - np.copysign(1, R[2, 0]) * near[0]
     both = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
     both -= 2 * np.pi * np.round((both - near) / (2 * np.pi))
     return both[int(np.argmin(np.abs(both - near).sum(axis=1)))]
