@@ -71,22 +71,24 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
         raise PoseError(
             f"{what} of shape (3, 3): a rotation alone; give the pose [R p; 0 0 0 1], shape (4, 4)"
         )
-    T = np.broadcast_to(np.eye(4), (*given.shape[:-1], 4, 4)).copy() if points else given.copy()
     if points:
-        T[..., :3, 3] = given
-        return T
-    R = _nearest_rotation(given[..., :3, :3])
-    off = max(
-        float(np.abs(R - given[..., :3, :3]).max(initial=0)),
-        float(np.abs(given[..., 3, :] - [0, 0, 0, 1]).max(initial=0)),
-    )
-    if off > SKEWED or (np.linalg.det(R) < 0).any():
+        return _translations(given)
+    T = given.copy()
+    T[..., :3, :3], T[..., 3, :] = _nearest_rotation(given[..., :3, :3]), [0, 0, 0, 1]
+    off = float(np.abs(T - given).max(initial=0))
+    if off > SKEWED:
         raise PoseError(
             f"{what}: not a rigid motion [R p; 0 0 0 1]; its numbers are off one by {off:.2g}"
-            if off > SKEWED
-            else f"{what}: its rotation is mirrored (left-handed)"
         )
-    T[..., :3, :3], T[..., 3, :] = R, [0, 0, 0, 1]
+    if (np.linalg.det(T[..., :3, :3]) < 0).any():
+        raise PoseError(f"{what}: its rotation is mirrored (left-handed)")
+    return T
+
+
+def _translations(points: np.ndarray) -> np.ndarray:
+    """Return poses at some points that are not turned, shape (..., 4, 4)."""
+    T = np.broadcast_to(np.eye(4), (*points.shape[:-1], 4, 4)).copy()
+    T[..., :3, 3] = points
     return T
 
 
@@ -107,12 +109,10 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
     given = np.asarray(numbers, dtype=float)
     if given.shape[-1:] not in ((6,), (7,)):
         raise PoseError(f"{given.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw")
-    T = np.broadcast_to(np.eye(4), (*given.shape[:-1], 4, 4)).copy()
-    T[..., :3, 3], turns = given[..., :3], given[..., 3:]
+    T, turns = _translations(given[..., :3]), given[..., 3:]
     if turns.shape[-1] == 3:
-        T[..., :3, :3] = np.array([matrix_rpy(row) for row in turns.reshape(-1, 3)]).reshape(
-            *turns.shape[:-1], 3, 3
-        )
+        for pose, rpy in zip(T.reshape(-1, 4, 4), turns.reshape(-1, 3), strict=True):
+            pose[:3, :3] = matrix_rpy(rpy)
         return T
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
     if (wrong := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
