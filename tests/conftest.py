@@ -4,6 +4,7 @@ import fcntl
 import gc
 import json
 import os
+import shutil
 import signal
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
@@ -154,6 +155,20 @@ def recordings():
 @pytest.fixture(scope="session")
 def panda():
     return load_robot("panda")
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """A browser without a window."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    program = shutil.which("chromium") or shutil.which("chromium-browser")
+    if program is None:
+        pytest.skip("no chromium: apt-get install chromium")
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+    with playwright.sync_playwright() as player:
+        browser = player.chromium.launch(executable_path=program, args=options)
+        yield browser
+        browser.close()
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +12,6 @@ from lxml.html import fromstring
 
 pytest.importorskip("mkdocs")
 ROOT = Path(__file__).parents[1]
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 BY_CODE = {"api.md", "examples.md"}
 """Pages whose boxes are taken from the code."""
 
@@ -67,31 +65,28 @@ def test_every_page_is_built_as_it_is_written(site):
     assert wrong == []
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_the_site_works_from_the_disk_on_every_screen(site):
-    playwright = pytest.importorskip("playwright.sync_api")
+def test_the_site_works_from_the_disk_on_every_screen(site, chromium):
+    from playwright.sync_api import TimeoutError as TooLate
+
     wrong = []
-    with playwright.sync_playwright() as player:
-        browser = player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        tab = browser.new_page()
-        tab.on("pageerror", lambda error: wrong.append(f"{tab.url}: {error}"))
-        tab.on("request", lambda asked: asked.url.startswith("http") and wrong.append(asked.url))
-        for source in _pages():
-            tab.goto((site / f"{source.stem}.html").as_uri())
-            for width, scheme in ((390, "dark"), (1280, "light")):
-                tab.emulate_media(color_scheme=scheme)
-                tab.set_viewport_size({"width": width, "height": 844})
-                fits = f"document.documentElement.scrollWidth <= {width}"
-                try:  # a page is laid out again some time after the window changed
-                    tab.wait_for_function(fits, timeout=60_000)
-                except playwright.TimeoutError:
-                    wrong.append(f"{source.name}: wider than {width} pixels")
-            wrong += tab.evaluate(
-                "[...document.querySelectorAll('article img')]"
-                ".filter(img => !img.complete || !img.naturalWidth).map(img => img.src)"
-            )
-        tab.get_by_placeholder("Search").click()
-        tab.keyboard.type("backlash")
-        tab.locator(".md-search-result__item").first.wait_for(timeout=60_000)
-        browser.close()
+    tab = chromium.new_page()
+    tab.on("pageerror", lambda error: wrong.append(f"{tab.url}: {error}"))
+    tab.on("request", lambda asked: asked.url.startswith("http") and wrong.append(asked.url))
+    for source in _pages():
+        tab.goto((site / f"{source.stem}.html").as_uri())
+        for width, scheme in ((390, "dark"), (1280, "light")):
+            tab.emulate_media(color_scheme=scheme)
+            tab.set_viewport_size({"width": width, "height": 844})
+            fits = f"document.documentElement.scrollWidth <= {width}"
+            try:  # a page is laid out again some time after the window changed
+                tab.wait_for_function(fits, timeout=60_000)
+            except TooLate:
+                wrong.append(f"{source.name}: wider than {width} pixels")
+        wrong += tab.evaluate(
+            "[...document.querySelectorAll('article img')]"
+            ".filter(img => !img.complete || !img.naturalWidth).map(img => img.src)"
+        )
+    tab.get_by_placeholder("Search").click()
+    tab.keyboard.type("backlash")
+    tab.locator(".md-search-result__item").first.wait_for(timeout=60_000)
     assert wrong == []

@@ -1,6 +1,7 @@
 """Derivatives against finite differences, torques against Pinocchio."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pinocchio
@@ -20,19 +21,10 @@ from mukca.solver.robot import (
     workspace,
 )
 
-PRISMATIC = """<robot name="crane"><link name="w"/><link name="a"><inertial><mass value="2"/>
-<origin xyz="0.1 0 0.2"/></inertial></link><link name="b"><inertial><mass value="3"/></inertial>
-</link><link name="ball_link"/>
-<joint name="turn" type="revolute"><parent link="w"/><child link="a"/><origin rpy="0.3 0 0"/>
-<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-<joint name="lift" type="prismatic"><parent link="a"/><child link="b"/><origin xyz="0 0.1 0.2"/>
-<axis xyz="0 0.6 0.8"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
-<joint name="ball_joint" type="fixed"><parent link="b"/><child link="ball_link"/>
-<origin xyz="0 0 0.1"/></joint></robot>"""
-
 
 def crane():
-    return parse_robot(scan(PRISMATIC.encode(), "crane"))
+    """A robot that turns and lifts."""
+    return parse_robot(scan(Path(__file__).with_name("crane.urdf").read_bytes(), "crane"))
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])

@@ -1,5 +1,7 @@
 """Reading chains of any shape, and editing text without touching the rest."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yourdfpy
@@ -16,30 +18,8 @@ from mukca.solver.robot import (
     shipped_robots,
 )
 
-# Every kind of joint, axes of any direction and length, origins whole, half and missing.
-ODD_ARM = """<?xml version="1.0"?>
-<!-- an odd arm -->
-<robot name='odd'>
-  <link name="world"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
-  <link name="e"/><link name="ball_link"/><link name="finger"/>
-  <joint name="mount" type="fixed"><parent link="world"/><child link="a"/>
-    <origin rpy="0.1 0.2 0.3"/></joint>
-  <joint name="turn" type="revolute"><parent link="a"/><child link="b"/>
-    <axis xyz="1 2 -0.5"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-  <joint name="slide" type="prismatic"><parent link="b"/><child link="c"/>
-    <origin xyz="0.1 0 0.2"/><axis xyz="0 -3 1"/>
-    <limit lower="0" upper="0.5" effort="1" velocity="1"/></joint>
-  <joint name="endless" type="continuous"><parent link="c"/><child link="d"/>
-    <origin rpy="0 1.5707963 0" xyz="0 0.3 0"/></joint>
-  <joint name="still" type="fixed"><parent link="d"/><child link="e"/>
-    <origin   xyz = "0.01 0.02 0.03"   rpy='-1 0.5 2' /></joint>
-  <joint name="ball_joint" type="fixed"><parent link="e"/><child link="ball_link"/>
-    <origin xyz="0.05 -0.02 0.1"/></joint>
-  <joint name="finger_joint" type="prismatic"><parent link="d"/><child link="finger"/>
-    <mimic joint="slide" multiplier="-1"/><axis xyz="1 0 0"/>
-    <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
-</robot>
-"""
+ODD_ARM = Path(__file__).with_name("odd_arm.urdf").read_text()
+"""Every kind of joint, axes of any direction and length, origins whole, half and missing."""
 
 
 @pytest.fixture

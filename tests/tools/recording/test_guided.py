@@ -2,7 +2,6 @@
 
 import math
 import re
-import shutil
 import sys
 import time
 from pathlib import Path
@@ -34,7 +33,6 @@ TURNED = 0.5
 GOAL = ("--goal-mm", "20")
 PACE = "rate=40&move=1.5&speed=3"
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="module")
@@ -138,55 +136,51 @@ def in_socket(arm, q, centre):
     return q
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(hands, tmp_path, scripted):
+def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(
+    hands, tmp_path, scripted, chromium
+):
     """It says where to go, changes sockets, takes nothing astray, and ends."""
-    playwright = pytest.importorskip("playwright.sync_api")
     out, steps = tmp_path / "front", tmp_path / "steps"
     keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
     assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     pace = "rate=100&move=0.6&speed=3"
     words = led(steps, hands / "rest.csv", out, pace, *GOAL, "--auto", "--page")
-    options = ["--headless", "--no-sandbox", "--disable-gpu"]
-    with playwright.sync_playwright() as player:
-        browser = player.chromium.launch(executable_path=CHROMIUM, args=options)
-        page = browser.new_page()
-        page.set_default_timeout(1000 * PATIENCE)
-        with TerminalSession(words) as terminal:
-            terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
-            terminal.press("y")
-            url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 1 NOW"))
-            assert url
-            complaints = []
-            page.on("console", lambda message: complaints.append(message.text))
-            page.on("pageerror", lambda error: complaints.append(str(error)))
-            page.goto(url[0])
-            page.wait_for_selector("text=SOCKET 1 NOW")
-            terminal.press(" ")
-            page.wait_for_selector("text=/GOT \\d/")
-            page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-            for number in range(BEGUN + 1, 2 * LEAST):
-                if number in CHANGES:
-                    if number == 2 * BLOCK:
-                        page.wait_for_selector("text=SOCKET 0 NOW")
-                        terminal.wait_for("enough here: ball to socket 0, then press s")
-                    terminal.press("s")
-                    terminal.wait_for(f"socket {CHANGES.index(number)} is active")
+    page = chromium.new_page()
+    page.set_default_timeout(1000 * PATIENCE)
+    with TerminalSession(words) as terminal:
+        terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
+        terminal.press("y")
+        url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 1 NOW"))
+        assert url
+        complaints = []
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(url[0])
+        page.wait_for_selector("text=SOCKET 1 NOW")
+        terminal.press(" ")
+        page.wait_for_selector("text=/GOT \\d/")
+        page.wait_for_selector("canvas[data-drawn='arm and ghost']")
+        for number in range(BEGUN + 1, 2 * LEAST):
+            if number in CHANGES:
+                if number == 2 * BLOCK:
+                    page.wait_for_selector("text=SOCKET 0 NOW")
+                    terminal.wait_for("enough here: ball to socket 0, then press s")
+                terminal.press("s")
+                terminal.wait_for(f"socket {CHANGES.index(number)} is active")
+            lead_on(steps)
+            if number == ASTRAY:
+                terminal.wait_for("puts the ball")
                 lead_on(steps)
-                if number == ASTRAY:
-                    terminal.wait_for("puts the ball")
-                    lead_on(steps)
-                terminal.wait_for(f"captured sample {number + 1}: ")
-                if number == ASTRAY:
-                    terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
-            terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "missed 0")
-            page.wait_for_selector("text=ENOUGH")
-            assert page.locator("#facts").inner_text().startswith("predicted error of distances")
-            assert page.locator(".joint").count() == 7
-            terminal.press("q")
-            assert terminal.wait() == 0
-            terminal.wait_for("mukca check", "mukca solve")
-        browser.close()
+            terminal.wait_for(f"captured sample {number + 1}: ")
+            if number == ASTRAY:
+                terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
+        terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "missed 0")
+        page.wait_for_selector("text=ENOUGH")
+        assert page.locator("#facts").inner_text().startswith("predicted error of distances")
+        assert page.locator(".joint").count() == 7
+        terminal.press("q")
+        assert terminal.wait() == 0
+        terminal.wait_for("mukca check", "mukca solve")
     assert not complaints
     taken = read(out)
     astray = np.loadtxt(hands / "rest.csv", delimiter=",")[ASTRAY - BEGUN, 0]

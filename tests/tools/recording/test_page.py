@@ -3,7 +3,6 @@
 import http.client
 import json
 import re
-import shutil
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -14,7 +13,6 @@ from terminal_session import PATIENCE, TerminalSession
 import mukca
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 def ask(url, path, method="GET"):
@@ -60,50 +58,21 @@ def test_the_page_is_live_read_only_and_behind_a_token(hand, tmp_path):
     assert len(mukca.read_placements(tmp_path / "front")[0].samples) == 1
 
 
-STATE = {
-    "title": "panda", "words": "SOCKET 1 NOW", "colour": "magenta", "socket": 0, "counts": [6, 0],
-    "reason": "enough here: ball to socket 1, then press s", "target": 30, "mean": 1e-4,
-    "joints": [["panda_joint1", -2.9, 2.9, False], ["panda_joint2", -1.8, 1.8, False]],
-    "position": [0.1, 0.2], "next": [1.1, 0.2], "predicted": 1e-3, "goal": 5e-4, "last": 2e-4,
-    "closing": [], "messages": [["captured sample 6: 6 in socket 0", False]],
-    "position_drawn": [[0, 0, 0], [0, 0, 0.33], [0.2, 0, 0.6], [0.5, 0, 0.1]],
-    "next_drawn": [[0, 0, 0], [0, 0, 0.33], [0.1, 0.2, 0.6], [0.4, 0.3, 0.1]],
-}  # fmt: skip
-SPAN = """() => {
-  const canvas = document.getElementById("arm"), c = canvas.getContext("2d");
-  const { width, height } = canvas, data = c.getImageData(0, 0, width, height).data;
-  let x0 = width, x1 = 0, y0 = height, y1 = 0;
-  for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) {
-    const i = 4 * (y * width + x);
-    if (data[i] > 150 && data[i + 3] > 100) {
-      x0 = Math.min(x0, x); x1 = Math.max(x1, x); y0 = Math.min(y0, y); y1 = Math.max(y1, y);
-    }
-  }
-  return [(x1 - x0) / width, (y1 - y0) / height];
-}"""
-
-
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
-def test_the_page_shows_the_arm_large_and_the_joint_to_move():
-    playwright = pytest.importorskip("playwright.sync_api")
+def test_the_page_shows_the_arm_large_and_the_joint_to_move(chromium):
     page_file = Path(mukca.__file__).parent / "tools/recording/page.html"
-    told = f"data: {json.dumps(STATE)}\n\n"
-    with playwright.sync_playwright() as player:
-        browser = player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        page = browser.new_page()
-        page.route("**/x/", lambda way: way.fulfill(path=page_file, content_type="text/html"))
-        page.route(
-            "**/events", lambda way: way.fulfill(body=told, content_type="text/event-stream")
-        )
-        for width, height in ((1280, 800), (390, 844)):
-            page.set_viewport_size({"width": width, "height": height})
-            page.goto("http://page.test/x/")
-            page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-            assert max(page.evaluate(SPAN)) > 0.7
-            assert page.locator(".joint.move span").first.inner_text() == "panda_joint1"
-            assert page.locator(".joint.move").count() == 1
-            assert "the best next pose" in page.locator("#legend").inner_text()
-            page.locator("summary").click()
-            assert "MOVE the arm" in page.locator("details").inner_text()
-        browser.close()
+    span = Path(__file__).with_name("span.js").read_text().partition("\n")[2]
+    told = f"data: {Path(__file__).with_suffix('.json').read_text()}\n"
+    page = chromium.new_page()
+    page.route("**/x/", lambda way: way.fulfill(path=page_file, content_type="text/html"))
+    page.route("**/events", lambda way: way.fulfill(body=told, content_type="text/event-stream"))
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.goto("http://page.test/x/")
+        page.wait_for_selector("canvas[data-drawn='arm and ghost']")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert max(page.evaluate(span)) > 0.7
+        assert page.locator(".joint.move span").first.inner_text() == "panda_joint1"
+        assert page.locator(".joint.move").count() == 1
+        assert "the best next pose" in page.locator("#legend").inner_text()
+        page.locator("summary").click()
+        assert "MOVE the arm" in page.locator("details").inner_text()
