@@ -44,8 +44,11 @@ class Fit:
         if self.selected is None:
             return None
         found = self.selected.full.arms[self.index]
-        finite = np.isfinite(found.covariance).all() and (np.diag(found.covariance) >= 0).all()
-        return found if finite else None
+        return found if _is_covariance(found.covariance) else None
+
+
+def _is_covariance(matrix: np.ndarray) -> bool:
+    return bool(np.isfinite(matrix).all() and (np.diag(matrix) >= 0).all())
 
 
 def fit_robots(
