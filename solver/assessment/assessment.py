@@ -61,16 +61,11 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
-    return Assessment(
-        predictions=predictions,
-        tolerance=options.tolerance,
-        limits=limits,
-        between=between,
-        summary=role_summaries(predictions, options.tolerance),
-        placements=placement_reports(predictions, options.tolerance),
-        coverage=covered,
-        verdict=judge(rows, rests_on(document), document.hypotheses or ()),
-    )
+    verdict = judge(rows, rests_on(document), document.hypotheses or ())
+    summary = role_summaries(predictions, options.tolerance)
+    placements = placement_reports(predictions, options.tolerance)
+    figures = limits, between, summary, placements, covered, verdict
+    return Assessment(predictions, options.tolerance, *figures)
 
 
 def rows_since(

@@ -112,10 +112,7 @@ def rows_of_the_fit(
     trained, tested = (
         [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
     )
-    rows += [
-        samples_row(trained, tested, tied=tied),
-        travel_row(covered, _joints_held(predictions)),
-    ]
+    rows += [samples_row(trained, tested, tied=tied), travel_row(covered, _bound(predictions))]
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
@@ -176,8 +173,8 @@ def samples_row(
     return limit_row("samples", "pass", text, title=title)
 
 
-def _joints_held(predictions: Predictions) -> list[str]:
-    """Return the joints that a ball in its socket holds, whatever the others do."""
+def _bound(predictions: Predictions) -> list[str]:
+    """Return the joints that a ball in its socket lets not move, whatever the others do."""
     guide = InverseKinematics(predictions.robot)
     q = [p.measured.positions for p in predictions.placements if p.measured.kind == "sockets"]
     if not q:

@@ -86,12 +86,12 @@ class PlacementPrediction:
     @cached_property
     def deviations(self) -> ByModel[np.ndarray]:
         """Each predicted centre less its socket's mean, or the measured point, shape (N, 3) [m]."""
-        return self.points.by_name(
-            lambda model: (
-                self.points.of(model)
-                - targets(self.points.of(model), self.measured, self.frames[model])
-            )
-        )
+
+        def deviations(model: ModelName) -> np.ndarray:
+            points = self.points.of(model)
+            return points - targets(points, self.measured, self.frames[model])
+
+        return self.points.by_name(deviations)
 
     def errors(self, model: ModelName) -> np.ndarray:
         """Return the length of each deviation, shape (N,) [m]."""

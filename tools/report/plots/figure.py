@@ -175,17 +175,13 @@ class Panel:
         """Draw a dot at a value; its size is in the panel's own units."""
         self.add("circle", hint, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
 
-    def bar(self, y: float, low: float, high: float, class_: str, thick: float = 2) -> None:
-        """Draw a bar at a height, from one value to another."""
-        x1, x2 = sorted((self.x(low), self.x(high)))
-        size = {"width": max(x2 - x1, 0.5), "height": thick}
-        self.add("rect", x=x1, y=self.y(y) - thick / 2, **size, class_=class_)
-
     def bars(self, lows: ArrayLike, highs: ArrayLike, class_: str, thick: float = 2) -> None:
-        """Draw a bar in each named row, unless its ends are one."""
+        """Draw a bar in each named row, unless it has no length or an end is NaN."""
         for i, (low, high) in enumerate(np.broadcast(lows, highs)):
-            if low != high:
-                self.bar(i, low, high, class_, thick)
+            if abs(high - low) > 0:
+                x1, x2 = sorted((self.x(low), self.x(high)))
+                size = {"width": max(x2 - x1, 0.5), "height": thick}
+                self.add("rect", x=x1, y=self.y(i) - thick / 2, **size, class_=class_)
 
     def dots(
         self,

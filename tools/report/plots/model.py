@@ -98,9 +98,9 @@ def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: st
     title = f"positions, {unit}; socket 0 above, others below"
     axis = Axis(low, max(high, low + 1e-6), unit)
     panel = named_rows(title, [row.name for row in rows], axis, pitch=34)
-    for k, (i, row) in enumerate(zip(joints, rows, strict=True)):
-        if row.lower is not None and row.upper is not None:
-            panel.bar(k, factor * row.lower, factor * row.upper, "range", thick=26)
+    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)  # NaN: no limit
+    panel.bars(factor * limits[:, 0], factor * limits[:, 1], "range", thick=26)
+    for k, i in enumerate(joints):
         for role in ("test", "train"):
             marks = "".join(
                 f"M{panel.x(factor * q[i]):.1f} {panel.y(k) + (1 if s.socket else -12)}v11"
