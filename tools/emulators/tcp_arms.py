@@ -98,7 +98,8 @@ def packed(kind: bytes, payload: bytes) -> bytes:
 
 
 HOST = "127.0.0.1"
-RICH, NORMAL_SIZE, RICH_SIZE = 30002, 145, 233
+RICH = 30002
+REAL_SIZE, NORMAL_SIZE, RICH_SIZE, FAST_SIZE = 87, 145, 233, 804
 GUIDING = 0x22  # mode 2, joint teaching; state 2
 FIRST_TIME = 5_000_000  # us
 MOST_CLIENTS = 100
@@ -143,30 +144,29 @@ class XArmEmulator(Emulator):
 
 def real_report(state: JointState) -> bytes:
     """Return a report of port 30003."""
-    torques = _seven(state.effort or (0.0,) * len(state.position))
-    body = bytes([GUIDING]) + bytes(2) + _seven(state.position) + bytes(24) + torques
-    return (len(body) + 4).to_bytes(4, "big") + body
+    fields = {4: bytes([GUIDING]), 7: _seven(state.position), 59: _seven(state.effort or ())}
+    return _report(REAL_SIZE, fields)
 
 
 def fast_report(time: int, state: JointState) -> bytes:
     """Return a report of port 30000, by the controller's time [us]."""
-    head = time.to_bytes(8, "big") + bytes([GUIDING]) + bytes(2 + 17)
-    still = bytes(28)
-    targets = _seven(tuple(q + 1e-3 for q in state.position)) + still + still
-    actual = _seven(state.position) + still + still
-    torques = still + _seven(state.effort or (0.0,) * len(state.position))
-    body = head + targets + actual + torques
-    body += bytes(804 - 4 - len(body))
-    return (804).to_bytes(4, "big") + body
+    fields = {4: time.to_bytes(8, "big"), 12: bytes([GUIDING]), 116: _seven(state.position)}
+    targets = _seven(tuple(q + 1e-3 for q in state.position))
+    return _report(FAST_SIZE, {**fields, 32: targets, 228: _seven(state.effort or ())})
 
 
 def rich_report(state: JointState) -> bytes:
     """Return a report of port 30002."""
-    body = real_report(state)[4:]
-    body += bytes(NORMAL_SIZE - 4 - len(body))
-    body += bytes([6, len(state.position), 0xAA, 0x55]) + bytes(2) + b"v2.6.0".ljust(30, b"\0")
-    body += bytes(RICH_SIZE - 4 - len(body))
-    return RICH_SIZE.to_bytes(4, "big") + body
+    kind = bytes([6, len(state.position), 0xAA, 0x55]) + bytes(2) + b"v2.6.0"
+    return _report(RICH_SIZE, {4: real_report(state)[4:], NORMAL_SIZE: kind})
+
+
+def _report(size: int, fields: dict[int, bytes]) -> bytes:
+    """Return a report of so many bytes: its size, fields by their first byte, and zeros."""
+    report = bytearray(size)
+    for first, data in {0: size.to_bytes(4, "big"), **fields}.items():
+        report[first : first + len(data)] = data
+    return bytes(report)
 
 
 def _seven(values: tuple[float, ...]) -> bytes:
