@@ -4,6 +4,7 @@ Proven against dynamixel_sdk 4.1.0 and feetech-servo-sdk 1.0.0, which ping and r
 """
 
 import json
+import struct
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,8 +13,8 @@ from typing import Any, ClassVar
 from .emulator import Emulator, Version
 from .ports import SerialPort
 
-Request = tuple[int, int, bytes]
-"""A packet: number of the servo, instruction, parameters."""
+Request = tuple[int, int, int, int, bytes]
+"""A packet: servo, instruction, first register, number of registers, servos of a sync read."""
 
 PING, READ, SYNC_READ = 0x01, 0x02, 0x82
 MEMORY = 256  # bytes of registers
@@ -63,10 +64,6 @@ class ServoEmulator(Emulator):
         """Return the request of a packet; None if its check fails."""
 
     @abstractmethod
-    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        """Return the first register that is read, how many, and of which servos in a sync read."""
-
-    @abstractmethod
     def _status(self, servo: int, data: bytes) -> bytes:
         """Return a servo's answer."""
 
@@ -93,13 +90,12 @@ class ServoEmulator(Emulator):
                 if request is not None:
                     self._reply(*request)
 
-    def _reply(self, servo: int, instruction: int, parameters: bytes) -> None:
+    def _reply(self, servo: int, instruction: int, first: int, count: int, servos: bytes) -> None:
         self.arm.connect()
         asked: Sequence[int] = [one for one in self._known if servo in (one, 0xFE)]
         if instruction == PING:
             answers = [(one, self._pong()) for one in asked]
         elif instruction in (READ, SYNC_READ):
-            first, count, servos = self._registers(parameters)
             asked = asked if instruction == READ else servos
             steps = self._steps(first, count)
             answers = [(one, self._memory(one, steps)[first : first + count]) for one in asked]
@@ -142,11 +138,9 @@ class DynamixelEmulator(ServoEmulator):
     def _request(self, packet: bytes) -> Request | None:
         if crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
             return None
-        return packet[4], packet[7], packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
-
-    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        first, count = parameters[:2], parameters[2:4]
-        return int.from_bytes(first, "little"), int.from_bytes(count, "little"), parameters[4:]
+        parameters = packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+        first, count = struct.unpack("<HH", parameters[:4].ljust(4, b"\0"))
+        return packet[4], packet[7], first, count, parameters[4:]
 
     def _pong(self) -> bytes:
         return self.model.to_bytes(2, "little") + bytes([self.TABLE["firmware"]])
@@ -183,10 +177,10 @@ class FeetechEmulator(ServoEmulator):
         return received[3] + 4
 
     def _request(self, packet: bytes) -> Request | None:
-        return (packet[2], packet[4], packet[5:-1]) if sum(packet[2:]) & 0xFF == 0xFF else None
-
-    def _registers(self, parameters: bytes) -> tuple[int, int, Sequence[int]]:
-        return parameters[0], parameters[1], parameters[2:]
+        if sum(packet[2:]) & 0xFF != 0xFF:
+            return None
+        first, count = packet[5:-1][:2].ljust(2, b"\0")
+        return packet[2], packet[4], first, count, packet[7:-1]
 
     def _position(self, steps: int) -> int:
         return abs(steps) | (0x8000 if steps < 0 else 0)

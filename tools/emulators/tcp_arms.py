@@ -78,12 +78,13 @@ class UrEmulator(Emulator):
             self.arm.connect()
 
     def _set_up(self, payload: bytes) -> None:
-        if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) > 0:
+        if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) >= 1e-3:
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
-        self._names = payload[8:].decode().rstrip(",").split(",")
-        types = ",".join(OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in self._names)
-        self._tcp.send(packed(b"O", bytes(["NOT_FOUND" not in types]) + types.encode()))
+        names = payload[8:].decode().rstrip(",").split(",")
+        types = [OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in names]
+        self._names = [] if "NOT_FOUND" in types else names
+        self._tcp.send(packed(b"O", bytes([bool(self._names)]) + ",".join(types).encode()))
 
     def _forget(self) -> None:
         self._buffer = b""
