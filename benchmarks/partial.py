@@ -43,7 +43,7 @@ from mukca.solver.data import (
     turn,
 )
 from mukca.solver.design import Reach, plan_poses
-from mukca.solver.partial import zero_covariance, zeros_told
+from mukca.solver.partial import identifiable_zeros, zero_covariance
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import BallModel, InverseKinematics, Origin
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
@@ -217,7 +217,7 @@ def planned(
     away = (base.sockets[1] - base.sockets[0]) / base.distance
     known = known.with_lengths({0: -away, 1: away}, CALIPER_DEVIATION)
     order = [0] * count + [1] * count
-    guide = Planned(one.arm, plan_poses(known, zeros_told(known, pools), pools, order))
+    guide = Planned(one.arm, plan_poses(known, identifiable_zeros(known, pools), pools, order))
     return record(one.arm, base, generator, samples=count, imperfection=one.how, guide=guide)
 
 

@@ -1,6 +1,7 @@
-"""Columns that are not the model's joints: signs, orders and offsets, and which are worth a fit.
+"""Columns that do not match the model's joints: signs, orders and offsets.
 
-The model as it is, but for its ball, sorts them; their fits are compared with all else.
+Hypotheses are ranked by the nominal model; the best are fitted, and their evidence is compared with
+that of all other explanations.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,31 +18,31 @@ STEPS = 8
 MAX_STEP = 0.2
 """Largest change of an offset in a step [rad]."""
 MAX_MISTAKES = 3
-"""Mistakes of a recording at most; a model that needs more is another robot's."""
+"""Largest number of mistakes; with more, the model is another robot's."""
 USUAL_OFFSET = np.deg2rad(1.5)
-"""Joints may be off by less than this."""
+"""Largest offset of a joint that is no mistake [rad]."""
 NEEDED = 1.5
-"""The error without an offset that is needed is so many times as large as with it."""
+"""Factor by which the error grows without an offset that is needed."""
 MUCH = 3.0
-"""Noise, beside what is expected, from which any placement may have wrong columns."""
+"""Multiple of the expected noise from which any placement may have wrong columns."""
 OF_COLUMNS = {name: kind_of(name) for name in ("sign", "swap", "order")}
 OF_COLUMNS["zero"] = kind_of("zero_column")
 CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *OF_COLUMNS.values())
-"""All that may be told."""
+"""All causes that may be reported."""
 TOLERANCE = 0.02
-"""A right model is off by less than this on average, once the ball's place is fitted [m]."""
+"""Largest mean error of a correct model once the ball's place is fitted [m]."""
 TRIED = 90
-"""Samples used to try a hypothesis."""
+"""Samples by which a hypothesis is ranked."""
 MOST_SIGNS = 8
 """Arms with more joints than this: their signs are tried one at a time only."""
 PROMISING = 0.8
-"""Share of the error as it is that a hypothesis worth a fit leaves at most."""
+"""Largest share of the present error with which a hypothesis is worth a fit."""
 OFFSETS = np.deg2rad(np.arange(-165, 181, 30))
 
 
 @dataclass(frozen=True)
 class ColumnHypothesis:
-    """Joint positions as they may truly be: q[order] * signs - offsets."""
+    """Hypothesis that the true joint positions are q[order] * signs - offsets."""
 
     robot: Robot
     order: np.ndarray
@@ -93,7 +94,7 @@ class ColumnHypothesis:
 
 
 def unchanged(robot: Robot) -> ColumnHypothesis:
-    """Return the hypothesis that nothing is wrong."""
+    """Return the hypothesis of correct columns."""
     m = len(robot.actuated)
     return ColumnHypothesis(robot, np.arange(m), np.ones(m), np.zeros(m))
 
@@ -164,7 +165,7 @@ class _NominalModel:
 
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
-    """Return the best hypotheses of each kind, if they leave clearly less than what is there."""
+    """Return the best hypotheses of each kind that clearly lower the error."""
     few = samples.thinned(TRIED, 4)
     nominal, robot, right = _NominalModel(model, few), model.robot, unchanged(model.robot)
     joints, best = len(robot.actuated), nominal.ranked
@@ -193,7 +194,10 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
 def of_columns(
     model: RigidModel, scene: Scene, likeliest: Candidate, *, sound: bool
 ) -> list[Candidate]:
-    """Return wrong columns of all, or of the one accused; of sound ones the last joint's sign."""
+    """Return candidates: wrong columns of all placements, of a suspect one, or of the last joint.
+
+    ``sound``: the recordings are explained well, and only the sign of the last joint is tried.
+    """
     told = likeliest.parameters
     tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
     for rows, measured in zip(scene.places, scene.measurements, strict=True):
@@ -228,7 +232,7 @@ def _as_it_is(scene: Scene, _: object) -> Scene:
 def _candidate(
     wrong: ColumnHypothesis, changed: Scene, placement: str | None, before: float
 ) -> Candidate:
-    """Return one hypothesis as an explanation, its offsets those beside a fit of the geometry."""
+    """Return a hypothesis as a candidate, with the offsets of a fit that includes the geometry."""
     (best,) = Comparison(changed, ONLY_SOUND).candidates
     joints, offsets = np.flatnonzero(wrong.offsets).tolist(), wrong.offsets.copy()
     for block in of_zero(changed) if joints and placement is None else ():
@@ -250,7 +254,7 @@ def _candidate(
     advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in wrong.mistakes)
     return replace(
         best,
-        kind=replace(kind, form=form, advice=advice, changed=_as_it_is),
+        kind=replace(kind, form=form, advice=advice, scene_after=_as_it_is),
         block=replace(best.block, parameters=[parameters]),
         log_evidence=best.log_evidence + float(np.log(kind.prior / len(names))),
     )

@@ -44,7 +44,7 @@ def size_level(
     return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
 
 
-def rulers(
+def known_distances(
     measurements: Sequence[Measurement], known: Sequence[KnownDistance], deviation: float
 ) -> tuple[Known[int], ...]:
     """Return the distances of bases, then those known beside them, by the sockets' indices.

@@ -1,6 +1,7 @@
-"""Explanations of recordings: the most probable one is put among what may be off, time and again.
+"""Explanations of recordings, one after the other.
 
-The rest is compared anew, until nothing is likelier than that it is sound.
+The most probable one is added to the nuisances, and all others are compared again, until that of
+sound recordings is the most probable.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,39 +18,38 @@ from .hypotheses import ARMS, KINDS, OF_SIZE, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8
-"""Causes that are sought at most."""
+"""Largest number of causes."""
 MOST = 240
-"""Samples of a placement that are looked at; of more, some are left out evenly."""
+"""Samples of a placement that are used at most, evenly chosen."""
 USUAL, USUAL_WIDTH, KNOWN_WIDTH = 2e-4, 0.6, 0.25
-"""Noise of an arm of which nothing is known [m], and how far it may be off, in its logarithm;
-and of one whose repeatability is known."""
+"""Prior noise of an arm of unknown repeatability [m], the standard deviation of its logarithm, and
+that where the repeatability is known."""
 SERVOS = 4e-4
-"""Noise of arms made of servos beside the play of their gears [m]."""
+"""Noise of arms made of servos apart from the play of their gears [m]."""
 RESOLUTION = 1e-4
 """Repeatability that a printed socket shows at best [m]."""
 SURE = 0.1
-"""Probability from which recordings are taken for sound."""
+"""Probability of sound recordings from which they are accepted as sound."""
 BAD_RATIO = 2.5
-"""A placement is not to be trusted if the fit to it alone leaves this many times the error that is
-usual for the others."""
+"""Factor on the usual error of the other placements, beyond which one stands out."""
 EXACT = 1e-5
-"""Largest error that a fit leaves of fewer samples than it has unknowns [m]: it says nothing."""
-OPEN = ("distance", "scaled", "version")
-"""Explanations that leave the arm's size open."""
+"""Largest error of a fit to fewer samples than unknowns [m], which means nothing."""
+SIZE_CAUSES = ("distance", "scaled", "version")
+"""Explanations with which the arm's size is unknown."""
 SECOND = 0.1
-"""Probability from which the second explanation is told beside the first."""
-TOLD = 1e-3
+"""Probability from which the second explanation is reported with the first."""
+LISTED = 1e-3
 """Probability below which an explanation is not listed."""
 OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST, MORE = 8, 20
-"""Samples below which any model explains them, and below which only errors are told."""
+"""Fewest samples for any explanation, and for explanations that are only warnings."""
 
 
 def scene_of(
     model: RigidModel,
     measurements: Sequence[Measurement],
-    rulers: Sequence[Known[int]],
+    known: Sequence[Known[int]],
     repeatability: float | None,
     floors: Sequence[float],
     start: np.ndarray | None = None,
@@ -66,7 +66,7 @@ def scene_of(
         robot=model.robot,
         parameters=model.parameters,
         measurements=tuple(m for m, _ in thin),
-        rulers=tuple(rulers),
+        known=tuple(known),
         x=fit.x,
         by_scale=model.by_scale,
         centres=np.array(centres) if any(odd) else fit.centres,
@@ -74,7 +74,7 @@ def scene_of(
         noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),
         noise_width=USUAL_WIDTH if model.zeros or repeatability is None else KNOWN_WIDTH,
         zeros=model.zeros,
-        kept=np.concatenate([numbers for _, numbers in thin]),
+        sample_numbers=np.concatenate([numbers for _, numbers in thin]),
     )
 
 
@@ -91,16 +91,16 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
 def explain(
     model: RigidModel, scene: Scene
 ) -> tuple[list[Candidate], tuple[Hypothesis, ...], Scale | None]:
-    """Return causes, explanations where the first that matters was found, and the arm's size."""
+    """Return causes, all explanations at the round of the first error, and the arm's size."""
     if len(scene.q) < LEAST:
         return [], (), _scale(scene)[0]
     findings, listed = list[Candidate](), tuple[Hypothesis, ...]()
-    decided, told, sized = False, set[str](), scene
+    decided, explained, sized = False, set[str](), scene
     of_size, kinds = set[int](), KINDS
     for _ in range(ROUNDS):
         options = Comparison(scene, kinds).candidates
         shares = shares_of(options)
-        if scene.readings is None and "samples" not in told:
+        if scene.readings is None and "samples" not in explained:
             sound = shares["sound"] >= SURE
             likeliest = max(options, key=lambda o: o.log_evidence)
             options += of_columns(model, scene, likeliest, sound=sound)
@@ -110,42 +110,42 @@ def explain(
         if likely == "sound" or shares["sound"] >= SURE:
             break
         own = sorted((o for o in options if o.kind.name == likely), key=lambda o: -o.log_evidence)
-        sure = [o for o in own if o.kind.several and o.log_evidence > options[0].log_evidence]
+        sure = [o for o in own if o.kind.separate and o.log_evidence > options[0].log_evidence]
         own = sure or own[:1]
         first, *others = own
         if len(scene.q) < MORE and first.kind.level != "error":
             listed = listed if findings else ()
             break
         if "placement" not in first.parameters:
-            if told & first.residuals:
-                break  # what is left of one cause of all looks like another
-            told |= first.residuals
+            if explained & first.residuals:
+                break  # residuals of one global cause would look like another
+            explained |= first.residuals
         findings += own
         if not decided and first.kind.level == "error":
             listed, decided = listed_of(options, shares), True
-        if first.is_silent:
+        if first.has_no_effect:
             kinds = tuple(kind for kind in kinds if kind is not first.kind)
         before, scene = scene, first.after()
-        more = [f for o in others for f in o.after().found[len(before.found) :]]
-        scene = replace(scene, found=(*scene.found, *more))
-        if likely in OPEN:
-            of_size.add(id(scene.found[-1]))
+        more = [f for o in others for f in o.after().explained[len(before.explained) :]]
+        scene = replace(scene, explained=(*scene.explained, *more))
+        if likely in SIZE_CAUSES:
+            of_size.add(id(scene.explained[-1]))
         else:
-            kept = tuple(one for one in scene.found if id(one) not in of_size)
-            sized = replace(scene, found=kept)
+            kept = tuple(one for one in scene.explained if id(one) not in of_size)
+            sized = replace(scene, explained=kept)
     size, doubt = _scale(sized)
     if size is None or doubt is None:
         return findings, listed, size
-    off = abs(float(np.log1p(max(size.value, -0.9))))  # by more than arms are, though not surely
+    off = abs(float(np.log1p(max(size.value, -0.9))))  # more than arms differ from their models
     doubtful = size_level(size.value, size.deviation) is not None
-    if not told and doubtful and off > 3 * (size.deviation or 0.0):
+    if not explained and doubtful and off > 3 * (size.deviation or 0.0):
         findings.append(doubt)
-    # what is found of the size is told as it is with all else that was found
+    # the size is reported as estimated with all other causes accounted for
     return [doubt if f.kind.name == "distance" else f for f in findings], listed, size
 
 
 def _scale(scene: Scene) -> tuple[Scale | None, Candidate | None]:
-    """Return the arm's size by the known distances, and the wrong distance that it may be."""
+    """Return the arm's size by the known distances, and the hypothesis that these are wrong."""
     for wrong in Comparison(scene, OF_SIZE).candidates:
         mean, covariance = wrong.evidence.posterior(wrong.block, wrong.sigma)
         deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
@@ -194,7 +194,7 @@ def listed_of(
 ) -> tuple[Hypothesis, ...]:
     """Return the best explanation of each name, the most probable first."""
     best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
-    kept = sorted((n for n in best if shares[n] >= TOLD), key=lambda n: -shares[n])
+    kept = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
     return tuple(best[name].hypothesis(shares[name]) for name in kept)
 
 

@@ -10,9 +10,9 @@ from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measur
 from ..results import Diagnostic, Hypothesis, Scale
 from ..robot import Robot
 from .configurations import (
+    known_distances,
     of_placement,
     row_of,
-    rulers,
     size_level,
     where_of,
 )
@@ -21,24 +21,24 @@ from .hypotheses import Candidate
 from .robust_fit import RigidModel
 
 SEATED = 0.03
-"""A ball that lies farther from its socket than this [m] is not just badly seated."""
+"""Distance from its socket [m] beyond which a ball was elsewhere, not just badly seated."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 MOST_DRIFT, PLAY = 3e-3, 0.015
 """Drifts over a placement below this are no error where it is held out [m]; and what looks like one
 where gears have play."""
 LOOSE = 5e-4
-"""Noise that gears with play would make as well [m]."""
+"""Noise from which gears with play are suggested as the cause [m]."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
-"""Causes that play does not look like."""
+"""Causes that cannot be confused with play."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What was said of the recordings."""
+    """Settings of an inspection: known distances and the load."""
 
     known: Sequence[KnownDistance] = ()
     """Distances measured beside those between each placement's sockets."""
@@ -49,7 +49,7 @@ class Given:
 
 
 class Change(NamedTuple):
-    """A base that moved while a socket was recorded."""
+    """A move of the base while a socket was recorded."""
 
     socket: int
     sample: int
@@ -73,7 +73,7 @@ class Inspection:
 
     @property
     def sound(self) -> bool:
-        """True where nothing has to be mended before it is trained on."""
+        """True without diagnostics that are errors."""
         return all(diagnostic.level != "error" for diagnostic in self.diagnostics)
 
 
@@ -120,7 +120,7 @@ def inspect_all(
     """
     seated = [m for m in measurements if m.kind == "sockets"]
     given = given or Given()
-    known = rulers(seated, given.known, given.deviation)
+    known = known_distances(seated, given.known, given.deviation)
     if not seated:
         return Survey((), (), None)
     model = RigidModel(robot, zeros=zeros)

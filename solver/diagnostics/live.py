@@ -1,4 +1,4 @@
-"""Faults of a session while it goes on, held against sound samples.
+"""Faults of a recording session while it goes on, compared with the hypothesis of sound samples.
 
 How often sound sessions may be called faulty sets the threshold (``benchmarks/sessions.py``).
 """
@@ -14,37 +14,37 @@ from ...recorder import Placement
 from ..data import CALIPER_DEVIATION, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
-from .configurations import rulers
+from .configurations import known_distances
 from .explain import scene_of
 from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, RigidModel, Samples
 
 LEAST = 6
-"""Samples from which on faults are looked for."""
+"""Fewest samples for a check."""
 EVIDENCE, MORE = 2.5, 8.0
-"""Logarithm of how much more probable than sound samples all faults together must be; and a further
-one, once one was found."""
+"""Log Bayes factor of all faults together against sound samples from which the first is reported,
+and a further one."""
 FORGOTTEN = 0.06
-"""Prior probability of samples in another socket than they say."""
+"""Prior probability of samples with a wrong socket number."""
 DOUBT = -2.0
-"""Evidence of some fault, from which samples in other sockets are looked for."""
+"""Log Bayes factor of any fault from which samples in other sockets are considered."""
 STEPS, TIMES, CLOSE, LITTLE = 6, 2.0, 16, 1e-3
 """Steps of a fit to samples in other sockets; those that leave up to so many times the least error,
 so many of them at most, and all that leave at most this [m], are looked at closely."""
 MANY = 1000
 """More sockets than a base has."""
 SHARE = 1.0
-"""Of the errors that counts: with less a fit to few samples takes a fault for noise."""
+"""Share of the errors that counts as independent: with less, few samples take a fault for noise."""
 PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
 """Halves of the play that arms of servos may have [rad]."""
 WIDES = (1.0, 3.0)
-"""Factors on the effects of an arm; heavy ones have the larger: few samples do not average them."""
-UNTOLD = ("distance", "ball_loose")
-"""Explanations that are left out for arms made of servos."""
+"""Factors on the effects of an arm; those of heavy arms are larger."""
+NOT_OF_SERVOS = ("distance", "ball_loose")
+"""Explanations that are not considered for arms made of servos."""
 SMALL, CLEAN = 0.015, 2.0
-"""A fault that is smaller [m], and leaves less than so many times the usual noise, is no socket."""
+"""Size [m] and remaining noise, as a multiple of the usual, of a fault that is no other socket."""
 FAULTS = 3
-"""Faults that are told at most."""
+"""Largest number of faults."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class LiveCheck:
     def __init__(self, robot: Robot, repeatability: float | None) -> None:
         zeros = is_coarse(repeatability)
         # a fit with zeros that are off by degrees may be off in size, and in noise
-        self._kinds = [k for k in CURABLE if not zeros or k.name not in UNTOLD]
+        self._kinds = [k for k in CURABLE if not zeros or k.name not in NOT_OF_SERVOS]
         self._model = RigidModel(robot, zeros=zeros)
         self._repeatability = repeatability
 
@@ -97,7 +97,7 @@ class LiveCheck:
             clean = likeliest.sigma < CLEAN * scene.noise
             clean = clean and likeliest.parameters.get("size", math.inf) < SMALL
             whole = clean and likeliest.log_evidence - sound > EVIDENCE
-            elsewhere = [] if whole or scene.found else list(self._elsewhere(given, scene))
+            elsewhere = [] if whole or scene.explained else list(self._elsewhere(given, scene))
             logs += [log - sound for log, _, _ in elsewhere]
             total = np.logaddexp.reduce([evidence, *logs[len(others) :]])
             if total < (MORE if found else EVIDENCE):
@@ -117,12 +117,12 @@ class LiveCheck:
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        known = [k for k in rulers(measured, (), CALIPER_DEVIATION) if k.distance]
+        known = [k for k in known_distances(measured, (), CALIPER_DEVIATION) if k.distance]
         nothing = [0.0] * len(measured)
         return scene_of(self._model, measured, known, self._repeatability, nothing, start)
 
     def _compared(self, scene: Scene) -> tuple[list[Candidate], float]:
-        """Return explanations by the likeliest arm, and the evidence of faults over all arms."""
+        """Return explanations by the most probable arm, and the log Bayes factor over all arms."""
         arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
         every = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
@@ -135,7 +135,7 @@ class LiveCheck:
     def _elsewhere(
         self, placements: Sequence[Placement], arm: Scene
     ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
-        """Return evidence, placements put right, and fault, of samples in another socket."""
+        """Yield evidence, corrected placements and fault of samples in another socket."""
         *before, here = placements
         runs = list(_runs(here))
         prior = math.log(FORGOTTEN / max(len(runs), 1))
@@ -154,7 +154,7 @@ class LiveCheck:
     def _left(
         self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[tuple[range, int]]
     ) -> list[float]:
-        """Return the mean error that a linear fit leaves with each of some runs put right [m]."""
+        """Return the mean error of a linear fit with each of some runs corrected [m]."""
         least = max(ABOUT // (len(placements) or 1), FEW)
         few = [p.samples[:: max(len(p.samples) // least, 1)] for p in placements[:-1]]
         every = [*few, placements[-1].samples]
@@ -171,7 +171,7 @@ class LiveCheck:
 
 
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
-    """Return samples about a change of socket that was forgotten or told late, and their socket."""
+    """Yield samples at a change of socket that may be numbered wrongly, and their true socket."""
     sockets = [sample.socket for sample in placement.samples]
     changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
     for first, end in pairwise([0, *changes, len(sockets)]):

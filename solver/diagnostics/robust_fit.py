@@ -1,4 +1,4 @@
-"""A quick, robust fit of a rigid arm to samples, which always ends, and believes no distance.
+"""A quick, robust fit of a rigid arm to samples, without the known distances.
 
 Gauss-Newton steps with Student's noise; priors of fixed width hold the arm, and its scale, nominal.
 """
@@ -20,7 +20,7 @@ SCALE = 1e-5
 """Standard deviation of the prior that holds the arm's scale at nominal."""
 ITERATIONS = 40
 MAX_OFFSET = np.deg2rad(30)
-"""Largest joint offset that is sought [rad]."""
+"""Prior standard deviation of joint offsets in a search [rad]."""
 SEED_ITERATIONS = 6
 """Iterations for the ball's place, and joint offsets."""
 SETTLED = 1e-2
@@ -30,14 +30,13 @@ LARGEST_STEP = 0.2
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
 UNEXPLAINED = 5e-3
-"""A fit to sound recordings leaves less than this [m]."""
+"""Largest error of a fit to sound recordings [m]."""
 BACKLASH_NOISE = 1.9e-3
 """The same for arms made of servos [m]: their backlash moves whole sockets."""
 ENOUGH, LEAST = 4000, 20
-"""A fit uses about the first number of samples in all, and at least the second of each socket; more
-would hardly change it."""
+"""Samples that a fit uses at most, about, and at least of each socket."""
 ABOUT, FEW = 120, 10
-"""The same of a fit about which all is linear."""
+"""The same of the fit about which hypotheses are linearised."""
 
 
 @dataclass(frozen=True)

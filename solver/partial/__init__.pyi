@@ -4,8 +4,8 @@ from .camera_pose import CameraPose as CameraPose
 from .camera_pose import handeye as handeye
 from .joint_zeros import Zeros as Zeros
 from .joint_zeros import rezero as rezero
+from .prior import identifiable_zeros as identifiable_zeros
 from .prior import zero_covariance as zero_covariance
-from .prior import zeros_told as zeros_told
 from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
 from .validity import Validity as Validity

@@ -29,22 +29,22 @@ DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
 LEAST, LEAST_EACH = 5, 4
-"""Fewest views: three leave nothing to tell a bad one by."""
+"""Fewest views, in all and in a recording: three leave no redundancy."""
 OUTLIER = 0.25
-"""Robust weight below which a view is named: an error of six times its deviation."""
+"""Robust weight below which a view is an outlier: an error of six standard deviations."""
 LOOSE, MOST_OUTLIERS = 2e-2, 1 / 3
-"""Scatter [m], and share of views that fit no other, beyond which nothing is told."""
+"""Scatter [m], and share of outliers, beyond which the pose is not to be relied on."""
 TURNED_OVER = 2.5
 """Error beyond which a board was found turned by half a turn [rad]."""
 OTHER_WAY = 0.25
-"""Share of the angles left below which poses the other way round are what was measured."""
+"""Share of the remaining angles below which the inverse poses are taken for what was measured."""
 NOTHING_FITS = 0.1
 """Typical angle that no arm and no detector errs by [rad]."""
 
 
 @dataclass(frozen=True, repr=False)
 class CameraPose(Found):
-    """A camera, found with the calibrated chain held."""
+    """A camera's pose, estimated with the calibrated chain held."""
 
     camera: Camera
     target: Pose
@@ -56,7 +56,7 @@ class CameraPose(Found):
     residuals: np.ndarray
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
-    """Views that fit no other, in words."""
+    """Outliers among the views, in words."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -128,7 +128,7 @@ def handeye(
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
     return CameraPose(
         *framed(calibration, system, (name, parent), where, own),
-        another_arm(system) or _untold(system),
+        another_arm(system) or _inconsistent(system),
         camera,
         target,
         (state.noise.place, state.noise.turn),
@@ -176,7 +176,7 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
-    """Refuse poses that fit the other way round, or no way."""
+    """Refuse poses that fit the other kind of camera, or none."""
     angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
     other = next(way for way in angles if way != camera)
     if angles[other] < OTHER_WAY * angles[camera]:
@@ -196,7 +196,7 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
 
 
 def _held_out(system: System) -> tuple[float, float]:
-    """Return the rms errors of each view by all others, those that fit no other left out."""
+    """Return the rms errors of each view predicted from all others, outliers left out."""
     N, d, _ = system.by_joints.shape
     inverse = np.linalg.inv(system.covariance(system.state.noise))
     pulls = (inverse @ system.errors).reshape(N, d)
@@ -207,8 +207,8 @@ def _held_out(system: System) -> tuple[float, float]:
     return place, turn
 
 
-def _untold(system: System) -> tuple[str, ...]:
-    """Return in words that views do not belong together."""
+def _inconsistent(system: System) -> tuple[str, ...]:
+    """Return a warning where the views contradict each other, else nothing."""
     noise, weights = system.state.noise.place, system.state.weights
     bad = int(np.sum(weights < OUTLIER))
     if bad > MOST_OUTLIERS * len(weights):
@@ -221,7 +221,7 @@ def _untold(system: System) -> tuple[str, ...]:
 
 
 def _outliers(system: System) -> tuple[str, ...]:
-    """Return the views that fit no other, in words."""
+    """Return the outliers among the views, in words."""
     rows, left = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
     return tuple(
         f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * left[i, 0]:.1f} mm and "

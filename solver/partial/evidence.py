@@ -1,8 +1,8 @@
-"""Which of several things changed, by the evidence.
+"""Comparison of explanations of what changed, by their evidence.
 
 Each explanation frees some unknowns beside the prior: N(e; 0, C + A A^T) with A the slopes by them,
-times how far they may have changed. It is averaged over those widths, and over the noise. Zeros
-that wander by what a ball's seat wanders a metre away are unchanged in each of them.
+times their prior standard deviations, and is averaged over these and over the noise. Each
+explanation also lets all zeros vary by as little as a ball's seat seen from a metre away.
 """
 
 import math
@@ -19,51 +19,85 @@ from .task import Task
 
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
 PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
-"""Probabilities before the samples; that of the joints is shared among them."""
+"""Prior probabilities; that of ``joint`` is shared among all joints."""
 TYPICAL = (1e-3, 2e-2)
 """Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
-CRASHED = {"m": 1e-3, "rad": 3e-3}
-"""Typical change of each number of the geometry after a crash."""
+GEOMETRY_CHANGES = {"m": 1e-3, "rad": 3e-3}
+"""Typical change of each number of the geometry after a crash [m], [rad]."""
 ANOTHER, LESS = math.log(1000), 0.5
-"""Rise of the logarithm of the evidence by a geometry that may have changed everywhere, and share
-of the noise that is left then, from which samples are another arm's."""
+"""Log Bayes factor of a geometry that changed everywhere, and the share of the noise that it
+leaves, from which samples are taken for another arm's."""
 UNCHANGED = 5e-5
 """Standard deviation of the zero of a joint that did not change, from place to place [rad], [m]."""
-ASTRAY = 1e-2
-"""A next step beyond which a fit did not converge, and is no evidence [m]."""
+DIVERGED = 1e-2
+"""Next step beyond which a fit is taken for diverged [m]."""
 WIDTHS = (2e-3, 2e-2, ZERO)
 """Typical changes of a joint's zero [rad], [m]."""
 MOST_TOGETHER = 128
-"""Sets of joints that are compared; of more joints, only the smaller sets."""
+"""Sets of joints that are compared at most; the smaller sets come first."""
 ZERO_CHANGED = 0.02
-"""Probability before the samples that a joint's zero changed, where several may have."""
-UNTOLD = 1e-2
-"""A zero whose standard deviation is larger is not told [rad], [m]."""
+"""Prior probability that a joint's zero changed, where several may have."""
+TICK = 2 * math.pi / 4096
+"""Step of a servo with 4096 in a turn [rad]."""
+UNIDENTIFIABLE = 1e-2
+"""Standard deviation beyond which a zero is not identifiable [rad], [m]."""
 SURE = 0.9
 """Probability from which a joint's zero changed."""
 LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
-"""Scales of noise that are tried, as factors."""
+"""Factors on the noise over which the evidence is averaged."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """Something that may have changed."""
+    """A hypothesis on what changed."""
 
     name: str
     prior: float
-    """Its probability before the samples."""
+    """Prior probability."""
     widths: Sequence[dict[int, float]]
-    """Standard deviations by which unknowns are freed; one of these holds, each as likely.
+    """Prior standard deviations of the unknowns that changed; the alternatives are equally likely.
 
-    Behind all unknowns stand the errors of the distances that were stated.
+    After the unknowns of the task, indices count the errors of the stated distances.
     """
     joints: tuple[int, ...] = ()
     """Joints whose zeros changed."""
 
 
 @dataclass(frozen=True)
+class JointZero:
+    """Estimate of the change of a joint's zero."""
+
+    joint: str
+    changed: float
+    """Probability that it changed; 1 where it was named."""
+    offset: float
+    """To be added to what the joint reads [rad], [m]; 0 where it did not change."""
+    standard_deviation: float
+    """Of the offset [rad], [m]; of one that did not change, were it to be found alone."""
+
+    @property
+    def told(self) -> bool:
+        """True if the samples can identify it."""
+        return self.standard_deviation < UNIDENTIFIABLE
+
+    def __str__(self) -> str:
+        found, sigma = self.offset, self.standard_deviation
+        return (
+            f"{self.joint}: {found:+.6f} +- {sigma:.6f} rad to be added to what it reads "
+            f"({math.degrees(found):+.4f} deg; of a servo with 4096 counts a turn "
+            f"{self.counts:+d}, its homing_offset {-self.counts:+d} (Feetech), {self.counts:+d} "
+            "(Dynamixel))"
+        )
+
+    @property
+    def counts(self) -> int:
+        """The offset in whole counts of a servo."""
+        return round(self.offset / TICK)
+
+
+@dataclass(frozen=True)
 class NearestCause:
-    """An offset of one joint, and the error that is left with it."""
+    """An offset of one joint, and the error that remains with it."""
 
     joint: str
     offset: float
@@ -81,8 +115,8 @@ class NearestCause:
         return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
 
 
-def freed(task: Task, joints: Iterable[int]) -> System:
-    """Return the fit with the zeros of some joints free, too."""
+def fit_with_zeros(task: Task, joints: Iterable[int]) -> System:
+    """Return the fit with the zeros of some joints as further unknowns."""
     own = [task.prior.zeros.start + j for j in joints]
     return fit(replace(task, free=task.free | dict.fromkeys(own, ZERO)))
 
@@ -90,14 +124,14 @@ def freed(task: Task, joints: Iterable[int]) -> System:
 def linear_about(
     task: Task, wide: dict[int, float], *, lengths: bool = False
 ) -> tuple[System, bool]:
-    """Return a task, linear about a fit with much freed, and if that fit converged.
+    """Return a task linearised about a fit with wider priors, and True if that fit converged.
 
-    Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong one draws all
-    else after it.
+    Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong distance would
+    bias everything else.
     """
     wider = replace(task, free=wide | task.free)
     about = fit(replace(wider, distances=()) if lengths else wider)
-    return linear(wider, about.state), next_step(about) < ASTRAY
+    return linear(wider, about.state), next_step(about) < DIVERGED
 
 
 def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
@@ -131,7 +165,7 @@ def _gain(M: np.ndarray, g: np.ndarray, own: np.ndarray, width: Mapping[int, flo
 
 
 def explanations(task: Task) -> list[Explanation]:
-    """Return explanations: nothing, a wrong distance, a joint, the tool, the base, everything."""
+    """Return the hypotheses: nothing, a wrong distance, a joint, the tool, the base, everything."""
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
     base = [i for k in task.known for i in task.places[k].tolist()]
@@ -154,38 +188,37 @@ def explanations(task: Task) -> list[Explanation]:
 
 def find_zeros(
     task: Task, named: Sequence[int]
-) -> tuple[System, float | None, list[tuple[float, float, float]]]:
-    """Return a fit with the zeros free of joints that are named, or that the evidence names.
+) -> tuple[System, float | None, tuple[JointZero, ...]]:
+    """Return the fit with free zeros of the named joints, or of those that the evidence names.
 
-    Then the probability that none changed, None for joints that were named; and for each joint the
-    probability that it changed, the offset of its zero (0 where it did not change), and the
-    standard deviation of that (where it did not change, were it alone to be found) [rad], [m].
+    Then the probability that none changed, None for joints that were named; and all joints' zeros.
     """
-    count, zeros = len(task.prior.robot.joint_names), task.prior.zeros
+    names, zeros = task.prior.robot.joint_names, task.prior.zeros
+    count = len(names)
     if named:
         probability, unchanged, changed = np.isin(np.arange(count), named) * 1.0, None, list(named)
-        system = freed(task, changed)
+        system = fit_with_zeros(task, changed)
         deviations = _alone(system, task)
     else:
         about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
         deviations = _alone(about, task)
-        sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNTOLD).tolist())
+        sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
         odds = probabilities(about, sets) if converged else np.zeros(len(sets))
         probability = odds @ [[j in one.joints for j in range(count)] for one in sets]
         unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
-        system = freed(task, changed)
+        system = fit_with_zeros(task, changed)
     offsets = np.zeros(count)
     if changed:
         own = np.array(changed) + zeros.start
         deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(own)))
         moved = system.state.x[own] - task.prior.mean[own]
-        offsets[changed] = np.where(deviations[changed] < UNTOLD, moved, 0)
-    rows = zip(probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
-    return system, unchanged, list(rows)
+        offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, moved, 0)
+    rows = zip(names, probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
+    return system, unchanged, tuple(JointZero(*row) for row in rows)
 
 
 def _alone(system: System, task: Task) -> np.ndarray:
-    """Return the standard deviation of each joint's zero, were it alone to be found."""
+    """Return the standard deviation of each joint's zero, if it were the only one unknown."""
     A = system.slopes[:, task.prior.zeros]
     C = replace(system, task=task).covariance(system.state.noise, gaussian=True)
     information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
@@ -193,7 +226,7 @@ def _alone(system: System, task: Task) -> np.ndarray:
 
 
 def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
-    """Return explanations by sets of joints, of some, whose zeros changed; that of none first."""
+    """Return the hypotheses that the zeros of a set of joints changed, the empty set first."""
     sets: list[tuple[int, ...]] = []
     for size in range(len(joints) + 1):
         sets += combinations(joints, size)
@@ -212,7 +245,7 @@ def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
 
 
 def another_arm(system: System) -> tuple[str, ...]:
-    """Return in words that samples fit no arm like this one, but another; none where they do."""
+    """Return a warning where a different arm explains the samples far better, else nothing."""
     task, held = system.task, system.state.noise
     loose = fit(replace(task, free=task.free | _geometry(task)))
     free = loose.state.noise
@@ -227,6 +260,6 @@ def another_arm(system: System) -> tuple[str, ...]:
 
 
 def _geometry(task: Task) -> dict[int, float]:
-    """Return by how much each number of the chain's geometry may have changed."""
+    """Return the prior standard deviations of a chain all of whose numbers may have changed."""
     parameters = enumerate(task.prior.model.parameters)
-    return {i: CRASHED[p.unit] for i, p in parameters if not p.of_ball}
+    return {i: GEOMETRY_CHANGES[p.unit] for i, p in parameters if not p.of_ball}

@@ -1,4 +1,4 @@
-"""Zeros of joints after an exchange, a crash or a reset, the calibrated chain held."""
+"""Zeros of joints after an exchange, a crash or a reset, with the calibrated chain held."""
 
 import math
 from collections.abc import Sequence
@@ -11,61 +11,27 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
-from ..results import LaterZero, refuse_existing, write_files
+from ..results import refuse_existing, write_files
 from ..robot import Robot
-from .evidence import SURE, UNTOLD, another_arm, find_zeros
+from .evidence import SURE, TICK, JointZero, another_arm, find_zeros
 from .fit import System
 from .prior import prior_of
-from .sockets import alike, new_samples, socket_task
+from .sockets import new_samples, similar_postures, socket_task
 from .updated import updated, urdf_with_zeros
 
-TICK = 2 * math.pi / 4096
-"""Step of a servo with 4096 in a turn [rad]."""
 EVEN = 0.5
 """Probability of no change below which some zero may have changed."""
 OTHER_ARM = 5.0
-"""Errors beyond so many times those of its calibration are not explained by zeros."""
+"""Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
 OTHER_MODEL = 2e-2
-"""Errors beyond which no zeros make samples fit a nominal model [m]."""
+"""Errors beyond which zeros alone do not explain samples by a nominal model [m]."""
 ANOTHER = 5e-2
-"""Errors beyond which samples are another arm's, even where they tell no zero [m]."""
-
-
-@dataclass(frozen=True)
-class JointZero:
-    """What was found of a joint's zero."""
-
-    joint: str
-    changed: float
-    """Probability that it changed; 1 where it was named."""
-    offset: float
-    """To be added to what the joint reads [rad], [m]; 0 where it did not change."""
-    standard_deviation: float
-    """Of the offset [rad], [m]; of one that did not change, were it to be found alone."""
-
-    @property
-    def told(self) -> bool:
-        """True if the samples can tell it."""
-        return self.standard_deviation < UNTOLD
-
-    def __str__(self) -> str:
-        found, sigma = self.offset, self.standard_deviation
-        return (
-            f"{self.joint}: {found:+.6f} +- {sigma:.6f} rad to be added to what it reads "
-            f"({math.degrees(found):+.4f} deg; of a servo with 4096 counts a turn "
-            f"{self.counts:+d}, its homing_offset {-self.counts:+d} (Feetech), {self.counts:+d} "
-            "(Dynamixel))"
-        )
-
-    @property
-    def counts(self) -> int:
-        """The offset in whole counts of a servo."""
-        return round(self.offset / TICK)
+"""Errors beyond which samples are another arm's, even where no zero changed [m]."""
 
 
 @dataclass(frozen=True)
 class Zeros:
-    """Zeros of joints, found with the calibrated chain held."""
+    """Changes of joint zeros, estimated with the calibrated chain held."""
 
     arm: Calibration | Robot
     joints: tuple[JointZero, ...]
@@ -75,11 +41,11 @@ class Zeros:
     noise: float
     """Of the ball in its sockets, a standard deviation per axis [m]."""
     untold: tuple[str, ...]
-    """Joints that such samples cannot tell and what would tell them, or why none, in words."""
+    """Joints whose zeros are not identifiable, and samples that would help; or another warning."""
     system: System
     """The fit."""
     new: bool = True
-    """False where the calibration was trained on all samples, which then tell no change."""
+    """False where the calibration was trained on all samples, so that they show no change."""
     other: bool = False
     """True where more than zeros differ from a nominal model."""
 
@@ -91,7 +57,7 @@ class Zeros:
 
     @property
     def changed(self) -> tuple[JointZero, ...]:
-        """The joints whose zero changed, of those that the samples can tell."""
+        """The joints whose zero changed, of those that are identifiable."""
         return tuple(one for one in self.joints if one.offset)
 
     def __repr__(self) -> str:
@@ -102,18 +68,13 @@ class Zeros:
         """The calibration with the new zeros; None of an arm that has none."""
         if isinstance(self.arm, Robot):
             return None
-        zeros = [
-            LaterZero(joint=one.joint, offset=one.offset, standard_deviation=one.standard_deviation)
-            for one in self.joints
-        ]
-        return updated(self.arm, self.system, zeros)
+        return updated(self.arm, self.system, self.joints)
 
     def urdf(self) -> bytes:
         """Return the URDF with the new zeros in its origins."""
-        if self.calibration is not None:
-            return self.calibration.urdf()
-        assert isinstance(self.arm, Robot)
-        return urdf_with_zeros(self.arm, [one.offset for one in self.joints])
+        if isinstance(self.arm, Robot):
+            return urdf_with_zeros(self.arm, [one.offset for one in self.joints])
+        return updated(self.arm, self.system, self.joints).urdf()
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json``; the URDF alone for a nominal robot.
@@ -197,7 +158,7 @@ def rezero(
             raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
     measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
     measured, new, remarks = new_samples(arm, measured)
-    if alike(measured):
+    if similar_postures(measured):
         remarks.append("The postures are alike and tell little: move all joints between samples.")
     task = socket_task(prior, measured, stood, ball_moved=ball_moved)
     task = replace(task, warnings=(*task.warnings, *remarks))
@@ -206,8 +167,7 @@ def rezero(
         raise UsageError(
             f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
         )
-    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
-    found = tuple(JointZero(name, *zero) for name, zero in zip(names, zeros, strict=True))
+    system, unchanged, found = find_zeros(task, [names.index(joint) for joint in joints])
     off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
     most = OTHER_MODEL
     if isinstance(arm, Calibration):
@@ -221,14 +181,13 @@ def rezero(
     if not new:
         found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None
     named = [one for one in found if not joints or one.joint in joints]
-    untold = tuple(_untold(prior.robot, one, stood) for one in named if not one.told)
-    other = another_arm(system) if isinstance(arm, Robot) else ()
-    untold, noise = (*untold, *other), system.state.noise.place
-    return Zeros(arm, found, unchanged, noise, untold, system, new, bool(other))
+    open_zeros = (_how_to_identify(prior.robot, one, stood) for one in named if not one.told)
+    other, noise = another_arm(system) if isinstance(arm, Robot) else (), system.state.noise.place
+    return Zeros(arm, found, unchanged, noise, (*open_zeros, *other), system, new, bool(other))
 
 
-def _untold(robot: Robot, zero: JointZero, stood: str) -> str:
-    """Return that a joint's zero cannot be told, and what would tell it."""
+def _how_to_identify(robot: Robot, zero: JointZero, stood: str) -> str:
+    """Return a sentence on a zero that is not identifiable, and samples that would help."""
     way = "record postures in which it moves the ball differently, and more of them"
     if zero.joint == robot.joint_names[0] and not stood:
         way = "the base's place is free: leave a base where it stood, and name it by --stood"

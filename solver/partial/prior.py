@@ -1,4 +1,4 @@
-"""What a calibration leaves known of an arm, as the prior of a fit of one thing more."""
+"""The prior of an arm in a partial fit: the posterior of its calibration."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ from ..design import ParameterCovariance, Workspace
 from ..robot import Robot, all_parameters, choose_parameters
 
 LENGTH, ANGLE = 2e-4, 7e-4
-"""Standard deviations of a nominal arm's lengths [m] and angles [rad], as its parts are made."""
+"""Tolerances of the lengths [m] and angles [rad] of an arm as made, standard deviations."""
 UNKNOWN_BALL = 0.1
 """Standard deviation of the ball's place on a nominal arm [m]."""
 NOMINAL_NOISE = Noise(1e-4, 1e-3)
 """Noise of an arm that was never calibrated."""
 ZERO = 0.2
-"""Standard deviation of a joint's zero that is to be found [rad], [m]."""
+"""Prior standard deviation of a joint's zero that is estimated [rad], [m]."""
 POOLED = 40
-"""Poses of each socket by which it is seen which zeros such samples tell at all."""
-TOLD = 1e-3
-"""Standard deviation by so many samples beyond which a zero is not planned for [rad], [m]."""
+"""Poses of each socket by which it is decided which zeros are identifiable."""
+IDENTIFIABLE = 1e-3
+"""Standard deviation after these, up to which a zero is identifiable [rad], [m]."""
 SOCKET = "{}:{}"
 """Name of a socket: its placement, and its number."""
 
@@ -52,18 +52,18 @@ class ArmPrior:
 
     @cached_property
     def ball(self) -> np.ndarray:
-        """Where the ball's, or a tool's, place on the flange is among the unknowns, shape (3,)."""
+        """Indices of the unknowns of the ball's, or a tool's, place on the flange, shape (3,)."""
         parameters = self.model.parameters
         return np.array([i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"])
 
     @cached_property
     def zeros(self) -> slice:
-        """Where the joints' zeros are among the unknowns."""
+        """Indices of the unknowns of the joints' zeros."""
         return self.model.slices[0]
 
 
 def prior_of(arm: Calibration | Robot) -> ArmPrior:
-    """Return what is known of an arm: by its calibration, or by its nominal model alone."""
+    """Return the prior of an arm: its calibration's posterior, or a nominal model's tolerances."""
     if isinstance(arm, Robot):
         model = _model(arm, [p.name for p in choose_parameters(arm)], ())
         widths = [
@@ -100,7 +100,7 @@ def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> Exten
 
 
 def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCovariance:
-    """Return what is known of an arm whose zeros are lost, before the first sample in a socket."""
+    """Return the covariance of an arm whose zeros are lost, before the first sample in a socket."""
     prior = prior_of(arm)
     size = prior.model.size
     covariance = prior.covariance[:size, :size].copy()
@@ -109,15 +109,15 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     return known.with_sockets(sockets)
 
 
-def zeros_told(known: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
-    """Return the zeros that samples in sockets tell, in place of distances in the workspace.
+def identifiable_zeros(known: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
+    """Return the zeros that samples in sockets can identify, in place of workspace distances.
 
     Args:
-        known: What is known before the samples.
+        known: The covariance before the samples.
         pools: For each socket, poses that reach it, shape (N, m).
     """
     zeros: np.ndarray = np.eye(known.model.size)[known.model.slices[0]]
     for k, q in pools.items():
         known = known.with_samples(q[:POOLED], k)
-    told = known.deviations(Workspace(zeros, np.zeros(len(zeros)))) < TOLD
+    told = known.deviations(Workspace(zeros, np.zeros(len(zeros)))) < IDENTIFIABLE
     return Workspace(zeros[told], np.zeros(int(told.sum())))

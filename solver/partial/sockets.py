@@ -14,17 +14,17 @@ from .prior import SOCKET, ArmPrior, prior_of
 from .task import NoiseBelief, Rows, Task
 
 BALL_ELSEWHERE = 0.1
-"""Standard deviation of the ball's place where it was put on again [m]."""
+"""Prior standard deviation of the place of a ball that was remounted [m]."""
 
-ALIKE = 0.2
-"""Postures in a socket are alike where no joint moves farther [rad], [m]."""
+SIMILAR = 0.2
+"""Largest range of a joint over the samples of a socket whose postures are similar [rad], [m]."""
 ANY_ARM = 20.0
-"""Times that an arm of which samples alone tell may be less exact than printed parts."""
+"""Factor on the tolerances of a nominal arm that is known by its samples alone."""
 
 
 @lru_cache(maxsize=2)
-def known_of(calibration: Calibration) -> ArmPrior:
-    """Return what is known of an arm by all that its calibration was made of, held out or not.
+def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
+    """Return the prior of an arm by all samples of its calibration, held-out ones included.
 
     One without a posterior is fitted to its samples again.
     """
@@ -51,7 +51,7 @@ def known_of(calibration: Calibration) -> ArmPrior:
 def socket_task(
     prior: ArmPrior, data: Sequence[Measurement], stood: str = "", *, ball_moved: bool = False
 ) -> Task:
-    """Return the samples of a ball in sockets, the arm as it was calibrated."""
+    """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError("give placements with the ball in sockets, not measured points")
     pairs = [(m.name, socket) for m in data for socket in m.sockets]
@@ -77,10 +77,10 @@ def socket_task(
     return Task(prior, rows, noise, free, distances, warnings=warnings)
 
 
-def alike(data: Sequence[Measurement]) -> bool:
-    """Return True where the postures in each socket are alike, which tell next to nothing."""
+def similar_postures(data: Sequence[Measurement]) -> bool:
+    """Return True where the postures in each socket are too similar to identify anything."""
     return all(
-        bool(np.ptp(q, axis=0).max() < ALIKE)
+        bool(np.ptp(q, axis=0).max() < SIMILAR)
         for m in data
         for q in np.split(m.positions, np.cumsum(m.counts)[:-1])
     )
@@ -91,7 +91,7 @@ def new_samples(
 ) -> tuple[Sequence[Measurement], bool, list[str]]:
     """Return the samples that an arm was not trained on, or all; whether any is new; and remarks.
 
-    To count samples twice would make what they leave open look decided.
+    Samples that count twice would make the estimates look more certain than they are.
     """
     trained = [isinstance(arm, Calibration) and arm.was_trained_on(m) for m in data]
     new = [m for m, old in zip(data, trained, strict=True) if not old]
@@ -105,7 +105,7 @@ def new_samples(
 
 
 def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> str:
-    """Return the name of a socket of the calibration, at which a new one still stands."""
+    """Return the name of the calibration's socket that has not moved since."""
     last = SOCKET.format(stood, socket)
     known = [name for name in prior.sockets if name == last or name.endswith(f"/{last}")]
     if len(known) != 1:

@@ -23,11 +23,11 @@ TOUCH, SPREAD = 1e-4, 1.0
 LEAST, LEAST_EACH = 4, 3
 """Touches that a tip needs, and of each point."""
 LEAST_APART = 2e-3
-"""Distance of points of the tool from each other that still tells a direction [m]."""
-UNTOLD = 2e-3
-"""A tip that is less known along some direction is not told [m]."""
+"""Least distance of points of the tool that define a direction [m]."""
+UNIDENTIFIABLE = 2e-3
+"""Standard deviation along any direction, beyond which a tip is not identifiable [m]."""
 LOOSE = 2e-3
-"""Touches that scatter more tell no tip [m]."""
+"""Scatter of touches beyond which the tip is not to be relied on [m]."""
 ELSEWHERE, POSTURES = 6, 8
 """Points elsewhere at which the tip's spread is predicted, and postures at each."""
 NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
@@ -36,7 +36,7 @@ NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
 
 @dataclass(frozen=True, repr=False)
 class Tool(Found):
-    """A tool on the flange, found with the calibrated chain held."""
+    """A tool on the flange, estimated with the calibrated chain held."""
 
     noise: float
     """Of touching a point, a standard deviation per axis [m]."""
@@ -93,7 +93,7 @@ def tool(
     system = _touched(prior, as_list(data), stood)
     sizes, directions = np.linalg.eigh(system.covariance_on_flange(prior.ball))
     untold: tuple[str, ...] = ()
-    if sizes[-1] > UNTOLD**2:
+    if sizes[-1] > UNIDENTIFIABLE**2:
         along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
         untold = (
             f"These touches cannot tell the tip along ({along}) on the flange, +- "

@@ -1,4 +1,4 @@
-"""A calibration with what was found since: zeros of joints, a tool, an arm a little moved."""
+"""Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -14,21 +14,22 @@ from ..calibration import Calibration, UsageError
 from ..data import Pose
 from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
+from .evidence import JointZero
 from .fit import System
 
 
 @dataclass(frozen=True, repr=False)
 class Found:
-    """A frame on the arm or beside it, found with the calibrated chain held; prints as words."""
+    """A frame on the arm or beside it, estimated with the calibrated chain held."""
 
     frame: ToolFrame
-    """Its pose, and the covariance of its place for the arm as the calibration with it has that."""
+    """Its pose, and the covariance of its place for the arm of :attr:`calibration`."""
     calibration: Calibration
     """The calibration with the frame as a link."""
     notes: tuple[str, ...]
     """Remarks on the samples."""
     untold: tuple[str, ...]
-    """What the samples cannot tell, or why it is not to be relied on, in words."""
+    """Directions that are not identifiable, or reasons not to rely on it, in words."""
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -37,7 +38,7 @@ class Found:
 
     @property
     def place(self) -> str:
-        """Where it is, with its standard deviations, in words."""
+        """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
         rows = zip(self.frame.xyz, sigma, strict=True)
         return "x y z " + " ".join(f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows) + " mm"
@@ -77,10 +78,10 @@ def framed(
 def updated(
     calibration: Calibration,
     system: System,
-    zeros: Sequence[LaterZero] = (),
+    zeros: Sequence[JointZero] = (),
     tool: ToolFrame | None = None,
 ) -> Calibration:
-    """Return a calibration whose arm moved as a fit moved it."""
+    """Return a calibration with the estimates of a fit: the arm's parameters, zeros, a tool."""
     document, old = calibration.document, calibration.calibrated
     model, x = system.task.prior.model, system.state.x
     moved = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
@@ -117,7 +118,11 @@ def updated(
         replaced = msgspec.structs.replace(
             replaced,
             later_zeros=tuple(
-                msgspec.structs.replace(zero, offset=zero.offset + before.get(zero.joint, 0.0))
+                LaterZero(
+                    joint=zero.joint,
+                    offset=zero.offset + before.get(zero.joint, 0.0),
+                    standard_deviation=zero.standard_deviation,
+                )
                 for zero in zeros
             ),
             coefficients=_coefficients(document.coefficients or (), zeros),
@@ -145,7 +150,7 @@ def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -
 
 
 def _coefficients(
-    old: Sequence[Coefficient], zeros: Sequence[LaterZero]
+    old: Sequence[Coefficient], zeros: Sequence[JointZero]
 ) -> tuple[Coefficient, ...]:
     """Return the coefficients with the zeros of all joints, as exports to servos read them."""
     known = {one.name: one for one in old}

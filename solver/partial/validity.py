@@ -1,7 +1,7 @@
-"""What changed since a calibration, and how large its errors are now: one answer, one verdict.
+"""Validity of a calibration by later samples: what changed, how large errors are, one verdict.
 
 ``mukca validate``, ``check --calibration``, ``record --quick --calibration`` and ``mukca fleet``
-say it, each in its own detail, and end alike.
+show it, each in its own detail, with the same exit status.
 """
 
 from collections.abc import Sequence
@@ -28,33 +28,33 @@ from ..assessment import (
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
 from .evidence import (
-    ASTRAY,
+    DIVERGED,
     EVERYTHING,
     LENGTHS,
     NOTHING,
     NearestCause,
     explanations,
-    freed,
+    fit_with_zeros,
     linear_about,
     probabilities,
 )
 from .fit import fit, next_step
-from .sockets import alike, known_of, socket_task
+from .sockets import prior_by_all_samples, similar_postures, socket_task
 
 CHANGED = 0.7
-"""Probability from which something is said to have changed: so are fewer than 2 in 100 where
-nothing did, and 95 of 100 joints that moved by 1 mrad."""
+"""Probability from which a change is reported: in fewer than 2 of 100 cases where nothing changed,
+and in 95 of 100 where a joint moved by 1 mrad."""
 FEWEST_SAMPLES = 10
-"""New samples below which nothing is said of a calibration."""
+"""New samples below which there is no verdict."""
 MOST_SAMPLES = 150
-"""Samples that are weighed; more of them tell of the model's own misfit."""
+"""Samples that are compared at most; with more, the model's own misfit would show."""
 WORSE = 1.5
-"""Errors beyond this many times those at the calibration itself are new."""
+"""Factor on the errors of the calibration itself, beyond which errors are new."""
 FAR_MOVED = 4.0
-"""A ball farther from where it was than so many standard deviations was moved."""
+"""Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
-"""Standard deviation of where a ball sits that was taken off and put on again [m]."""
-LEAST_SAID = 0.01
+"""Prior standard deviation of the place of a ball that was remounted [m]."""
+LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
 _NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
@@ -65,15 +65,15 @@ _NEXT = {
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """What may have changed, by the evidence of samples in sockets."""
+class Changes:
+    """Posterior probabilities of what changed, by samples in sockets."""
 
     probabilities: dict[str, float]
-    """Of each explanation; empty where samples are none of a ball in sockets."""
+    """Of each explanation; empty without samples in sockets, or where no fit converged."""
     cause: NearestCause | None = None
-    """The joint that changed, where it is one."""
+    """The joint that changed; None for another change."""
     ball: float | None = None
-    """How far the ball sits from where it was, where it was allowed to and did [m]."""
+    """Distance by which a remounted ball moved [m]; None where it did not."""
 
     @property
     def likeliest(self) -> str:
@@ -82,18 +82,18 @@ class Weighed:
 
     @property
     def changed(self) -> bool:
-        """True where something did."""
+        """True where something changed."""
         return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
 
 
 @dataclass(frozen=True, kw_only=True)
-class Validity(Weighed):
+class Validity(Changes):
     """Validity of a calibration, by samples recorded since."""
 
     errors: Errors
-    """Of each placement; of those that were trained on they prove little."""
+    """Errors of each placement; those of training placements prove little."""
     verdict: Verdict
-    """By the one judge."""
+    """The verdict, by the same rules as that of a new calibration."""
     said: tuple[str, str]
     """The reason of the verdict; and the next step, empty where all is well."""
     measured: Sequence[Measurement]
@@ -116,7 +116,7 @@ class Validity(Weighed):
     def odds(self) -> tuple[str, ...]:
         """Each explanation that is not ruled out, the most probable first, in words."""
         by_size = sorted(self.probabilities.items(), key=lambda one: -one[1])
-        words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SAID)
+        words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN)
         return (f"Changed since, by the evidence: {words}.",) if words else ()
 
     def as_dict(self) -> dict[str, Any]:
@@ -151,34 +151,32 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    measured = [
-        calibration.as_read_now(measure(p, calibration.robot, distance, sockets=1))
-        for p in as_list(data)
-    ]
-    weighed, now = _weigh(calibration, measured, stood, ball_moved=ball_moved)
+    given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
+    measured = [calibration.as_read_now(m) for m in given]
+    changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
     if new is not None and now is not None:
         new = structs.replace(new, calibrated=now, geometric=None)
     held_out = [m for m in measured if not calibration.was_trained_on(m)]
-    advice, zeros, compared = "", bool(document.settings.get("zeros")), bool(weighed.probabilities)
+    advice, zeros, compared = "", bool(document.settings.get("zeros")), bool(changes.probabilities)
     samples = calibration.calibrated, new, held_out, limits
     rows, causes = rows_since(*samples, zeros=zeros, compared=compared)
     if new is None:
         reason = f"not known; {rows[0].reason}."
-    elif few := _few(weighed, measured):
+    elif few := _too_few(changes, measured):
         reason = few
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
     else:
         then = document.summary.test or document.summary.train
         before = None if then is None else then.loaded.mean_absolute_error
-        reason, advice = _said(weighed, rows, new.loaded, limits, before)
+        reason, advice = _reason_and_advice(changes, rows, new.loaded, limits, before)
         small = document.summary.test and new.loaded.mean_absolute_error <= (before or 0.0)
         allowed = (repeatability or small) and all(row.status != "fail" for row in rows)
-        status = "pass" if not weighed.changed else "warning" if allowed else "fail"
+        status = "pass" if not changes.changed else "warning" if allowed else "fail"
         row = limit_row("validity", status, reason[:-1], text=reason[:-1], title="what changed")
-        rows += [row] if weighed.probabilities else []
+        rows += [row] if changes.probabilities else []
     length = distance_row(
         [] if any(map(_states_lengths, measured)) else assumed_distances(document)
     )
@@ -186,17 +184,17 @@ def what_changed(
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
     said = reason, advice
-    return Validity(**vars(weighed), errors=errors, verdict=verdict, said=said, measured=measured)
+    return Validity(**vars(changes), errors=errors, verdict=verdict, said=said, measured=measured)
 
 
-def _weigh(
+def _changes_since(
     calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
-) -> tuple[Weighed, Metrics | None]:
-    """Return what changed, and the errors with the ball where it sits now, if it may have moved."""
+) -> tuple[Changes, Metrics | None]:
+    """Return what changed, and the errors with the ball's new place where it was remounted."""
     if any(m.kind == "points" for m in data):
-        return Weighed({}), None
+        return Changes({}), None
     every = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
-    prior, data = known_of(calibration), [_thinned(m, every) for m in data]
+    prior, data = prior_by_all_samples(calibration), [_thinned(m, every) for m in data]
     again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
     task = replace(socket_task(prior, data, stood), free=again)
     each = explanations(task)
@@ -204,38 +202,38 @@ def _weigh(
     wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
-        return Weighed({}), None
+        return Changes({}), None
     odds = probabilities(system, each).tolist()
-    weighed = Weighed({one.name: p for one, p in zip(each, odds, strict=True)})
+    changes = Changes({one.name: p for one, p in zip(each, odds, strict=True)})
     joints = prior.robot.joint_names
-    if weighed.changed and weighed.likeliest in joints:
-        j = joints.index(weighed.likeliest)
-        system, own = freed(task, [j]), prior.zeros.start + j
-        if next_step(system) > ASTRAY:
-            return Weighed({}), None
+    if changes.changed and changes.likeliest in joints:
+        j = joints.index(changes.likeliest)
+        system, own = fit_with_zeros(task, [j]), prior.zeros.start + j
+        if next_step(system) > DIVERGED:
+            return Changes({}), None
         offset = float(system.state.x[own] - prior.mean[own])
         rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
         pairs = zip(rows, data, strict=True)
         left = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
         unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
-        cause = NearestCause(weighed.likeliest, offset, left.mean_absolute_error, unit)
-        weighed = replace(weighed, cause=cause)
+        cause = NearestCause(changes.likeliest, offset, left.mean_absolute_error, unit)
+        changes = replace(changes, cause=cause)
     if not ball_moved:
-        return weighed, None
+        return changes, None
     system = fit(task.with_exact_arm)
     shift = (system.state.x - prior.mean)[prior.ball]
     if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
-        weighed = replace(weighed, ball=float(np.linalg.norm(shift)))
+        changes = replace(changes, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
-    return weighed, Metrics(float(left.mean()), float(left.max()), None)
+    return changes, Metrics(float(left.mean()), float(left.max()), None)
 
 
-def _few(weighed: Weighed, data: Sequence[Measurement]) -> str:
-    """Return why samples do not suffice; empty where they do."""
+def _too_few(changes: Changes, data: Sequence[Measurement]) -> str:
+    """Return why there are too few samples; empty where there are enough."""
     count = sum(len(m.positions) for m in data)
     if count < FEWEST_SAMPLES:
         return f"{count} samples say too little; record 6 in each of two sockets."
-    if weighed.changed or not weighed.probabilities or not alike(data):
+    if changes.changed or not changes.probabilities or not similar_postures(data):
         return ""
     return (
         f"{count} samples in postures alike say too little; record 6 in each of two sockets, all "
@@ -249,37 +247,37 @@ def _thinned(measured: Measurement, every: int) -> Measurement:
 
 
 def _states_lengths(measured: Measurement) -> bool:
-    """Return whether somebody measured a length of a recording."""
+    """Return True where a length of the recording was measured."""
     seated = measured.has_distance and measured.distance_source != "default"
     return measured.kind == "points" or seated
 
 
-def _said(
-    weighed: Weighed,
+def _reason_and_advice(
+    changes: Changes,
     rows: Sequence[LimitResult],
     now: Metrics,
     limits: Limits,
     before: float | None,
 ) -> tuple[str, str]:
-    """Return what holds or changed, and the next step."""
-    mean, length, likely = now.mean_absolute_error, now.distance_error, weighed.likeliest
+    """Return the reason of the verdict, and the next step."""
+    mean, length, likely = now.mean_absolute_error, now.distance_error, changes.likeliest
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
     figures = mm(mean) if allowed is None else f"{mm(mean)}, limit {mm(allowed)}"
     drifted = f"drifted: {figures}" + (f", {mm(before)} when it was made" if before else "")
-    share = f"{100 * weighed.probabilities.get(likely, 0.0):.1f} %"
+    share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
     status = {row.name: row.status for row in rows}
-    if weighed.changed and likely == LENGTHS:
+    if changes.changed and likely == LENGTHS:
         reason = f"not valid: the sockets' distance is off by {mm(length or 0.0)} ({share})."
         return reason, "Check --distance, or state it: mukca info DATA --set-distance M."
-    if weighed.cause is not None:
+    if changes.cause is not None:
         return (
-            f"{drifted}; {weighed.cause.text(share)}.",
+            f"{drifted}; {changes.cause.text(share)}.",
             f"mukca rezero --joint {likely} finds its zero.",
         )
     if status.get("distance_error") == "fail" != status["mean_absolute_error"] and length and most:
         reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
         return f"{reason}; check --distance, and calibrate again.", ""
-    if weighed.changed:
+    if changes.changed:
         return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", _NEXT[likely]
     if status.get("mean_absolute_error") == "fail":
         if before is not None and mean <= WORSE * before:
@@ -294,7 +292,7 @@ def _said(
     odds = f"{likely} may have changed ({share}); record more samples"
     if likely in (NOTHING, ""):
         odds = f"nothing changed, with a probability of {share}" if likely else ""
-    if weighed.ball is not None:
-        last = list(weighed.probabilities)[-2]
-        odds += f"; the ball sits {mm(weighed.ball)} from where it was, or {last} is off"
+    if changes.ball is not None:
+        last = list(changes.probabilities)[-2]
+        odds += f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
     return f"still valid ({figures}){odds and ': '}{odds}.", ""

@@ -8,7 +8,7 @@ from ...recorder import Sample
 from ...recorder.session import Advice, Alarm
 from ...solver.calibration import Calibration
 from ...solver.design import ParameterCovariance
-from ...solver.partial import zero_covariance, zeros_told
+from ...solver.partial import identifiable_zeros, zero_covariance
 from .guidance import PoseSelector
 
 
@@ -42,7 +42,7 @@ class ZeroSelector(PoseSelector):
         known, order = self._known(samples), self._order(samples, socket)
         pools = {k: self._candidates(samples, k) for k in range(self._sockets)}
         pools = {k: pool for k, pool in pools.items() if len(pool)}
-        where, target, gain = zeros_told(self._known(()), pools), None, 0.0
+        where, target, gain = identifiable_zeros(self._known(()), pools), None, 0.0
         after = known
         if order and len(where.slopes):
             target, gain = self._next(known, where, samples, order, position)

@@ -36,7 +36,7 @@ def bent(scene: Scene) -> Iterable[Block]:
     return changes(scene, slopes, (1e-3, 1e-2)) if of_ball else ()
 
 
-def standing_out(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
+def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     """Return placements that scatter more than the others: samples, and name."""
     left = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
     for place, rows in enumerate(scene.places):
@@ -53,7 +53,7 @@ def loose_here(
     scene: Scene, roots: np.ndarray | None = None, widths: tuple[float, ...] = LOOSE_HERE
 ) -> Iterable[Block]:
     """Return blocks of placements that scatter more than the others, by each sample's root."""
-    for rows, parameters in standing_out(scene):
+    for rows, parameters in scattered_placements(scene):
         count = rows.stop - rows.start
         columns = np.zeros((count, 3, count, 3))
         columns[np.arange(count), :, np.arange(count)] = np.eye(3) if roots is None else roots[rows]

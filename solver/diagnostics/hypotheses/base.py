@@ -79,7 +79,7 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
 def _of_lengths(scene: Scene, *, on_base: bool) -> Iterable[tuple[slice, float, Parameters]]:
     """Return known distances of one kind: the row, the distance, and its names and lengths."""
     first = 3 * len(scene.q)
-    for i, ruler in enumerate(scene.rulers):
+    for i, ruler in enumerate(scene.known):
         if ruler.on_base == on_base:
             a, b = (scene.labels[end] for end in (ruler.first, ruler.second))
             ends = f"{a[0]}:{a[1]}-{b[0]}:{b[1]}={ruler.distance}"
@@ -111,7 +111,7 @@ def of_known(scene: Scene) -> Iterable[Block]:
 def of_distance(scene: Scene) -> Iterable[Block]:
     """Return the block of one share by which all distances of bases are too long."""
     first = 3 * len(scene.q)
-    pairs = zip(scene.expected, scene.rulers, strict=True)
+    pairs = zip(scene.expected, scene.known, strict=True)
     columns = np.array([DISTANCE_WEIGHT * length * ruler.on_base for length, ruler in pairs])
     if columns.any():
         yield Block(slice(first, first + len(columns)), -columns[None, :, None], [{}], SHARES)
@@ -119,7 +119,7 @@ def of_distance(scene: Scene) -> Iterable[Block]:
 
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
-    given = next(k.distance for k in scene.rulers if k.on_base)
+    given = next(k.distance for k in scene.known if k.on_base)
     value = float(values[0])
     likely = given / max(1 + value, 0.1)
     source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]

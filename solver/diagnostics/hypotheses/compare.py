@@ -1,4 +1,4 @@
-"""Comparison of all explanations by Bayes' rule, and of what is left once one was found."""
+"""Comparison of all explanations by Bayes' rule, and the scene once one was accepted."""
 
 import itertools
 import math
@@ -15,17 +15,17 @@ from .scene import Scene
 from .table import KINDS
 
 LARGEST, HALVES = 0.3, 1.6
-"""Largest noise thought of [m], and the factor from one trial of it to the next."""
+"""Largest noise [m], and the factor from one trial of it to the next."""
 STEP, SPAN = 0.04, 11
 """Step of the logarithm of the noise over which it is averaged, and steps each side of the best of
 the former trials."""
 REFINED = 3
-"""Candidates of each kind that are looked at closely."""
+"""Candidates of each kind whose evidence is refined."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One explanation: its numbers, its evidence, its words, and what follows where it is right."""
+    """One explanation: its numbers, its evidence, its words, and the scene where it is right."""
 
     kind: Kind
     block: Block
@@ -35,11 +35,11 @@ class Candidate:
     """Most probable noise [m]."""
     scene: Scene
     evidence: LinearEvidence
-    """Of the scene, beside which it is looked at."""
+    """Of the scene without it."""
 
     @cached_property
     def parameters(self) -> Parameters:
-        """Its names and numbers, and the noise beside it."""
+        """Its names and numbers, and the noise that remains with it."""
         named = {**self.block.parameters[0], "noise": self.sigma}
         if self.block.unknowns:
             values = self.evidence.posterior(self.block, self.sigma)[0]
@@ -53,9 +53,9 @@ class Candidate:
         return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
 
     @property
-    def is_silent(self) -> bool:
-        """True where nothing follows from it, so that it would be told again."""
-        follows = self.kind.noise or self.kind.changed
+    def has_no_effect(self) -> bool:
+        """True where accepting it leaves the scene as it is, so that it would be found again."""
+        follows = self.kind.noise or self.kind.scene_after
         return not follows and not self.block.columns.size
 
     @property
@@ -67,19 +67,19 @@ class Candidate:
         return {"samples" if of_samples else "distances"}
 
     def after(self) -> Scene:
-        """Return the scene where it is right: told, or among what may be off, centres put right."""
+        """Return the scene where it is right, about the centres that follow."""
         kind, block, scene = self.kind, self.block, self.scene
         if kind.noise is not None:
             return replace(scene, noise=max(scene.noise, self.sigma))
-        if kind.changed is not None:
-            return kind.changed(scene, block.parameters[0])
+        if kind.scene_after is not None:
+            return kind.scene_after(scene, block.parameters[0])
         columns, shift = np.split(block.columns[0], [block.unknowns], axis=1)
         one = (block.rows, columns * max(block.widths), shift.sum(axis=1))
-        return replace(scene, found=(*scene.found, one)).recentred(self.sigma)
+        return replace(scene, explained=(*scene.explained, one)).recentred(self.sigma)
 
 
 class Comparison:
-    """All explanations of a scene, each kind with its best; a share of the errors counts."""
+    """The best candidates of each kind of explanation; a share of the errors counts."""
 
     def __init__(
         self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT
@@ -96,7 +96,7 @@ class Comparison:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""
         scene, blocks = self.scene, list(kind.blocks(self.scene))
         total = sum(len(block.parameters) for block in blocks)
-        # servos never have much less
+        # the noise of servos is never much less
         usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
         noise = usual if kind.noise is None else kind.noise(scene)
         prior = self._base + noise.log_density(self._trials)
@@ -108,7 +108,7 @@ class Comparison:
             values: list[float] = logs[best, np.arange(len(best))].tolist()
             rough += [(v, b, at, c) for c, (v, at) in enumerate(zip(values, best, strict=True))]
         rough.sort(reverse=True)
-        kept = [r for r in rough if r[0] > rough[0][0] - 30][: 60 if kind.several else REFINED]
+        kept = [r for r in rough if r[0] > rough[0][0] - 30][: 60 if kind.separate else REFINED]
         for (b, at), some in itertools.groupby(sorted(r[1:] for r in kept), key=lambda r: r[:2]):
             few = blocks[b].only([c for *_, c in some])
             trials = self._trials[at] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))

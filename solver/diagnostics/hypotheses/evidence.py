@@ -11,7 +11,7 @@ import numpy as np
 from .kinds import Block
 
 INDEPENDENT = 0.5
-"""Share of the errors that count as independent: those of samples in poses alike are alike."""
+"""Share of the errors that count as independent: those in similar poses are correlated."""
 
 
 class LinearEvidence:

@@ -12,7 +12,7 @@ import numpy as np
 from .scene import Scene
 
 Parameters = Mapping[str, Any]
-"""Numbers and names that an explanation leaves open, by name [m, rad]."""
+"""Numbers and names in an explanation, by name [m, rad]."""
 
 DECADES = 5.0
 """Logarithm of the range over which less noise is as likely."""
@@ -30,9 +30,9 @@ class Block:
     widths: Sequence[float] = (1.0,)
     """Standard deviations that the unknowns may have before anything is seen."""
     fixed: bool = False
-    """True where the last column is no unknown's, but what a candidate explains with none [m]."""
+    """True where the last column is a known shift of the residuals [m], not of an unknown."""
     bonus: float = 0.0
-    """Logarithm of the likelihood of what the residuals do not show, beside that of chance."""
+    """Log Bayes factor of evidence other than the residuals, against chance."""
 
     @property
     def unknowns(self) -> int:
@@ -45,8 +45,8 @@ class Block:
         return replace(self, columns=self.columns[list(candidates)], parameters=parameters)
 
 
-def silent(parameters: Parameters, bonus: float = 0.0) -> Block:
-    """Return the one candidate that changes no residuals."""
+def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:
+    """Return a candidate that changes no residuals."""
     return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
 
 
@@ -101,29 +101,29 @@ class Kind:
     form: str
     advice: str
     tell: str
-    """Step that tells it from others."""
+    """Step that distinguishes it from others."""
     code: str
     blocks: Callable[[Scene], Iterable[Block]]
     values: Callable[[Scene, Parameters, np.ndarray], Parameters]
     """Further parameters by the estimate of the unknowns."""
     level: str = "error"
     curable: bool = False
-    """True where a hand can cure it while it records."""
+    """True where an operator can cure it while recording."""
     rigid: bool = False
     """True where an arm with play and zeros off by degrees would look the same."""
     noise: Callable[[Scene], NoisePrior] | None = None
-    """None for that of sound recordings."""
-    said: Callable[[Parameters], str] | None = None
-    """Its sentence, where that has not one form."""
-    several: bool = False
-    """True where each of its candidates is told by itself."""
-    changed: Callable[[Scene, Parameters], Scene] | None = None
-    """The scene where it is right; None for one with its columns among the nuisances."""
+    """Prior of the noise; None for that of sound recordings."""
+    sentence: Callable[[Parameters], str] | None = None
+    """Function that writes its sentence in place of :attr:`form`."""
+    separate: bool = False
+    """True where several candidates may hold at once, each a cause of its own."""
+    scene_after: Callable[[Scene, Parameters], Scene] | None = None
+    """Function that corrects the scene; None to add its columns to the nuisance parameters."""
 
     def text(self, p: Parameters) -> str:
         """Return its sentence."""
-        if self.said is not None:
-            return self.said(p)
+        if self.sentence is not None:
+            return self.sentence(p)
         named = dict(p)
         if "sample" in p:
             named |= {"first": sample_named(p), "nth": p.get("number") or p["sample"] + 1}
@@ -136,7 +136,7 @@ _WORDS = json.loads((resources(__package__ or "") / "causes.json").read_bytes())
 
 def kind_of(
     key: str,
-    blocks: Callable[[Scene], Iterable[Block]] = lambda scene: (silent({}),),
+    blocks: Callable[[Scene], Iterable[Block]] = lambda scene: (without_columns({}),),
     values: Callable[[Scene, Parameters, np.ndarray], Parameters] = sized,
     noise: Callable[[Scene], NoisePrior] | None = None,
     **more: Any,

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...data import Load
 from .evidence import LinearEvidence
-from .kinds import Block, NoisePrior, Parameters, silent
+from .kinds import Block, NoisePrior, Parameters, without_columns
 from .scene import Scene
 
 ALIKE = 0.95
@@ -27,7 +27,7 @@ PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
     elastic = [effect for effect in scene.effects if effect.shared_by_type]
-    if scene.found or not elastic or not scene.torques.any():
+    if scene.explained or not elastic or not scene.torques.any():
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))
@@ -38,7 +38,7 @@ def mounted(scene: Scene) -> Iterable[Block]:
     options = [" ".join(f"{v:.3g}" for v in (g + 0.0).tolist()) for g in others]
     names = [{"gravity": g.tolist(), "option": o} for g, o in zip(others, options, strict=True)]
     for name, value in zip(names, logs[1:] - logs[0], strict=True):
-        yield silent(name, float(value))
+        yield without_columns(name, float(value))
 
 
 def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .ball import loose_here, standing_out
+from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
-from .kinds import Block, NoisePrior, silent
+from .kinds import Block, NoisePrior, without_columns
 from .scene import Scene
 
 SAME, COPIED = 2e-3, 0.5
@@ -32,7 +32,7 @@ def copies(scene: Scene) -> Iterable[Block]:
     for later, earlier in pairs[:1]:
         (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
         names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
-        yield silent(names, CHANCE)
+        yield without_columns(names, CHANCE)
 
 
 def steps(scene: Scene) -> np.ndarray:
@@ -57,7 +57,7 @@ def quantised(scene: Scene) -> Iterable[Block]:
     if size > scene.noise:
         gain = _gain(scene, step, np.array([12**-0.5]))
         names = {"step": float(step.max()), "size": size}
-        yield silent(names, CHANCE / 3 + gain)
+        yield without_columns(names, CHANCE / 3 + gain)
 
 
 def of_steps(scene: Scene) -> NoisePrior:
@@ -72,9 +72,9 @@ def _effect(scene: Scene, step: np.ndarray) -> float:
 
 def pushed(scene: Scene) -> Iterable[Block]:
     """Return the block of arms whose joints the hand turned against their gears."""
-    if not any(standing_out(scene)):  # one placement that stands out is told by itself
+    if not any(scattered_placements(scene)):  # one placement that stands out is told by itself
         usual = np.ones(scene.q.shape[1])
-        yield silent({}, max(_gain(scene, usual, PUSHED), -CHANCE))
+        yield without_columns({}, max(_gain(scene, usual, PUSHED), -CHANCE))
 
 
 def pushed_here(scene: Scene) -> Iterable[Block]:

@@ -1,6 +1,6 @@
 """Recordings as a linear model: residuals of samples about a fit, then those of known distances.
 
-Nuisances are the centres, the geometry, the effects beyond it, and the caliper.
+Nuisance parameters are the centres, the geometry, the effects beyond it, and the caliper.
 """
 
 import itertools
@@ -24,9 +24,10 @@ CENTRE = 0.3
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
 SIDES = 0.4
-"""Share of the play by which joints rest differently in sockets: loads are alike in neighbours."""
+"""Share of the play by which the rest of a joint differs from socket to socket."""
 DISTANCE_WEIGHT = 3.0
-"""A socket's centre is off by a third of a sample's noise, since errors of samples are alike."""
+"""Weight of a distance relative to a sample: centres err by a third of a sample's noise, since the
+errors of samples are correlated."""
 
 
 def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
@@ -38,12 +39,12 @@ def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Scene:
-    """Samples of all placements, socket after socket, and what is known of them."""
+    """Samples of all placements, socket after socket, the known distances, and prior knowledge."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
     measurements: tuple[Measurement, ...]
-    rulers: tuple[Known[int], ...]
+    known: tuple[Known[int], ...]
     """Known distances, by indices of sockets."""
     x: np.ndarray
     """Change of the geometry, and joint offsets if any, at which all is linear, shape (n,)."""
@@ -56,21 +57,21 @@ class Scene:
     noise_width: float
     """Of its logarithm, above that."""
     floors: tuple[float, ...] = ()
-    """Error that each placement leaves when fitted alone [m]."""
+    """Error of a fit to each placement alone [m]."""
     load: Load = STANDARD_LOAD
-    """Gravity and payload, as they were said to be."""
+    """Gravity and payload, as given."""
     zeros: bool = False
     """True where joints have offsets of degrees, and gears have play."""
     readings: np.ndarray | None = None
-    """Joint positions, shape (N, m), where they are not as recorded."""
-    kept: np.ndarray | None = None
+    """Corrected joint positions, shape (N, m); None for those recorded."""
+    sample_numbers: np.ndarray | None = None
     """Number of each sample in its socket, where some were left out, shape (N,)."""
     play: float = BACKLASH.typical_shift
     """Half of the play that joints of servo arms have [rad]."""
     wide: float = 1.0
-    """Factor by which elasticity and transmission may be off more than is usual."""
-    found: tuple[tuple[slice, np.ndarray, np.ndarray], ...] = ()
-    """Rows, columns and shift of what was found already."""
+    """Factor on the usual sizes of elasticity and transmission error."""
+    explained: tuple[tuple[slice, np.ndarray, np.ndarray], ...] = ()
+    """Rows, columns and shift of each explanation that was accepted already."""
 
     @cached_property
     def q(self) -> np.ndarray:
@@ -94,7 +95,7 @@ class Scene:
     def numbers(self) -> np.ndarray:
         """Number of each sample in its socket, from 0, shape (N,)."""
         every = (np.arange(n) for m in self.measurements for n in m.counts)
-        return np.concatenate([*every]) if self.kept is None else self.kept
+        return np.concatenate([*every]) if self.sample_numbers is None else self.sample_numbers
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
@@ -118,7 +119,7 @@ class Scene:
     @cached_property
     def torques(self) -> np.ndarray:
         """Moments that hold the joints, by their zeros as fitted, shape (N, 3 m) [N m]."""
-        # they say on which side of its play a joint rests
+        # they decide on which side of its play a joint rests
         off = self.x[len(self.parameters) :] if self.zeros else 0.0
         every = [(m.positions + off, m.efforts) for m in self.measurements]
         return np.concatenate([self.load.moments(self.robot, *one) for one in every])
@@ -148,22 +149,22 @@ class Scene:
         of_samples = (self.linear[0] - self.centres[self.sockets]).ravel()
         slopes = self.linear[1][:, :, : len(self.x)].reshape(-1, len(self.x))
         of_samples = of_samples - slopes @ self.x  # beside those at the nominal model
-        of_distances = [n - k.distance for n, k in zip(self.expected, self.rulers, strict=True)]
+        of_distances = [n - k.distance for n, k in zip(self.expected, self.known, strict=True)]
         r = np.concatenate([of_samples, DISTANCE_WEIGHT * np.array(of_distances)])
-        for rows, _, shift in self.found:
+        for rows, _, shift in self.explained:
             r[rows] -= shift
         return r
 
     @cached_property
     def expected(self) -> list[float]:
         """Known distances as the fit has them [m]."""
-        pairs = [self.centres[k.second] - self.centres[k.first] for k in self.rulers]
+        pairs = [self.centres[k.second] - self.centres[k.first] for k in self.known]
         return [max(float(np.linalg.norm(d)), 1e-12) for d in pairs]
 
     @cached_property
     def nuisances(self) -> np.ndarray:
-        """Derivatives of the residuals by what may be off, in its width, shape (3 N + K, n)."""
-        every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.rulers))
+        """Derivatives by the nuisance parameters in units of their priors, shape (3 N + K, n)."""
+        every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.known))
         coarse = self.zeros or self.noise > COARSE
         parts = [
             (slice(0, last.stop), self._of_centres()),
@@ -171,7 +172,7 @@ class Scene:
             (every, self.of_effects()),
             (last, self._of_calipers()),
             *([(every, self._of_play())] if coarse else []),
-            *((rows, columns) for rows, columns, _ in self.found),
+            *((rows, columns) for rows, columns, _ in self.explained),
         ]
         found = [np.zeros((last.stop, columns.shape[1])) for _, columns in parts]
         for full, (rows, columns) in zip(found, parts, strict=True):
@@ -179,14 +180,14 @@ class Scene:
         return np.hstack(found)
 
     def _of_centres(self) -> np.ndarray:
-        S, K = len(self.centres), len(self.rulers)
+        S, K = len(self.centres), len(self.known)
         of_samples = np.kron(np.eye(S)[self.sockets], CENTRE * np.eye(3))
-        of_rulers = np.zeros((K, S, 3))
-        for row, k, length in zip(of_rulers, self.rulers, self.expected, strict=True):
+        of_known = np.zeros((K, S, 3))
+        for row, k, length in zip(of_known, self.known, self.expected, strict=True):
             unit = (self.centres[k.second] - self.centres[k.first]) / length
             row[k.first] = DISTANCE_WEIGHT * CENTRE * unit
             row[k.second] = -row[k.first]
-        return np.vstack([of_samples, of_rulers.reshape(K, 3 * S)])
+        return np.vstack([of_samples, of_known.reshape(K, 3 * S)])
 
     @cached_property
     def usual(self) -> np.ndarray:
@@ -227,9 +228,9 @@ class Scene:
         return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
 
     def _of_calipers(self) -> np.ndarray:
-        bases = sorted({k.distance for k in self.rulers if k.on_base})
-        found = np.zeros((len(self.rulers), len(bases) + len(self.rulers)))
-        for i, k in enumerate(self.rulers):
+        bases = sorted({k.distance for k in self.known if k.on_base})
+        found = np.zeros((len(self.known), len(bases) + len(self.known)))
+        for i, k in enumerate(self.known):
             own = SEAT_DEVIATION if k.on_base else k.deviation
             found[i, len(bases) + i] = DISTANCE_WEIGHT * own
             if k.on_base:
@@ -247,7 +248,7 @@ class Scene:
 
     @cached_property
     def remaining(self) -> np.ndarray:
-        """Residuals of samples that nuisances leave, shape (N, 3) [m]."""
+        """Residuals of samples after a fit of the nuisance parameters, shape (N, 3) [m]."""
         left = self.residuals - self.nuisances @ self._ridge(slice(None), self.noise)
         return left[self.all_samples].reshape(-1, 3)
 
