@@ -99,12 +99,11 @@ def explain(
     of_size, kinds = set[int](), KINDS
     for _ in range(ROUNDS):
         options = Comparison(scene, kinds).candidates
-        shares = shares_of(options)
         if scene.readings is None and "samples" not in explained:
-            sound = shares["sound"] >= SURE
+            sound = shares_of(options)["sound"] >= SURE
             likeliest = max(options, key=lambda o: o.log_evidence)
             options += of_columns(model, scene, likeliest, sound=sound)
-            shares = shares_of(options)
+        shares = shares_of(options)
         likely = max(shares, key=lambda name: shares[name])
         listed = listed or listed_of(options, shares)
         if likely == "sound" or shares["sound"] >= SURE:

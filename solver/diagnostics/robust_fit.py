@@ -94,27 +94,16 @@ def samples_of(measurements: Sequence[Measurement]) -> Samples:
 class RigidFit:
     """The result of a fit."""
 
-    samples: Samples
-    points: np.ndarray
-    """Ball centres of the samples, shape (N, 3) [m]."""
     centres: np.ndarray
-    """Those of the sockets, shape (S, 3) [m]."""
-    weights: np.ndarray
-    """Of each sample, shape (N,): near 1, and towards 0 far from its socket."""
+    """Centres of the sockets, shape (S, 3) [m]."""
+    errors: np.ndarray
+    """Distance of each sample from its socket's centre, shape (N,) [m]."""
+    error: float
+    """Mean of the errors by the samples' robust weights [m]."""
     noise: float
-    """Scale of the noise per axis [m], what the fit absorbed of it put back."""
+    """Scale of the noise per axis [m], corrected for the number of fitted unknowns."""
     x: np.ndarray
     """Change of the parameters from nominal, and joint offsets if any, shape (n,) [m, rad]."""
-
-    @cached_property
-    def errors(self) -> np.ndarray:
-        """Distance of each sample from its socket's centre, shape (N,) [m]."""
-        return np.linalg.norm(self.points - self.centres[self.samples.sockets], axis=1)
-
-    @property
-    def error(self) -> float:
-        """Their mean, each by its weight [m]."""
-        return float(np.average(self.errors, weights=self.weights))
 
 
 class RigidModel:
@@ -223,8 +212,10 @@ class RigidModel:
                 break
         points = balls(x, samples.positions)
         centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
-        weights = _weights(points - centres[samples.sockets], noise)
-        return RigidFit(samples, points, centres, weights * NU / (NU + 3), noise, x)
+        left = points - centres[samples.sockets]
+        errors = np.linalg.norm(left, axis=1)
+        mean = float(np.average(errors, weights=_weights(left, noise)))
+        return RigidFit(centres, errors, mean, noise, x)
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the balls at some poses, shape (N, 3) [m], and their derivatives, (N, 3, n)."""
