@@ -52,17 +52,22 @@ def test_a_curve_is_its_derivatives_times_its_coefficients():
     assert np.allclose(curve_values(q + 2 * np.pi, coefficients), each)
 
 
-def test_curves_are_found_in_sockets():
+@pytest.fixture(scope="module")
+def in_sockets():
+    """Recordings of an arm with curves, two placements to train on, and its calibration."""
     robot = mukca.load_robot("ur5e")
-    _, placements = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
-    train, test = placements[:2], placements[2:]
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
     found = mukca.calibrate(robot, train, test=test)
-    without = mukca.calibrate(robot, train, test=test, without=("curves",))
     assert "curve" in found.document.deflection
+    return train, test, found
+
+
+def test_curves_are_found_in_sockets(in_sockets):
+    train, test, found = in_sockets
+    without = mukca.calibrate(found.robot, train, test=test, without=("curves",))
     assert held_out(found) < 0.85 * held_out(without)
     again = mukca.Calibration(found.document)
-    q = test[0].positions
-    assert np.abs(again.ball(q) - found.ball(q)).max() < 1e-12
+    assert np.abs(again.ball(test.positions) - found.ball(test.positions)).max() < 1e-12
 
 
 @pytest.mark.slow
@@ -142,11 +147,8 @@ def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, tmp_path):
         mukca.calibrate(robot, new, remounted=("tool",))
 
 
-def test_a_file_holds_the_posterior_of_its_calibration():
-    robot = mukca.load_robot("ur5e")
-    _, train = mukca.simulate_recordings(robot, 2, samples=20, seed=2, curves=6e-4)
-    document = mukca.calibrate(robot, train).document
-    assert "curve" in document.deflection
+def test_a_file_holds_the_posterior_of_its_calibration(in_sockets):
+    document = in_sockets[2].document
     kept = posterior_of(document, "file")
     again = posterior_of(structs.replace(document, posterior=None), "file")
     assert kept.model.names == again.model.names

@@ -5,11 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.recorder import find_placements, read_placement
-from mukca.solver.data import measure
-from mukca.solver.diagnostics import inspect_all, next_placement, split_at
+from mukca.solver.diagnostics import next_placement, split_at
 from mukca.solver.results import Diagnostic
-from mukca.solver.robot import load_robot
 
 pytestmark = pytest.mark.slow
 
@@ -89,18 +86,7 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     assert "First mend left" in hint and "serve best" not in hint
 
 
-def test_the_drop_in_a_real_recording_is_found(recordings):
-    found = {}
-    for arm in ("panda_3", "kuka_14", "dinova_2"):
-        robot = load_robot(str(recordings / arm / "nominal.urdf"))
-        measured = [measure(read_placement(p), robot) for p in find_placements([recordings / arm])]
-        for one in inspect_all(robot, measured).placements:
-            found |= {(one.measured.name, c.socket, c.sample + 1): c.jump for c in one.changes}
-    assert found["dinova_2/front_rotated", 1, 12] == pytest.approx(4e-3, abs=5e-4)
-    assert not [name for name, _, _ in found if not name.startswith("dinova_2")]
-
-
-@pytest.mark.parametrize("noise", [2e-3, 1e-2, 5e-2])
+@pytest.mark.parametrize("noise", [2e-3, 5e-2])
 def test_what_leaves_far_more_than_arms_repeat_is_never_sound(look, change, placements, noise):
     generator = np.random.default_rng(1)
     for some in (placements, placements[:1]):

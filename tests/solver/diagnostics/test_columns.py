@@ -27,7 +27,6 @@ def flipped(joint):
     ("mistake", "code", "words"),
     [
         (flipped(1), "sign", "joint 2 (panda_joint2) looks sign-flipped: with -q the error falls"),
-        (flipped(4), "sign", "joint 5 (panda_joint5) looks sign-flipped"),
         (flipped(6), "sign", "joint 7 (panda_joint7) looks sign-flipped"),
         (lambda q: q[[2, 1, 0, 3, 4, 5, 6]], "swap", "joints 1 and 3 (panda_joint1, panda_joint3)"),
         (lambda q: q + 0.35 * np.eye(7)[2], "zero", "joint 3 (panda_joint3) looks off by +"),

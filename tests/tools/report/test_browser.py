@@ -65,7 +65,7 @@ def report(shared, request):
             return request.getfixturevalue("demo") / "calibrated"
         data = request.getfixturevalue("recordings") / name
         robot = ("--robot", str(data / "nominal.urdf"))
-        words = ["solve", str(data / "front"), "--test", str(data), *robot]
+        words = ["solve", str(data / "front"), "--test", str(data), *robot, "--method", "paper"]
 
         def make(out):
             main([*words, "--out", str(out)])
