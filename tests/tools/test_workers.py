@@ -151,9 +151,7 @@ def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path):
         "work = partial(pieces_of_work.square_after_one_death, Path(sys.argv[1]))\n"
         "workers = Workers(cluster=sys.argv[2])\n"
         "print(workers.map(work, range(8)))\n"
-        "from mukca.tools.parallel import processes\n"
-        "processes.SHARE_SECONDS = 0  # each gives the rest back\n"
-        "done, many = [], range(40)\n"
+        "done, many = [], range(200)\n"
         "print(workers.map(work, many, done.append) == [n * n for n in many])\n"
         "print(sorted(done) == [*many], workers.map(work, []))\n"
     )

@@ -9,9 +9,8 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, closing, contextmanager
@@ -34,9 +33,7 @@ MOST_LOOKS = 15
 MOST_LOSSES = 3
 """So often in a row may processes be lost without any piece of work done in between."""
 SHARES = 32
-"""To so many for each worker the work is cut at first."""
-SHARE_SECONDS = 1.0
-"""After this time a share is given back: handing one over costs 20 ms of processor time."""
+"""Shares of the work for each worker, at least: handing one over costs 20 ms of processor time."""
 COMPUTING = ("mukca", "numpy", "casadi")
 """Packages on which results depend."""
 
@@ -123,16 +120,11 @@ def _shared_out(
 def _gather(
     pool: _Pool, work: Callable[[Item], Result], left: dict[int, Item]
 ) -> Generator[tuple[int, Result]]:
-    """Yield results, and take them out of ``left``; the rest of a slow share is shared out anew."""
-    futures: dict[Future[list[Result]], Sequence[int]] = {}
-    looks, total = 0, len(left)
-
-    def hand_over(pieces: Sequence[int], size: int) -> None:
-        for each in (pieces[i : i + size] for i in range(0, len(pieces), size)):
-            given = [left[i] for i in each]
-            futures[pool.executor.submit(share, work, SHARE_SECONDS, given)] = each
-
-    hand_over(list(left), 1 + total // (1 + SHARES * pool.count))
+    """Yield results, and take them out of ``left``."""
+    total, looks = len(left), 0
+    size = 1 + total // (1 + SHARES * pool.count)
+    shares = [list(left)[i : i + size] for i in range(0, total, size)]
+    futures = {pool.executor.submit(_do, work, [left[i] for i in own]): own for own in shares}
     while futures:
         finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
         looks = 0 if finished or pool.workers() else looks + 1
@@ -142,29 +134,21 @@ def _gather(
                 f"{len(left)} of {total} left to do"
             )
         for future in finished:
-            pieces = futures.pop(future)
+            own = futures.pop(future)
             try:
-                got = future.result()
+                results = future.result()
             except pool.lost:
                 raise WorkersLostError(
-                    f"piece {pieces[0]} of the work, or one of {len(pieces)} from there, ended "
+                    f"piece {own[0]} of the work, or one of {len(own)} from there, ended "
                     "several workers: is their memory full?"
                 ) from None
-            for i, result in zip(pieces, got, strict=False):
+            for i, result in zip(own, results, strict=True):
                 del left[i]
                 yield i, result
-            hand_over(pieces[len(got) :], len(got))  # in shares that fit into the time
 
 
-def share(work: Callable[[Item], Result], seconds: float, items: Sequence[Item]) -> list[Result]:
-    """Do pieces of work until the time is over, and at least one; return what is done."""
-    end = time.monotonic() + seconds
-    results = [work(items[0])]
-    for item in items[1:]:
-        if time.monotonic() > end:
-            break
-        results.append(work(item))
-    return results
+def _do(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    return [work(item) for item in items]
 
 
 @contextmanager
