@@ -39,78 +39,58 @@ def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence
     return gravity
 
 
-def outlier_check(robot: Robot, distance: float) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a check that says what is odd in the last of some poses by the nominal model."""
-    model = BallModel(robot, [])
-    points: dict[int, np.ndarray] = {}
+def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | None:
+    """Return what is odd in the last of some poses by the nominal model; None if nothing is."""
+    sockets = np.array([sample.socket for sample in samples])
+    if len(sockets) < 2:
+        return None
+    balls = BallModel(robot, []).points(np.zeros(0), np.array([s.position for s in samples]))
+    same = sockets[:-1] == sockets[-1]
+    here, there = balls[:-1][same], balls[:-1][~same]
+    allowed = FAR if len(here) else FAR + distance
+    if len(here) + 1 >= ENOUGH:
+        away = np.linalg.norm(here - np.median(here, axis=0), axis=1)
+        allowed = max(FAR, FAR_SHARE * float(np.median(away)))
+    others = here if len(here) else there
+    off = float(np.linalg.norm(balls[-1] - np.median(others, axis=0)))
+    if off <= allowed:
+        return None
+    socket = samples[-1].socket
+    return (
+        f"puts the ball {1e3 * off:.0f} mm from "
+        f"{f'the others of socket {socket}' if len(here) else 'the other socket'}: is it seated, "
+        f"and in socket {socket}?"
+    )
 
-    def ball(sample: Sample) -> np.ndarray:
-        return model.points(np.zeros(0), np.array([sample.position]))[0]
 
-    def check(samples: Sequence[Sample]) -> str | None:
-        *earlier, last = samples
-        for sample in earlier:  # once for each: the stream must not wait
-            if sample.number not in points:
-                points[sample.number] = ball(sample)
-        here = [points[s.number] for s in earlier if s.socket == last.socket]
-        there = [points[s.number] for s in earlier if s.socket != last.socket]
-        if not earlier:
-            return None
-        allowed = FAR if here else FAR + distance
-        if len(here) + 1 >= ENOUGH:
-            away = np.linalg.norm(np.array(here) - np.median(here, axis=0), axis=1)
-            allowed = max(FAR, FAR_SHARE * float(np.median(away)))
-        off = float(np.linalg.norm(ball(last) - np.median(here or there, axis=0)))
-        if off <= allowed:
-            return None
-        others = f"the others of socket {last.socket}" if here else "the other socket"
-        return (
-            f"puts the ball {1e3 * off:.0f} mm from {others}: is it seated, and in socket "
-            f"{last.socket}?"
+def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
+    """Return a warning where another shipped robot fits some poses far better than a model."""
+    q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
+    if len(q) < FIRST_POSES or (own := _scatter(robot, q)) < WRONG_SCATTER:
+        return None
+    scatters = {other.name: _scatter(other, q) for other in _shipped(len(robot.actuated))}
+    best = min(scatters, key=lambda name: scatters[name], default=None)
+    if best is None or scatters[best] > own / WRONG_RATIO or best == robot.name:
+        return None
+    return (
+        f"this moves like a {best}: by its model the ball of one socket scatters by "
+        f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
+        "--robot right?"
+    )
+
+
+def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
+    """Return the names of the other shipped robots that reach a configuration, or None."""
+    names = [
+        other.name
+        for other in _shipped(len(robot.actuated))
+        if other.name != robot.name
+        and all(
+            joint.lower - SLACK <= value <= joint.upper + SLACK
+            for joint, value in zip(other.actuated, position, strict=True)
         )
-
-    return check
-
-
-def wrong_model_check(robot: Robot) -> Callable[[Sequence[Sample]], str | None]:
-    """Return a check, of seconds, for another robot that some poses fit far better than a model."""
-    own_model = BallModel(robot, [])
-
-    def check(samples: Sequence[Sample]) -> str | None:
-        q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
-        if len(q) < FIRST_POSES or (own := _scatter(own_model, q)) < WRONG_SCATTER:
-            return None
-        scatters = {
-            other.name: _scatter(BallModel(other, []), q) for other in _shipped(len(robot.actuated))
-        }
-        best = min(scatters, key=lambda name: scatters[name], default=None)
-        if best is None or scatters[best] > own / WRONG_RATIO or best == robot.name:
-            return None
-        return (
-            f"this moves like a {best}: by its model the ball of one socket scatters by "
-            f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
-            "--robot right?"
-        )
-
-    return check
-
-
-def similar_models(robot: Robot) -> Callable[[Sequence[float]], str | None]:
-    """Return a function that names the other shipped robots that reach a configuration."""
-
-    def similar(position: Sequence[float]) -> str | None:
-        names = [
-            other.name
-            for other in _shipped(len(robot.actuated))
-            if other.name != robot.name
-            and all(
-                joint.lower - SLACK <= value <= joint.upper + SLACK
-                for joint, value in zip(other.actuated, position, strict=True)
-            )
-        ]
-        return " or a ".join(names) or None
-
-    return similar
+    ]
+    return " or a ".join(names) or None
 
 
 @lru_cache(maxsize=8)
@@ -119,9 +99,9 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
     return tuple(robot for robot in robots if len(robot.actuated) == joints)
 
 
-def _scatter(model: BallModel, q: np.ndarray) -> float:
+def _scatter(robot: Robot, q: np.ndarray) -> float:
     """Return the ball's mean distance from its mean position over some configurations [m]."""
-    points = model.points(np.zeros(0), q)
+    points = BallModel(robot, []).points(np.zeros(0), q)
     away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
     return float(away.mean())
 
@@ -143,7 +123,7 @@ class SessionAlarms:
     """Faults of the last of some placements, as alarms."""
 
     def __init__(self, robot: Robot) -> None:
-        self._wrong_model = wrong_model_check(robot)
+        self._robot = robot
         repeats = assessment.repeatability_of(robot, None)
         self.coarse = diagnostics.is_coarse(repeats)
         """True for an arm of servos, whose zeros may be off by degrees."""
@@ -152,7 +132,7 @@ class SessionAlarms:
     def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
         """Return the alarms, the most probable fault first."""
         here, last = placements[-1].samples, len(placements) - 1
-        if here and (wrong := self._wrong_model(here)):
+        if here and (wrong := wrong_model(self._robot, here)):
             return (Alarm("other", "WRONG ARM?", wrong),)
         found = [f for f in self._check.faults(placements) if f.placement == last]
         return tuple(_alarm(fault) for fault in found)
@@ -176,8 +156,8 @@ FAILED = 1
 def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     """Return a text on the arm's error in recorded poses, or what is wrong, and exit status."""
     placement = read_placement(folder).for_joints(robot.joint_names)
-    if odd := wrong_model_check(robot)(placement.samples):
-        return odd[0].upper() + odd[1:], FAILED
+    if wrong := wrong_model(robot, placement.samples):
+        return wrong[0].upper() + wrong[1:], FAILED
     measured = measure(placement, robot, sockets=1)
     known = assessment.repeatability_of(robot, None)
     survey = diagnostics.inspect_all(

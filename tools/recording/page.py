@@ -15,12 +15,8 @@ from ...solver.robot import load_robot
 from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
 
-PATIENCE = 2.0
-"""A browser hears something at least this often [s]."""
 DIGITS = 3
 """Of positions [rad], [m]: an arm at rest is not drawn again and again for its noise."""
-MOST = 8
-"""Browsers that are served at once."""
 HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -83,64 +79,33 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, host: str) -> None:
-        self._changed = threading.Condition()
-        self._state, self._number = "{}", 0
+        super().__init__((host, 0), _Handler)
         self.token = secrets.token_urlsafe(16)
         self.page = (Path(__file__).parent / "page.html").read_bytes()
-        self.free = threading.Semaphore(MOST)
-        super().__init__((host, 0), _Handler)
+        self.state = b"{}"
         self.url = "http://{}:{}/{}/".format(*self.server_address[:2], self.token)
-
-    def post(self, state: str) -> None:
-        with self._changed:
-            self._state, self._number = state, self._number + 1
-            self._changed.notify_all()
-
-    def after(self, number: int) -> tuple[str | None, int]:
-        """Return the first state after one by its number; None if none came in time."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._number != number, PATIENCE)
-            return (None if self._number == number else self._state), self._number
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def do_GET(self) -> None:
-        """Send the page, or events until the browser goes away."""
+        """Send the page, or the state that it asks for again and again."""
         root, _, name = self.path.removeprefix("/").partition("/")
         known = secrets.compare_digest(root.encode(), self.server.token.encode())
-        if known and name == "":
-            self._begin("text/html; charset=utf-8")
-            self.wfile.write(self.server.page)
-        elif known and name == "events":
-            self._stream()
-        else:
+        if not known or name not in ("", "state"):
             self.send_error(404)
+            return
+        body = self.server.state if name else self.server.page
+        self.send_response(200)
+        kind = "application/json" if name else "text/html; charset=utf-8"
+        for header, value in {"Content-Type": kind, **HEADERS}.items():
+            self.send_header(header, value)
+        self.end_headers()
+        self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002
         """Say nothing: the terminal is the recorder's."""
-
-    def _begin(self, kind: str) -> None:
-        self.send_response(200)
-        for name, value in {"Content-Type": kind, **HEADERS}.items():
-            self.send_header(name, value)
-        self.end_headers()
-
-    def _stream(self) -> None:
-        if not self.server.free.acquire(blocking=False):
-            self.send_error(503)
-            return
-        try:
-            self._begin("text/event-stream")
-            number = -1
-            while True:
-                state, number = self.server.after(number)
-                self.wfile.write(f"data: {state}\n\n".encode() if state else b": still here\n\n")
-        except OSError:
-            return
-        finally:
-            self.server.free.release()
 
 
 def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
@@ -158,5 +123,5 @@ def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
             if state[name] is not None:
                 drawn = link_poses(joints, np.array([state[name]]))[0, :, :, 3]
                 state[f"{name}_drawn"] = drawn.round(4).tolist()
-        server.post(json.dumps(state))
+        server.state = json.dumps(state).encode()
         pipe.send({})

@@ -3,32 +3,32 @@
 import math
 import sys
 import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Recording, Session
-from ...recorder.stream import JointLimits, Stream
+from ...recorder.stream import JointLimits
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import calibration
 from ...solver import robot as robots
 from ..cli import DISTANCES, Terminal
 from ..simulation import practice_driver
+from .checks import similar_models
 from .options import RecordOptions, SettledOptions, has_keyboard
 
 
-@dataclass(frozen=True)
-class Before:
-    """All that was recorded with this arm before, in the same run."""
-
-    moved: tuple[recorder.Sample, ...] = ()
-    """Samples since the base moved."""
-    placements: tuple[recorder.Placement, ...] = ()
-    """In the order of recording."""
+def joints_of(robot: robots.Robot) -> tuple[JointLimits, ...]:
+    """Return the limits of the chain's actuated joints."""
+    return tuple(
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        for joint in robot.actuated
+    )
 
 
 def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions:
@@ -57,8 +57,7 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
 
 def first_session(
     options: SettledOptions,
-    similar: Callable[[Sequence[float]], str | None],
-    joints: tuple[JointLimits, ...],
+    robot: robots.Robot,
     recording: Recording,
     moved: Sequence[recorder.Sample],
 ) -> Session:
@@ -70,13 +69,13 @@ def first_session(
         recording.capture(sample)
     socket = moved[-1].socket if moved else recording.socket
     session = Session(
-        joints,
+        joints_of(robot),
         sockets=options.sockets,
         target=options.target,
         socket=min(socket, options.sockets - 1),
         samples=(*content.samples, *moved),
         withdrawn=content.withdrawn,
-        similar_models=similar,
+        similar_models=partial(similar_models, robot),
     )
     for remark in recording.remarks:
         session = session.with_message(remark, alarm=True)
@@ -101,14 +100,6 @@ def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement,
         except recorder.RecordingError:
             continue
     return tuple(sorted(found, key=lambda placement: placement.samples[0].time or 0.0))
-
-
-def with_address(session: Session, url: str, host: str) -> Session:
-    """Return the session with messages on the page's address."""
-    session = session.with_message(f"page: {url}")
-    warning = "whoever knows this address can watch, from anywhere in the network"
-    alone = host in ("127.0.0.1", "localhost", "::1")
-    return session if alone else session.with_message(warning, alarm=True)
 
 
 def resume_summary_of(
@@ -167,17 +158,15 @@ def connect(text: str, robot: robots.Robot) -> Reconnecting:
     return Reconnecting(lambda: open_driver(name, address, robot.joint_names))
 
 
-def open_recording(
-    options: SettledOptions, robot: robots.Robot, joints: tuple[JointLimits, ...], still: float
-) -> Recording:
+def open_recording(options: SettledOptions, robot: robots.Robot, still: float) -> Recording:
     """Open the file of the samples, with what was noted of this start."""
-    given: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
+    notes: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
     return Recording(
         options.out,
         recorder.Metadata(
             robot=robot.name,
             joints=robot.joint_names,
-            units=tuple(joint.unit for joint in joints),
+            units=tuple(joint.unit for joint in joints_of(robot)),
             distance=options.distance if options.stated else None,
             measured=options.measured,
             sockets=options.sockets,
@@ -187,22 +176,7 @@ def open_recording(
                 "driver": options.driver,
                 "window": options.window,
                 "still": still,
-                **{name: value for name, value in given.items() if value is not None},
+                **{name: value for name, value in notes.items() if value is not None},
             },
         ),
     )
-
-
-@contextmanager
-def open_log(
-    stream: Stream, options: SettledOptions, robot: robots.Robot, terminal: Terminal
-) -> Generator[None, None, None]:
-    """Log every state to a file beside the samples."""
-    log = recorder.StreamLog(recorder.next_log_file(options.out), robot.joint_names)
-    stream.log = log
-    try:
-        yield
-    finally:
-        log.close()
-        if log.trouble:
-            terminal.warn(log.trouble)

@@ -4,37 +4,39 @@ import gc
 import logging
 import math
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from functools import partial
 from typing import Any
 
-from ...recorder.stream import STILL, ContactDetector, JointLimits, Stream, StreamMonitor
+from ...recorder import Sample, StreamLog, next_log_file
+from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
 from ..cli import Terminal, one_arm
 from . import session_start
-from .checks import gravity_of, outlier_check, similar_models
+from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
 from .options import SettledOptions
 
-
-def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
-    """Return the limits of the chain's actuated joints."""
-    return tuple(
-        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
-        for joint in robot.actuated
-    )
+LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
 
 
 def record_session(
     options: SettledOptions,
     robot: Robot,
     terminal: Terminal,
-    before: session_start.Before | None = None,
+    moved: Sequence[Sample] | None = None,
 ) -> Outcome:
-    """Record at one placement until the operator finishes, after others of the same run."""
-    earlier = before or session_start.Before()
-    joints, keys = joints_of(robot), keys_with(options.key)
+    """Record at one placement until the operator finishes.
+
+    Args:
+        options: Of the session.
+        robot: Its nominal model.
+        terminal: Where the session is shown.
+        moved: At a further placement of the same run, the samples since the base moved there.
+    """
+    keys = keys_with(options.key)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
@@ -44,38 +46,46 @@ def record_session(
         driver = stack.enter_context(session_start.connect(options.driver, robot))
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(session_start.open_recording(options, robot, joints, still))
+        recording = stack.enter_context(session_start.open_recording(options, robot, still))
         if options.keep_stream:
-            stack.enter_context(session_start.open_log(stream, options, robot, terminal))
+            stream.log = log = StreamLog(next_log_file(options.out), robot.joint_names)
+            stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
+            stack.callback(log.close)
         live = script is None
-        monitor = StreamMonitor(
-            joints, window=options.window, still=still, live=live, resolution=driver.resolution
-        )
-        session = session_start.first_session(
-            options, similar_models(robot), joints, recording, earlier.moved
-        )
+        session = session_start.first_session(options, robot, recording, moved or ())
         page = None
         if options.page:
             from .page import PageProcess
 
             page = stack.enter_context(closing(PageProcess(options, options.page_host)))
-            session = session_start.with_address(session, page.url, options.page_host)
+            session = session.with_message(f"page: {page.url}")
+            if options.page_host not in LOCAL_HOSTS:
+                warning = "whoever knows this address can watch, from anywhere in the network"
+                session = session.with_message(warning, alarm=True)
         guided = keyboard is not None and live and not options.no_guide
         guidance = stack.enter_context(closing(_guidance(options, robot))) if guided else None
         return Recorder(
             session=session,
             stream=stream,
-            monitor=monitor,
+            monitor=StreamMonitor(
+                session.joints,
+                window=options.window,
+                still=still,
+                live=live,
+                resolution=driver.resolution,
+            ),
             recording=recording,
             display=_display(terminal),
             title=_title(options, robot),
             keyboard=keyboard,
             script=script,
-            contact=ContactDetector(joints, gravity_of(robot, options.load.validated().load)),
-            plausible=outlier_check(robot, options.distance),
+            contact=ContactDetector(
+                session.joints, gravity_of(robot, options.load.validated().load)
+            ),
+            plausible=partial(odd_pose, robot, options.distance),
             keys=keys,
             hands_free=options.auto,
-            moved=before is not None and not before.moved,
+            moved=moved is not None and not moved,
             sound=options.sound != "off",
             guidance=guidance,
             observer=page,

@@ -41,19 +41,18 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
         outcome = recording.record_session(settled, robot, terminal)
-        earlier = recording.Before()
+        earlier: list[recorder.Placement] = []
         while True:
             live = outcome.session.live
             here = recorder.Placement(settled.out.name, live, robot.joint_names, settled.distance)
             if options.scripted and not settled.no_guide:
-                for alarm in recording.SessionAlarms(robot)([*earlier.placements, here]):
+                for alarm in recording.SessionAlarms(robot)([*earlier, here]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
             if not outcome.new_placement or outcome.signal is not None:
                 break
             settled = replace(settled, out=next_folder(settled.out))
-            done = (*earlier.placements, here) if live else earlier.placements
-            earlier = recording.Before(outcome.moved, done)
-            outcome = recording.record_session(settled, robot, terminal, earlier)
+            earlier += [here] if live else []
+            outcome = recording.record_session(settled, robot, terminal, outcome.moved)
     try:
         _say_outcome(outcome, settled, robot, terminal)
         sys.stdout.flush()
