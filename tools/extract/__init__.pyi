@@ -5,7 +5,7 @@ from .boards import read_images as read_images
 from .log import Log as Log
 from .log import Question as Question
 from .log import read_log as read_log
-from .rests import Proposal as Proposal
+from .rests import Rest as Rest
 from .rests import assign as assign
 from .rests import find_rests as find_rests
 from .rests import placements_of as placements_of

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...drivers import JointState
-from ...recorder import Placement, sample_files
+from ...recorder import Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
@@ -20,19 +20,28 @@ from .log import Log
 
 
 @dataclass(frozen=True)
-class TimedRest:
-    """One rest of the arm."""
+class Rest:
+    """A rest of the arm, and the sample that it may be."""
 
     begin: float
     """When it was seen to be still [s], by the log's stamps."""
     end: float
-    rest: StationaryPose
+    last: int
+    """Index of the log's state at the end."""
+    pose: StationaryPose
     """The average over the stillest window."""
+    ball: tuple[float, ...] = ()
+    """The ball's centre by the nominal model [m]."""
+    placement: str | None = None
+    """The placement's name; None where the rest is no sample."""
+    socket: int = 0
+    why: str = ""
+    """The reason that it is none."""
 
 
 def find_rests(
     log: Log, joints: Sequence[JointLimits], *, window: float, still: float
-) -> list[TimedRest]:
+) -> list[Rest]:
     """Return the rests of an arm in the log's order, by the recorder's window [s] and stillness.
 
     A rest is what a recording by a key script would capture: the arm has been still for longer than
@@ -41,26 +50,26 @@ def find_rests(
     """
     watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
-    rests: list[TimedRest] = []
-    now: TimedRest | None = None
+    rests: list[Rest] = []
+    now: Rest | None = None
     for i in _slow_enough(log):
         stamp = float(log.stamps[i])
         effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
         state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
         looked = watch.feed(state, stamp, int(log.parts[i]))
-        rest = watch.rest
-        if rest is None or not looked:
-            now = now if rest else None
+        pose = watch.rest
+        if pose is None or not looked:
+            now = now if pose else None
             continue
         if not watch.settled or watch.trouble(stamp) is not None:
             continue
-        if now is None or not same(now.rest.position, rest.position, STOOD_STILL):
-            now = TimedRest(stamp - window, stamp, rest)
-            if rests and same(rests[-1].rest.position, rest.position, STOOD_STILL):
+        if now is None or not same(now.pose.position, pose.position, STOOD_STILL):
+            now = Rest(stamp - window, stamp, i, pose)
+            if rests and same(rests[-1].pose.position, pose.position, STOOD_STILL):
                 now = _joined(rests.pop(), now)
             rests.append(now)
         else:
-            rests[-1] = now = _joined(now, TimedRest(stamp, stamp, rest))
+            rests[-1] = now = _joined(now, Rest(stamp, stamp, i, pose))
     return rests
 
 
@@ -74,10 +83,10 @@ def _slow_enough(log: Log) -> list[int]:
     return [int(i) for part in parts for i in part[np.cumsum(slow[part]) > 0]]
 
 
-def _joined(first: TimedRest, second: TimedRest) -> TimedRest:
+def _joined(first: Rest, second: Rest) -> Rest:
     """Return two rests at one place as one, with the stiller window of both."""
-    stiller = min((first.rest, second.rest), key=lambda rest: max(rest.spread))
-    return replace(first, end=second.end, rest=stiller)
+    stiller = min((first.pose, second.pose), key=lambda pose: max(pose.spread))
+    return replace(second, begin=first.begin, pose=stiller)
 
 
 TOGETHER = 1 / 3
@@ -88,36 +97,22 @@ LEAST = 4
 """Fewer rests at one place are no socket."""
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """A rest, and the sample that it may be."""
-
-    timed: TimedRest
-    ball: np.ndarray
-    """The ball's centre by the nominal model, shape (3,) [m]."""
-    placement: str | None = None
-    """The placement's name; None where the rest is no sample."""
-    socket: int = 0
-    why: str = ""
-    """The reason that it is none."""
-
-
 def propose_samples(
-    robot: Robot, rests: Sequence[TimedRest], joints: Sequence[JointLimits], distance: float
-) -> list[Proposal]:
-    """Return each rest's placement and socket by the nominal model and the distance [m]."""
+    robot: Robot, rests: Sequence[Rest], joints: Sequence[JointLimits], distance: float
+) -> list[Rest]:
+    """Return rests with placements and sockets by the nominal model and the distance [m]."""
     if not rests:
         return []
-    positions = np.array([one.rest.position for one in rests])
+    positions = np.array([rest.pose.position for rest in rests])
     balls = BallModel(robot, []).points(np.empty(0), positions)
-    proposals = [Proposal(one, ball) for one, ball in zip(rests, balls, strict=True)]
+    proposed = [replace(one, ball=tuple(p)) for one, p in zip(rests, balls.tolist(), strict=True)]
     sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
         for socket, group in enumerate(pair):
             for i in group:
                 named = f"placement_{number}"
-                proposals[i] = replace(proposals[i], placement=named, socket=socket)
-    return _usable(proposals, joints)
+                proposed[i] = replace(proposed[i], placement=named, socket=socket)
+    return _usable(proposed, joints)
 
 
 def _together(points: np.ndarray, within: float) -> list[list[int]]:
@@ -145,32 +140,32 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
     return [[groups[i] for i in base] for base in sorted(bases)]
 
 
-def _usable(proposals: list[Proposal], joints: Sequence[JointLimits]) -> list[Proposal]:
+def _usable(rests: Sequence[Rest], joints: Sequence[JointLimits]) -> list[Rest]:
     """Leave out what the recorder would refuse, with its reason."""
     sessions: dict[str, Session] = {}
-    kept: list[Proposal] = []
-    for proposal in proposals:
-        name, rest = proposal.placement, proposal.timed.rest
+    kept: list[Rest] = []
+    for rest in rests:
+        name = rest.placement
         if name is None:
-            kept.append(replace(proposal, why="not in a socket"))
+            kept.append(replace(rest, why="not in a socket"))
             continue
         before = sessions.get(name, Session(tuple(joints), sockets=100))
-        session = before.switched(proposal.socket)
-        why = session.refusal(rest.position)
-        kept.append(replace(proposal, placement=None, why=why) if why else proposal)
+        session = before.switched(rest.socket)
+        why = session.refusal(rest.pose.position)
+        kept.append(replace(rest, placement=None, why=why) if why else rest)
         if not why:
-            sessions[name] = session.captured(session.sample_at(rest))
+            sessions[name] = session.captured(session.sample_at(rest.pose))
     return kept
 
 
-def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal]:
-    """Return proposals with placements and sockets that words as ``front:0=1-30`` give instead.
+def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
+    """Return rests with placements and sockets that words as ``front:0=1-30`` give instead.
 
     A word is a placement, a socket, and the rests' numbers from 1, in ranges with commas between;
     rests that none names are left out. One that is none, has no rest, or names one twice is a
     UsageError.
     """
-    given = [replace(p, placement=None, socket=0, why="not assigned") for p in proposals]
+    given = [replace(rest, placement=None, socket=0, why="not assigned") for rest in rests]
     for word in words:
         match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
         if match is None:
@@ -179,31 +174,28 @@ def assign(proposals: Sequence[Proposal], words: Sequence[str]) -> list[Proposal
             first, _, last = part.partition("-")
             if last and int(last) < int(first):
                 raise UsageError(f"--assign {word}: {part} runs backwards; write {last}-{first}")
-            for number in range(int(first), int(last or first) + 1):
-                if not 1 <= number <= len(given):
+            for i in range(int(first) - 1, int(last or first)):
+                if not 0 <= i < len(given):
                     raise UsageError(f"--assign {word}: the rests are 1 to {len(given)}")
-                if given[number - 1].placement is not None:
-                    raise UsageError(f"--assign {word}: rest {number} is assigned twice")
-                given[number - 1] = replace(
-                    given[number - 1], placement=match[1], socket=int(match[2]), why=""
-                )
+                if given[i].placement is not None:
+                    raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
+                given[i] = replace(rests[i], placement=match[1], socket=int(match[2]), why="")
     return given
 
 
 def placements_of(
-    proposals: Sequence[Proposal], joint_names: Sequence[str], distance: float
+    rests: Sequence[Rest], joint_names: Sequence[str], distance: float
 ) -> dict[str, dict[str, bytes]]:
     """Return the files of each placement, by its name."""
-    sessions: dict[str, Session] = {}
-    for proposal in proposals:
-        if proposal.placement is not None:
-            session = sessions.get(proposal.placement, Session(())).switched(proposal.socket)
-            sample = session.sample_at(proposal.timed.rest)
-            sessions[proposal.placement] = session.captured(sample)
+    samples: dict[str, list[Sample]] = {}
+    for rest in rests:
+        if rest.placement is not None:
+            sample = Session((), socket=rest.socket).sample_at(rest.pose)
+            samples.setdefault(rest.placement, []).append(sample)
     joints = tuple(joint_names)
     return {
-        name: sample_files(Placement(name, it.samples, joint_names=joints, distance=distance))
-        for name, it in sessions.items()
+        name: sample_files(Placement(name, tuple(own), joint_names=joints, distance=distance))
+        for name, own in samples.items()
     }
 
 
@@ -226,7 +218,7 @@ rect { fill-opacity: .35; }
 """
 
 
-def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal]) -> bytes:
+def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> bytes:
     """Return the picture as SVG.
 
     A lane for each joint; a band for each rest, in the color of its socket, grey where it is no
@@ -237,15 +229,11 @@ def rests_picture(log: Log, names: Sequence[str], proposals: Sequence[Proposal])
         times[i:] += times[i - 1] + 1.0 - times[i]
     axis = Axis(0, max(float(times[-1]), 1e-9), "s")
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
-    for number, proposal in enumerate(proposals, start=1):
-        rest = proposal.timed
-        off = np.abs(log.stamps - rest.end)
-        nearest = np.flatnonzero(off <= off.min() + 1e-9)  # parts may have equal stamps
-        there = np.abs(log.positions[nearest] - np.array(rest.rest.position)).max(axis=1)
-        end = float(times[nearest[np.argmin(there)]])
+    for number, rest in enumerate(rests, start=1):
+        end = float(times[rest.last])
         x = panel.x(end - (rest.end - rest.begin))
         size = {"width": max(2.0, panel.x(end) - x), "height": panel.bottom - panel.top}
-        colour = "none" if proposal.placement is None else f"socket-{proposal.socket % SOCKETS}"
+        colour = "none" if rest.placement is None else f"socket-{rest.socket % SOCKETS}"
         panel.add("rect", x=x, y=panel.top, **size, class_=colour)
         panel.text(x, panel.top - 6, str(number), colour)
     blocks = np.array_split(np.arange(len(times)), min(COLUMNS, len(times)))

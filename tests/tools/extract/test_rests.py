@@ -63,7 +63,7 @@ def test_rests_in_slow_streams(rate, jitter):
     joints = (JointLimits("a"), JointLimits("b"))
     for window in (0.3, log.least_window)[rate < 15 :]:  # five states are the least to average
         found = find_rests(log, joints, window=window, still=5e-4)
-        assert [round(one.rest.position[0] / 0.5, 2) for one in found[:8]] == list(range(8))
+        assert [round(one.pose.position[0] / 0.5, 2) for one in found[:8]] == list(range(8))
 
 
 def test_no_average_goes_across_two_episodes():

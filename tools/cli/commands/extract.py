@@ -49,11 +49,11 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         step(f"looking for rests in {len(log.stamps)} states")
         rests = extract.find_rests(log, joints, window=window, still=still)
     terminal.say(*log.notes)
-    proposals = extract.propose_samples(robot, rests, joints, options.distance)
+    rests = extract.propose_samples(robot, rests, joints, options.distance)
     if options.assign:
-        proposals = extract.assign(proposals, options.assign)
-    _show(proposals, terminal)
-    folders = extract.placements_of(proposals, robot.joint_names, options.distance)
+        rests = extract.assign(rests, options.assign)
+    _show(rests, terminal)
+    folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
         session = {"extracted_from": str(options.log), "window": window, "still": still}
@@ -70,7 +70,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
             write_files(options.out / name, files)
             outputs[name] = str(options.out / name)
-        picture = extract.rests_picture(log, robot.joint_names, proposals)
+        picture = extract.rests_picture(log, robot.joint_names, rests)
         outputs["picture"] = str(write_files(options.out, {"rests.svg": picture})["rests.svg"])
     if not folders:
         terminal.say("No rest is a sample, so there is nothing to write.")
@@ -82,36 +82,35 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             "Look at the picture: only you know whether the ball sat in a socket at each rest. "
             f"Next: mukca check {options.out} --robot {options.robot}"
         )
-    rows = [_row(proposal) for proposal in proposals]
+    rows = [_row(rest) for rest in rests]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs})
     return 0 if folders else 1
 
 
-def _show(proposals: "Sequence[extract.Proposal]", terminal: cli.Terminal) -> None:
+def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
     heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
     rows = [
         (
             str(number),
-            f"{one.timed.begin - proposals[0].timed.begin:.1f}",
-            f"{one.timed.end - one.timed.begin:.1f}",
-            " ".join(f"{1e3 * value:7.0f}" for value in one.ball),
-            f"{1e3 * max(one.timed.rest.spread):.3f}",
-            f"{one.placement}, socket {one.socket}" if one.placement else f"none: {one.why}",
+            f"{rest.begin - rests[0].begin:.1f}",
+            f"{rest.end - rest.begin:.1f}",
+            " ".join(f"{1e3 * value:7.0f}" for value in rest.ball),
+            f"{1e3 * max(rest.pose.spread):.3f}",
+            f"{rest.placement}, socket {rest.socket}" if rest.placement else f"none: {rest.why}",
         )
-        for number, one in enumerate(proposals, start=1)
+        for number, rest in enumerate(rests, start=1)
     ]
     terminal.console.print(cli.table("rests", heads, rows, left=(5,)))
 
 
-def _row(proposal: "extract.Proposal") -> dict[str, Any]:
-    rest = proposal.timed.rest
+def _row(rest: "extract.Rest") -> dict[str, Any]:
     return {
-        "begin": proposal.timed.begin,
-        "end": proposal.timed.end,
-        "position": list(rest.position),
-        "spread": list(rest.spread),
-        "ball": proposal.ball.tolist(),
-        "placement": proposal.placement,
-        "socket": proposal.socket if proposal.placement else None,
-        "why": proposal.why,
+        "begin": rest.begin,
+        "end": rest.end,
+        "position": list(rest.pose.position),
+        "spread": list(rest.pose.spread),
+        "ball": list(rest.ball),
+        "placement": rest.placement,
+        "socket": rest.socket if rest.placement else None,
+        "why": rest.why,
     }
