@@ -178,10 +178,11 @@ def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(
         page.wait_for_selector("text=ENOUGH")
         assert page.locator("#facts").inner_text().startswith("predicted error of distances")
         assert page.locator(".joint").count() == 7
+        assert not complaints  # until the session ends: then there is no link
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-    assert not complaints
+        page.wait_for_selector("text=NO LINK")
     taken = read(out)
     astray = np.loadtxt(hands / "rest.csv", delimiter=",")[ASTRAY - BEGUN, 0]
     assert np.abs(taken.positions[:, 0] - astray).min() > 0.01
