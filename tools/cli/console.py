@@ -54,6 +54,12 @@ class Terminal:
         stream = sys.stderr if self.json else sys.stdout
         stream.writelines(f"{text}\n" for text in texts)
 
+    def tabulate(
+        self, title: str, heads: "Sequence[str]", rows: "Iterable[Sequence[str]]", **more: Any
+    ) -> None:
+        """Print a table for people; see :func:`table`."""
+        self.console.print(table(title, heads, rows, **more))
+
     def warn(self, *texts: str, level: str = "warning") -> None:
         """Write lines about something that may be wrong, or is, to standard error."""
         sys.stderr.writelines(f"{level}: {' '.join(text.split())}\n" for text in texts)

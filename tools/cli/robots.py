@@ -151,27 +151,18 @@ def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, 
     return by_robot
 
 
-def measure_all(
-    paths: Sequence[Path],
-    robot: "robots.Robot",
-    distance: float | None,
-    *,
-    sockets: int = 2,
-    flange_poses: bool = False,
-) -> "list[data.Measurement]":
-    """Read and check all placements that paths stand for."""
+def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.Placement]":
+    """Read all placements that paths stand for."""
     placements = recorder.read_placements(*paths)
-    if flange_poses:
-        placements = data.as_flange_poses(placements)
-    return [data.measure(p, robot, distance, sockets=sockets) for p in placements]
+    return data.as_flange_poses(placements) if settings.flange_poses else placements
 
 
 def survey_of(
     paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for what is wrong in them."""
-    said = settings.distance
-    measured = measure_all(paths, robot, said, sockets=sockets, flange_poses=settings.flange_poses)
+    placements = read_data(paths, settings)
+    measured = [data.measure(one, robot, settings.distance, sockets=sockets) for one in placements]
     data.check_distinct(measured)
     return measured, diagnostics.inspect_all(
         robot,
@@ -229,7 +220,7 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
         kept, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
-        data = split_by_robot(options.data, (), files)[0] if hasattr(options, "data") else None
+        data = _by_robot(options.data, files) if hasattr(options, "data") else None
         for kept.name, file in files.items():
             own: dict[str, Any] = {"calibration": file}
             if out is not None:

@@ -9,13 +9,12 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Container, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import version
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
@@ -70,18 +69,32 @@ class Workers:
             UsageError: No such cluster, or it has other versions of what computes.
         """
         results: dict[int, Result] = {}
-        if self.cluster is not None:
-            pairs = _shared_out(partial(_cluster, self.cluster), work, items)
-        elif self.processes == 1 or len(items) < 2:
-            pairs = ((i, work(item)) for i, item in enumerate(items))
-        else:
-            processes = min(self.processes, len(items))
-            pairs = _shared_out(partial(_processes, processes), work, items)
-        with closing(pairs):
-            for i, result in pairs:
-                results[i] = result
+        if self.cluster is None and (self.processes == 1 or len(items) < 2):
+            for i, item in enumerate(items):
+                results[i] = work(item)
                 done(i)
+        losses = 0
+        while len(results) < len(items):
+            before = len(results)
+            try:
+                with self._pool(len(items)) as pool:
+                    for i, result in _gather(pool, work, items, results):
+                        results[i] = result
+                        done(i)
+            except BrokenProcessPool:  # begin anew with what is not done yet
+                losses = losses + 1 if len(results) == before else 1
+                if losses == MOST_LOSSES:
+                    raise WorkersLostError(
+                        f"processes ended {losses} times without doing anything, with "
+                        f"{len(items) - before} of {len(items)} left to do: is the memory full? "
+                        "Try fewer by --processes"
+                    ) from None
         return [results[i] for i in range(len(items))]
+
+    def _pool(self, count: int) -> AbstractContextManager["_Pool"]:
+        if self.cluster is not None:
+            return _cluster(self.cluster)
+        return _processes(min(self.processes, count))
 
 
 @dataclass
@@ -96,42 +109,22 @@ class _Pool:
     """Raised by a piece of work that ended several workers."""
 
 
-def _shared_out(
-    pool: Callable[[], AbstractContextManager[_Pool]],
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-) -> Generator[tuple[int, Result]]:
-    """Yield results as they come; where a process is lost, begin anew with what is not done yet."""
-    left, losses = dict(enumerate(items)), 0
-    while left:
-        before = len(left)
-        try:
-            with pool() as workers:
-                yield from _gather(workers, work, left)
-        except BrokenProcessPool:
-            losses = losses + 1 if len(left) == before else 1
-            if losses == MOST_LOSSES:
-                raise WorkersLostError(
-                    f"processes ended {losses} times without doing anything, with {len(left)} of "
-                    f"{len(items)} left to do: is the memory full? Try fewer by --processes"
-                ) from None
-
-
 def _gather(
-    pool: _Pool, work: Callable[[Item], Result], left: dict[int, Item]
+    pool: _Pool, work: Callable[[Item], Result], items: Sequence[Item], known: Container[int]
 ) -> Generator[tuple[int, Result]]:
-    """Yield results, and take them out of ``left``."""
+    """Yield the results that are not known yet, with their indices, as they come."""
+    left = [i for i in range(len(items)) if i not in known]
     total, looks = len(left), 0
     size = 1 + total // (1 + SHARES * pool.count)
-    shares = [list(left)[i : i + size] for i in range(0, total, size)]
-    futures = {pool.executor.submit(_do, work, [left[i] for i in own]): own for own in shares}
+    shares = [left[i : i + size] for i in range(0, total, size)]
+    futures = {pool.executor.submit(_do, work, [items[i] for i in own]): own for own in shares}
     while futures:
         finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
         looks = 0 if finished or pool.workers() else looks + 1
         if looks > MOST_LOOKS:
             raise WorkersLostError(
                 f"the cluster has had no worker for {looks * LOOK_SECONDS:.0f} s, with "
-                f"{len(left)} of {total} left to do"
+                f"{sum(map(len, futures.values()))} of {total} left to do"
             )
         for future in finished:
             own = futures.pop(future)
@@ -142,9 +135,7 @@ def _gather(
                     f"piece {own[0]} of the work, or one of {len(own)} from there, ended "
                     "several workers: is their memory full?"
                 ) from None
-            for i, result in zip(own, results, strict=True):
-                del left[i]
-                yield i, result
+            yield from zip(own, results, strict=True)
 
 
 def _do(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:

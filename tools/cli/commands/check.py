@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ....recorder import read_placements
+from ....recorder import Placement
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
@@ -32,16 +32,24 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     )
 
 
-def _what_changed(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> int:
-    """Print what changed since a calibration, and the next step."""
-    since = calibration.load_calibration(cli.one_arm(file))
-    settings = options.settings.validated()
-    allowed = metres(settings.repeatability_mm)
-    placements, stood = read_placements(*options.data), options.stood
-    if settings.flange_poses:
-        placements = data.as_flange_poses(placements)
+def _what_changed(
+    since: "calibration.Calibration",
+    placements: "Sequence[Placement]",
+    settings: SolveOptions,
+    terminal: cli.Terminal,
+    stood: str = "",
+) -> "partial.Validity":
+    allowed = metres(settings.validated().repeatability_mm)
     found = partial.what_changed(since, placements, stood, settings.distance, repeatability=allowed)
     terminal.warn(*found.warnings)
+    return found
+
+
+def _check_since(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> int:
+    """Print what changed since a calibration, and the next step."""
+    since = calibration.load_calibration(cli.one_arm(file))
+    placements = cli.read_data(options.data, options.settings)
+    found = _what_changed(since, placements, options.settings, terminal, options.stood)
     terminal.say(*found.odds, found.text)
     said = {"robot": since.document.robot, "probabilities": found.probabilities}
     said |= {"likeliest": found.likeliest, "verdict": found.as_dict()}
@@ -53,7 +61,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
-        return _what_changed(options, options.calibration, terminal)
+        return _check_since(options, options.calibration, terminal)
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
@@ -158,19 +166,12 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
-    settings = options.settings
-    flange = settings.flange_poses
-    data = cli.measure_all(options.data, robot, settings.distance, sockets=1, flange_poses=flange)
-    for m in data:
+    settings, placements = options.settings, cli.read_data(options.data, options.settings)
+    for placement in placements:
+        m = data.measure(placement, robot, settings.distance, sockets=1)
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
         terminal.warn(*beyond)
-    found = partial.what_changed(
-        calibrated,
-        [m.placement for m in data],
-        distance=options.settings.distance,
-        repeatability=metres(options.settings.validated().repeatability_mm),
-    )
-    terminal.warn(*found.warnings)
+    found = _what_changed(calibrated, placements, settings, terminal)
     errors, notes = found.errors, list[str]()
     show_errors(errors, terminal)
     if errors.summary.train is not None:
@@ -187,9 +188,6 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
 
 def show_errors(errors: "calibration.Errors", terminal: cli.Terminal) -> None:
     """Show the nominal and the calibrated errors of each placement, and the summaries."""
-    rows = errors.table()
-    bold = [number for number, (summed, _) in enumerate(rows) if summed]
-    cells = [cells for _, cells in rows]
-    terminal.console.print(
-        cli.table(errors.title, calibration.HEADS, cells, bold=bold, no_wrap=True)
-    )
+    summed, rows = zip(*errors.table(), strict=True)
+    bold = [number for number, sums_up in enumerate(summed) if sums_up]
+    terminal.tabulate(errors.title, calibration.HEADS, rows, bold=bold, no_wrap=True)

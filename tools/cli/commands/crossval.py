@@ -135,7 +135,7 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
         cells += ["" if spread is None else f"+- {millimetres(spread)}"] if spreads else []
         rows.append([row["name"], *cells])
     title = "errors in mm of each placement, trained on all others"
-    terminal.console.print(cli.table(title, heads, rows))
+    terminal.tabulate(title, heads, rows)
     names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
     rows = []
     for i, (name, errors) in enumerate(zip(names, matrix, strict=True)):
@@ -144,7 +144,7 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
         rows.append([f"{i + 1} {name}", *cells])
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
     numbers = map(str, range(1, len(names) + 1))
-    terminal.console.print(cli.table(title, ["", *numbers], rows))
+    terminal.tabulate(title, ["", *numbers], rows)
     terminal.say(result["advice"])
 
 
@@ -180,7 +180,7 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     written = write_files(options.out, files)
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
     rows = map(fleet.line_of, result.arms)
-    terminal.console.print(cli.table("", heads, rows, left=(0, 1, 4)))
+    terminal.tabulate("", heads, rows, left=(0, 1, 4))
     terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
     terminal.say(f"{fleet.summary_of(result)}.")
     if learned.types:

@@ -100,7 +100,7 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
         )
         for number, rest in enumerate(rests, start=1)
     ]
-    terminal.console.print(cli.table("rests", heads, rows, left=(5,)))
+    terminal.tabulate("rests", heads, rows, left=(5,))
 
 
 def _row(rest: "extract.Rest") -> dict[str, Any]:

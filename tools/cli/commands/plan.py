@@ -14,7 +14,7 @@ from ....solver import assessment, design, results
 from ....solver.results import refuse_existing, write_files
 from ... import printables
 from ...report.plots import to_scale
-from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option, table
+from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
         within = "" if one.turn is None else f", within {one.turn:g} deg"
         rows.append([f"{1e3 * one.distance:g} mm{within}", *cells])
     title = f"Predicted error of distances [mm], {options.samples} samples a socket"
-    terminal.console.print(table(title, heads, rows))
+    terminal.tabulate(title, heads, rows)
     first, *_ = places = plans[0].places
     moves = [design.in_words(*pair) for pair in itertools.pairwise(places)]
     texts = ["x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(*first)]

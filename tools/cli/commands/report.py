@@ -4,9 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from .... import recorder
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions
+from ....solver.data import measure
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
@@ -115,7 +117,8 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     contenders = figures.contenders_of([cli.one_arm(file) for file in options.calibrations])
     if options.data:
         robot = next(iter(contenders.values())).robot
-        data = cli.measure_all(options.data, robot, options.distance, sockets=1)
+        placements = recorder.read_placements(*options.data)
+        data = [measure(one, robot, options.distance, sockets=1) for one in placements]
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
@@ -141,5 +144,5 @@ def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument"
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
     bold = (len(rows) - 1,)
-    terminal.console.print(cli.table("MAE in mm; * trained on", heads, rows, bold=bold))
+    terminal.tabulate("MAE in mm; * trained on", heads, rows, bold=bold)
     terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))

@@ -11,7 +11,7 @@ from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
-from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_robot, table
+from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_robot
 from .check import show_errors
 
 
@@ -99,7 +99,7 @@ def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Termina
     joints = dict.fromkeys(row.joint for row in rows)
     cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
     title = "change of the joint origins, in mm and mrad"
-    terminal.console.print(table(title, ("joint", *COMPONENTS), cells, no_wrap=True))
+    terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
 
 
 def spoken(result: "results.CalibrationDocument") -> list[str]:
