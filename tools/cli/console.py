@@ -54,6 +54,12 @@ class Terminal:
         stream = sys.stderr if self.json else sys.stdout
         stream.writelines(f"{text}\n" for text in texts)
 
+    def say_at_once(self, text: str) -> None:
+        """Write a line on what comes next, where a person would wait for it."""
+        if sys.stdout.isatty():
+            self.say(text)
+            sys.stdout.flush()
+
     def tabulate(
         self, title: str, heads: "Sequence[str]", rows: "Iterable[Sequence[str]]", **more: Any
     ) -> None:

@@ -8,8 +8,7 @@ from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .guidance_process import goal_for as goal_for
 from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
-from .options import SettledOptions as SettledOptions
-from .session_start import joints_of as joints_of
+from .options import joints_of as joints_of
 from .session_start import recorded_beside as recorded_beside
 from .session_start import with_distance as with_distance
 from .setup import record_session as record_session

@@ -1,15 +1,16 @@
-"""Options of a recording session, and those of one in which nothing is left open."""
+"""Options of a recording session, and what they and earlier files say of the placement."""
 
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from ...recorder import DEFAULT_DISTANCE, METADATA, SOCKETS, read_keys, read_metadata
+from ...recorder import METADATA, SOCKETS, Metadata, read_keys, read_metadata
 from ...recorder.session import TARGET
-from ...recorder.stream import STILL, WINDOW
+from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...solver.calibration import SolveOptions
+from ...solver.robot import Robot
 from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, option, part
 
 
@@ -62,35 +63,35 @@ class RecordOptions(RobotOptions):
         """True where a script presses the keys."""
         return self.keys is not None or not has_keyboard()
 
-    def settled(self) -> "SettledOptions":
-        """Return the options with defaults, of the recording that is continued if there is one."""
+    @property
+    def samples(self) -> int:
+        """Samples to take in each socket."""
+        usual = POSES if self.quick else HELD if self.calibration else TARGET
+        return self.target or usual
+
+    def metadata(self, robot: Robot) -> Metadata:
+        """Return what is known of the placement, typed or by the recording that is continued."""
         file = self.out / METADATA
         sockets: object = 1 if self.quick else self.sockets
         if sockets is None:
             sockets = read_metadata(file).get("sockets")
         keys = read_keys(file)
         known = keys.distance is not None and not keys.distance_assumed
-        usual = POSES if self.quick else HELD if self.calibration else TARGET
-        given: dict[str, Any] = {
-            **vars(self),
-            "distance": self.distance or keys.distance or DEFAULT_DISTANCE,
-            "measured": self.distance is not None or known,
-            "stated": self.distance is not None or keys.distance is not None,
-            "sockets": sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
-            "target": self.target or usual,
-            "no_guide": self.no_guide or self.quick,
-        }
-        return SettledOptions(**given)
+        return Metadata(
+            robot=robot.name,
+            joints=robot.joint_names,
+            units=tuple(joint.unit for joint in joints_of(robot)),
+            distance=self.distance or keys.distance,
+            measured=self.distance is not None or known,
+            sockets=sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
+            model_sha256=robot.sha256,
+            robot_name=self.robot_name or "",
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SettledOptions(RecordOptions):
-    """Options of a session that knows its distance [m], its sockets, and its samples a socket."""
-
-    distance: float = DEFAULT_DISTANCE
-    measured: bool = False
-    """True where somebody measured the distance."""
-    stated: bool = False
-    """False where the distance is nothing but the paper's: neither typed nor in the files."""
-    sockets: int = SOCKETS
-    target: int = TARGET
+def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
+    """Return the limits of the chain's actuated joints."""
+    return tuple(
+        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        for joint in robot.actuated
+    )

@@ -4,36 +4,33 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Recording, Session
-from ...recorder.stream import JointLimits
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import calibration
 from ...solver import robot as robots
 from ..cli import DISTANCES, Terminal
 from ..simulation import practice_driver
 from .checks import similar_models
-from .options import RecordOptions, SettledOptions, has_keyboard
+from .options import RecordOptions, has_keyboard, joints_of
+
+if TYPE_CHECKING:
+    from .page import PageProcess
+
+LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
+NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 
 
-def joints_of(robot: robots.Robot) -> tuple[JointLimits, ...]:
-    """Return the limits of the chain's actuated joints."""
-    return tuple(
-        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
-        for joint in robot.actuated
-    )
-
-
-def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions:
-    """Return options with the distance that the operator types, where none is stated."""
-    while not (options.stated or options.sockets < 2 or options.scripted):
+def with_distance(metadata: recorder.Metadata, terminal: Terminal) -> recorder.Metadata:
+    """Return metadata with the distance that the operator types."""
+    while True:
         terminal.say(
             "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
         )
@@ -42,7 +39,7 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
         except EOFError:
             typed = ""
         if not typed:
-            break
+            return metadata
         try:
             number = float(typed.replace(",", "."))
         except ValueError:
@@ -50,13 +47,13 @@ def with_distance(options: SettledOptions, terminal: Terminal) -> SettledOptions
         metres = number if number < 1 else number / 1e3
         if DISTANCES[0] <= metres <= DISTANCES[1]:
             terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
-            return replace(options, distance=metres, measured=True, stated=True)
+            return replace(metadata, distance=metres, measured=True)
         terminal.say(f"{typed!r} is no distance in millimetres, for example 100.08")
-    return options
 
 
 def first_session(
-    options: SettledOptions,
+    options: RecordOptions,
+    metadata: recorder.Metadata,
     robot: robots.Robot,
     recording: Recording,
     moved: Sequence[recorder.Sample],
@@ -70,9 +67,9 @@ def first_session(
     socket = moved[-1].socket if moved else recording.socket
     session = Session(
         joints_of(robot),
-        sockets=options.sockets,
-        target=options.target,
-        socket=min(socket, options.sockets - 1),
+        sockets=metadata.sockets,
+        target=options.samples,
+        socket=min(socket, metadata.sockets - 1),
         samples=(*content.samples, *moved),
         withdrawn=content.withdrawn,
         similar_models=partial(similar_models, robot),
@@ -85,6 +82,22 @@ def first_session(
     if session.samples:
         session = session.with_message(f"continues a recording of {len(session.live)} samples")
     return session
+
+
+def with_page(
+    options: RecordOptions, stack: ExitStack, session: Session
+) -> "tuple[PageProcess | None, Session]":
+    """Serve the page if it is asked for; return the session with messages on its address."""
+    if not options.page:
+        return None, session
+    from .page import PageProcess
+
+    page = stack.enter_context(closing(PageProcess(options, options.page_host)))
+    session = session.with_message(f"page: {page.url}")
+    if options.page_host not in LOCAL_HOSTS:
+        warning = "whoever knows this address can watch, from anywhere in the network"
+        session = session.with_message(warning, alarm=True)
+    return page, session
 
 
 def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
@@ -103,7 +116,7 @@ def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement,
 
 
 def resume_summary_of(
-    recording: Recording, session: Session, options: SettledOptions
+    recording: Recording, session: Session, distance: float | None
 ) -> tuple[str, ...]:
     """Return the recording that is continued, in lines; none at a new placement."""
     if not recording.content.samples:
@@ -111,15 +124,12 @@ def resume_summary_of(
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     last = session.samples[-1].time
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
-    apart = f"{1e3 * options.distance:g} mm apart" if options.stated else "at an unknown distance"
+    apart = "at an unknown distance" if distance is None else f"{1e3 * distance:g} mm apart"
     return (
-        f"Continues {counts}; the last {when}; in {options.out}",
+        f"Continues {counts}; the last {when}; in {recording.folder}",
         f"Sockets {apart}. The ball was last in socket {session.socket}.",
         "Is the base where it was?",
     )
-
-
-NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
 
 
 def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
@@ -158,25 +168,9 @@ def connect(text: str, robot: robots.Robot) -> Reconnecting:
     return Reconnecting(lambda: open_driver(name, address, robot.joint_names))
 
 
-def open_recording(options: SettledOptions, robot: robots.Robot, still: float) -> Recording:
-    """Open the file of the samples, with what was noted of this start."""
-    notes: dict[str, Any] = {name: getattr(options, name) for name in NOTES}
-    return Recording(
-        options.out,
-        recorder.Metadata(
-            robot=robot.name,
-            joints=robot.joint_names,
-            units=tuple(joint.unit for joint in joints_of(robot)),
-            distance=options.distance if options.stated else None,
-            measured=options.measured,
-            sockets=options.sockets,
-            model_sha256=robot.sha256,
-            robot_name=options.robot_name or "",
-            session={
-                "driver": options.driver,
-                "window": options.window,
-                "still": still,
-                **{name: value for name, value in notes.items() if value is not None},
-            },
-        ),
-    )
+def open_recording(options: RecordOptions, metadata: recorder.Metadata, still: float) -> Recording:
+    """Open the placement's files, with what was noted of this start."""
+    notes = {name: getattr(options, name) for name in NOTES}
+    session = {"driver": options.driver, "window": options.window, "still": still}
+    session |= {name: value for name, value in notes.items() if value is not None}
+    return Recording(options.out, replace(metadata, session=session))

@@ -3,13 +3,12 @@
 import gc
 import logging
 import math
-import sys
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from typing import Any
 
-from ...recorder import Sample, StreamLog, next_log_file
+from ...recorder import DEFAULT_DISTANCE, Metadata, Sample, StreamLog, next_log_file
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
@@ -17,53 +16,39 @@ from ..cli import Terminal, one_arm
 from . import session_start
 from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
-from .options import SettledOptions
-
-LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
+from .options import RecordOptions
 
 
 def record_session(
-    options: SettledOptions,
+    options: RecordOptions,
+    metadata: Metadata,
     robot: Robot,
     terminal: Terminal,
     moved: Sequence[Sample] | None = None,
 ) -> Outcome:
     """Record at one placement until the operator finishes.
 
-    Args:
-        options: Of the session.
-        robot: Its nominal model.
-        terminal: Where the session is shown.
-        moved: At a further placement of the same run, the samples since the base moved there.
+    At a further placement of the same run, ``moved`` are the samples since the base moved there.
     """
     keys = keys_with(options.key)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
-        if sys.stdout.isatty():
-            terminal.say(f"connecting to {options.driver} ...")
-            sys.stdout.flush()
+        terminal.say_at_once(f"connecting to {options.driver} ...")
         driver = stack.enter_context(session_start.connect(options.driver, robot))
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(session_start.open_recording(options, robot, still))
+        recording = stack.enter_context(session_start.open_recording(options, metadata, still))
         if options.keep_stream:
             stream.log = log = StreamLog(next_log_file(options.out), robot.joint_names)
             stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
             stack.callback(log.close)
         live = script is None
-        session = session_start.first_session(options, robot, recording, moved or ())
-        page = None
-        if options.page:
-            from .page import PageProcess
-
-            page = stack.enter_context(closing(PageProcess(options, options.page_host)))
-            session = session.with_message(f"page: {page.url}")
-            if options.page_host not in LOCAL_HOSTS:
-                warning = "whoever knows this address can watch, from anywhere in the network"
-                session = session.with_message(warning, alarm=True)
-        guided = keyboard is not None and live and not options.no_guide
-        guidance = stack.enter_context(closing(_guidance(options, robot))) if guided else None
+        session = session_start.first_session(options, metadata, robot, recording, moved or ())
+        page, session = session_start.with_page(options, stack, session)
+        guidance = None
+        if keyboard and live and not (options.no_guide or options.quick):
+            guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
         return Recorder(
             session=session,
             stream=stream,
@@ -76,41 +61,44 @@ def record_session(
             ),
             recording=recording,
             display=_display(terminal),
-            title=_title(options, robot),
+            title=_title(options, metadata),
             keyboard=keyboard,
             script=script,
             contact=ContactDetector(
                 session.joints, gravity_of(robot, options.load.validated().load)
             ),
-            plausible=partial(odd_pose, robot, options.distance),
+            plausible=partial(odd_pose, robot, metadata.distance or DEFAULT_DISTANCE),
             keys=keys,
             hands_free=options.auto,
             moved=moved is not None and not moved,
             sound=options.sound != "off",
             guidance=guidance,
             observer=page,
-            resume_summary=session_start.resume_summary_of(recording, session, options)
+            resume_summary=session_start.resume_summary_of(recording, session, metadata.distance)
             if keyboard and live
             else (),
         ).run()
 
 
-def _guidance(options: SettledOptions, robot: Robot) -> BackgroundGuidance:
-    turn = math.inf if options.turn is None else math.radians(options.turn)
-    settings: dict[str, Any] = {"distance": options.distance, "sockets": options.sockets}
+def _guidance(options: RecordOptions, metadata: Metadata, robot: Robot) -> BackgroundGuidance:
+    settings: dict[str, Any] = {
+        "distance": metadata.distance or DEFAULT_DISTANCE,
+        "sockets": metadata.sockets,
+        "turn": math.inf if options.turn is None else math.radians(options.turn),
+    }
     if options.calibration is not None:
-        settings |= {"calibration": one_arm(options.calibration), "target": options.target}
+        settings |= {"calibration": one_arm(options.calibration), "target": options.samples}
     else:
         goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings |= {"goal": goal, "earlier": session_start.recorded_beside(options.out, robot)}
-    return BackgroundGuidance(options, **settings, turn=turn)
+    return BackgroundGuidance(options, **settings)
 
 
-def _title(options: SettledOptions, robot: Robot) -> str:
-    out = str(options.out)
+def _title(options: RecordOptions, metadata: Metadata) -> str:
+    out, distance = str(options.out), metadata.distance
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
-    apart = f"sockets {1e3 * options.distance:g} mm" if options.stated else "sockets unmeasured"
-    return f"{robot.name}  {folder}  {apart}  {options.driver}"
+    apart = "unmeasured" if distance is None else f"{1e3 * distance:g} mm"
+    return f"{metadata.robot}  {folder}  sockets {apart}  {options.driver}"
 
 
 @contextmanager

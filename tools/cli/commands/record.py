@@ -16,7 +16,7 @@ from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.robot import Robot
 from ... import recording
-from ...recording import RecordOptions, SettledOptions
+from ...recording import RecordOptions
 from ...report import figures
 from .. import Terminal, one_arm
 
@@ -29,32 +29,33 @@ NOT_ENOUGH = 3
 def run_record(options: RecordOptions, terminal: Terminal) -> int:
     """Record until the operator finishes."""
     with _interruptible():
-        if sys.stdout.isatty():
-            terminal.say("loading ...")
-            sys.stdout.flush()
+        terminal.say_at_once("loading ...")
         robot = options.load_robot()
-        settled = recording.with_distance(options.settled(), terminal)
+        metadata = options.metadata(robot)
+        if metadata.distance is None and metadata.sockets > 1 and not options.scripted:
+            metadata = recording.with_distance(metadata, terminal)
         known = options.calibration and calibration.load_calibration(one_arm(options.calibration))
         if known and known.robot.joint_names != robot.joint_names:
             names = ", ".join(known.robot.joint_names)
             raise UsageError(
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
-        outcome = recording.record_session(settled, robot, terminal)
+        outcome = recording.record_session(options, metadata, robot, terminal)
+        distance = metadata.distance or recorder.DEFAULT_DISTANCE
         earlier: list[recorder.Placement] = []
         while True:
             live = outcome.session.live
-            here = recorder.Placement(settled.out.name, live, robot.joint_names, settled.distance)
-            if options.scripted and not settled.no_guide:
+            here = recorder.Placement(options.out.name, live, robot.joint_names, distance)
+            if options.scripted and not (options.no_guide or options.quick):
                 for alarm in recording.SessionAlarms(robot)([*earlier, here]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
             if not outcome.new_placement or outcome.signal is not None:
                 break
-            settled = replace(settled, out=next_folder(settled.out))
+            options = replace(options, out=next_folder(options.out))
             earlier += [here] if live else []
-            outcome = recording.record_session(settled, robot, terminal, outcome.moved)
+            outcome = recording.record_session(options, metadata, robot, terminal, outcome.moved)
     try:
-        _say_outcome(outcome, settled, robot, terminal)
+        _say_outcome(outcome, options, metadata, robot, terminal)
         sys.stdout.flush()
     except OSError:  # the terminal is gone: write to nowhere from now on
         nowhere = os.open(os.devnull, os.O_RDWR)
@@ -70,10 +71,10 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
         return NOT_ENOUGH
     if known is None:
-        words, status = recording.worth_calibrating(robot, settled.out)
+        words, status = recording.worth_calibrating(robot, options.out)
         terminal.say(words)
         return status
-    here = recorder.read_placement(settled.out)
+    here = recorder.read_placement(options.out)
     found = partial.what_changed(known, here, ball_moved=options.quick)
     terminal.say(found.text)
     return found.verdict.exit_status
@@ -104,7 +105,8 @@ def _interruptible() -> Generator[None, None, None]:
 
 def _say_outcome(
     outcome: "recorder_terminal.Outcome",
-    options: SettledOptions,
+    options: RecordOptions,
+    metadata: recorder.Metadata,
     arm: Robot,
     terminal: Terminal,
 ) -> None:
@@ -112,7 +114,7 @@ def _say_outcome(
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
     terminal.say(f"{options.out / 'samples.csv'}: {counts}{taken_back}")
-    if not options.stated and options.sockets > 1:
+    if metadata.distance is None and metadata.sockets > 1:
         set_it = shlex.join(["mukca", "info", str(options.out), "--set-distance", "METRES"])
         terminal.say(
             "Nobody has said how far apart the sockets are; none is written, solve takes 50 mm "
@@ -124,20 +126,21 @@ def _say_outcome(
         return
     if outcome.signal is None and min(session.counts) > 0:
         beside = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
-        terminal.say(*_next_steps(outcome, options, arm, beside))
+        terminal.say(*_next_steps(outcome, options, metadata, arm, beside))
 
 
 def _next_steps(
     outcome: "recorder_terminal.Outcome",
-    options: SettledOptions,
+    options: RecordOptions,
+    metadata: recorder.Metadata,
     arm: Robot,
     beside: Sequence[str],
 ) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
+    known = replace(options, distance=metadata.distance if metadata.measured else None)
 
     def given(*names: str) -> list[str]:
-        names = tuple(name for name in names if name != "distance" or options.measured)
-        return figures.as_options({name: getattr(options, name) for name in names})
+        return figures.as_options({name: getattr(known, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
     out, calibrated = str(options.out), f"{options.out}-calibrated"
