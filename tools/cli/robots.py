@@ -143,9 +143,9 @@ def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, 
             owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
             if owner not in robots:
                 known, example = ", ".join(robots), next(iter(robots))
-                said = f"of robot {owner!r}" if owner else "whose is it?"
+                problem = f"of robot {owner!r}" if owner else "whose is it?"
                 raise UsageError(
-                    f"{folder}: {said}; write {example}:{folder}; the robots are {known}"
+                    f"{folder}: {problem}; write {example}:{folder}; the robots are {known}"
                 )
             by_robot[owner].append(folder)
     return by_robot

@@ -94,8 +94,8 @@ def _state(message: Any, order: Sequence[int] | None, time: int) -> _State | Non
     stamp = message.header.stamp
     nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
     effort = np.asarray(message.effort, dtype=float)
-    whole = len(effort) == len(position) and bool(np.isfinite(effort).all())
-    return 1e-9 * (nanoseconds or time), position[order], effort[order] if whole else None
+    complete = len(effort) == len(position) and bool(np.isfinite(effort).all())
+    return 1e-9 * (nanoseconds or time), position[order], effort[order] if complete else None
 
 
 INFO = Path("meta") / "info.json"
@@ -113,9 +113,9 @@ def read_lerobot_log(question: Question) -> Log:
     names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
     columns = needed_columns(names, question)
     values, stamps, episodes = _table(question)
-    positions, kept = _radians(values[:, columns], [names[i] for i in columns], info, question)
+    positions, usable = _radians(values[:, columns], [names[i] for i in columns], info, question)
     order = np.lexsort((stamps, episodes))
-    order = order[kept[order]]
+    order = order[usable[order]]
     fps = float(info.get("fps") or 30)
     notes = [
         f"read {len(set(episodes.tolist()))} episodes, {len(stamps)} frames at {fps:g} a second"

@@ -69,28 +69,28 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
             f"{folder}: {len(found)} of {len(files)} images show a board of {board.columns} x "
             f"{board.rows} squares, {board.dictionary}; is it another (--board), or out of focus?"
         )
-    said = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
+    remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
-        fx, fy, cx, cy, *bent = camera
-        matrix, bends = (
-            np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]),
-            np.array(bent or [0.0] * 4),
-        )
+        fx, fy, cx, cy, *given = camera
+        matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+        distortion = np.array(given or [0.0] * 4)
     else:
         objects, points = zip(*found.values(), strict=True)
-        off, matrix, bends = cv.calibrateCamera(objects, points, size, None, None)[:3]
-        shown = (*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *bends.ravel()[:5])
+        rms, matrix, distortion = cv.calibrateCamera(objects, points, size, None, None)[:3]
+        shown = (*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5])
         numbers = ",".join(f"{value:.6g}" for value in shown)
-        said.append(f"--intrinsics {numbers}: by {len(found)} images, {off:.2f} pixels off (rms)")
+        remarks.append(
+            f"--intrinsics {numbers}: by {len(found)} images, {rms:.2f} pixels off (rms)"
+        )
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
-        _, turned, (x, y, z) = cv.solvePnP(corners, pixels, matrix, bends)
+        _, turned, (x, y, z) = cv.solvePnP(corners, pixels, matrix, distortion)
         qx, qy, qz, qw = quaternion_of(turn(turned.ravel())[None])[0].tolist()
         position = tuple(a * b for a, b in zip(table.rows[i], scales, strict=True))
         point, R = (float(x[0]), float(y[0]), float(z[0])), (qx, qy, qz, qw)
         samples.append(Sample(position, 0, where=str(files[i]), point=point, orientation=R))
     views = Placement(
-        folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(said)
+        folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(remarks)
     )
     return replace(views, poses_of="camera")
 
@@ -158,31 +158,31 @@ def joints_of(
     for i, sample in enumerate(samples):
         rows = slice(i * STARTS, (i + 1) * STARTS)
         q = found.positions[rows][found.left[rows].max(axis=1) < REACHED]
-        ways = _distinct(q)
+        solutions = _distinct(q)
         row = sample.where or f"view {i}"
-        if not len(ways):
+        if not len(solutions):
             raise UsageError(f"{row}: no posture within the limits brings the flange there")
         if near is not None:
-            far = np.abs(ways - np.array(near)).max(axis=1)
-            ways = ways[np.argsort(far)]
-            if len(ways) == 1 or np.diff(np.sort(far))[0] > APART:
-                ways = ways[:1]
-        if len(ways) > 1:
+            far = np.abs(solutions - np.array(near)).max(axis=1)
+            solutions = solutions[np.argsort(far)]
+            if len(solutions) == 1 or np.diff(np.sort(far))[0] > APART:
+                solutions = solutions[:1]
+        if len(solutions) > 1:
             raise UsageError(
-                f"{row}: {len(ways)} postures bring the flange there"
+                f"{row}: {len(solutions)} postures bring the flange there"
                 + (
                     "; give one near which all views were taken (--near)"
                     if near is None
                     else ", several as near; record the joints"
                 )
             )
-        samples[i] = replace(sample, position=tuple(ways[0].tolist()))
-    told = f"{where}: joints recovered from the flange's poses by the nominal model"
+        samples[i] = replace(sample, position=tuple(solutions[0].tolist()))
+    remark = f"{where}: joints recovered from the flange's poses by the nominal model"
     return replace(
         views,
         samples=tuple(samples),
         joint_names=robot.joint_names,
-        remarks=(*views.remarks, told),
+        remarks=(*views.remarks, remark),
     )
 
 

@@ -126,14 +126,14 @@ def _together(points: np.ndarray, within: float) -> list[list[int]]:
 def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
-    off = {
+    mismatch = {
         (i, j): abs(float(np.linalg.norm(centres[i] - centres[j])) - distance)
         for i in range(len(groups))
         for j in range(i + 1, len(groups))
     }
     partner: dict[int, int] = {}
-    for i, j in sorted(off, key=lambda pair: off[pair]):
-        if off[i, j] <= APART * distance and i not in partner and j not in partner:
+    for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
+        if mismatch[i, j] <= APART * distance and i not in partner and j not in partner:
             partner[i], partner[j] = j, i
     alone = [[i] for i in range(len(groups)) if i not in partner]
     bases = [[i, j] for i, j in partner.items() if i < j] + alone
@@ -165,7 +165,7 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
     rests that none names are left out. One that is none, has no rest, or names one twice is a
     UsageError.
     """
-    given = [replace(rest, placement=None, socket=0, why="not assigned") for rest in rests]
+    assigned = [replace(rest, placement=None, socket=0, why="not assigned") for rest in rests]
     for word in words:
         match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
         if match is None:
@@ -175,12 +175,12 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
             if last and int(last) < int(first):
                 raise UsageError(f"--assign {word}: {part} runs backwards; write {last}-{first}")
             for i in range(int(first) - 1, int(last or first)):
-                if not 0 <= i < len(given):
-                    raise UsageError(f"--assign {word}: the rests are 1 to {len(given)}")
-                if given[i].placement is not None:
+                if not 0 <= i < len(assigned):
+                    raise UsageError(f"--assign {word}: the rests are 1 to {len(assigned)}")
+                if assigned[i].placement is not None:
                     raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
-                given[i] = replace(rests[i], placement=match[1], socket=int(match[2]), why="")
-    return given
+                assigned[i] = replace(rests[i], placement=match[1], socket=int(match[2]), why="")
+    return assigned
 
 
 def placements_of(

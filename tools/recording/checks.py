@@ -140,13 +140,13 @@ class SessionAlarms:
 
 def _alarm(fault: "diagnostics.Fault") -> Alarm:
     found = fault.hypothesis
-    told = {
+    shown = {
         key: assessment.millimetres(value, 1) if isinstance(value, float) else value
         for key, value in {"likely": "?", "given": "?", "size": "?", **found.parameters}.items()
     }
-    told |= {"first": fault.samples[0], "text": found.text.partition(",")[0]}
+    shown |= {"first": fault.samples[0], "text": found.text.partition(",")[0]}
     cause, words, form = CAUSES[found.name]
-    return Alarm(cause, words, form.format_map(told), fault.samples, fault.socket or 0)
+    return Alarm(cause, words, form.format_map(shown), fault.samples, fault.socket or 0)
 
 
 FAILED = 1

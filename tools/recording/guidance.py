@@ -65,18 +65,18 @@ class PoseSelector:
         self._reach = design.Reach(robot)
         self._poses: dict[int, np.ndarray] = {}
         self._alarms = SessionAlarms(robot)
-        self._told: tuple[tuple[Sample, ...], tuple[Alarm, ...]] = ((), ())
+        self._last_alarms: tuple[tuple[Sample, ...], tuple[Alarm, ...]] = ((), ())
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
-        self._said = False
+        self._enough = False
         self._route: tuple[list[int], np.ndarray] | None = None
 
     def alarms(self, samples: Sequence[Sample]) -> tuple[Alarm, ...]:
         """Return the faults that samples show, the most probable first, in under a second."""
-        if self._told[0] != tuple(samples):
+        if self._last_alarms[0] != tuple(samples):
             found = self._alarms([*self._earlier, self._placement(samples)])
-            self._told = tuple(samples), found
-        return self._told[1]
+            self._last_alarms = tuple(samples), found
+        return self._last_alarms[1]
 
     def advise(
         self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
@@ -99,14 +99,15 @@ class PoseSelector:
         goal = self._given or goal or self._goal
         fewest = 0 if posterior is None else min(counts[:2])
         # it is first said with a margin, so that further samples do not take it back
-        enough = bool(solved and solved.enough and not alarms and (solved.sized or self._said))
+        enough = bool(solved and solved.enough and not alarms and (solved.sized or self._enough))
         reached = enough and predicted <= goal
         more = goal * rigid / predicted
-        spent = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
+        exhausted = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
         # near the recorded places, if no more can be had here, or once it was said: more samples
         # tell more of the noise, so that an error can be predicted larger; a given goal stands
-        enough = reached or (enough and (spent or self._said) and self._given is None)
-        self._said = enough
+        enough = reached or (enough and (exhausted or self._enough) and self._given is None)
+        self._enough = enough
+        block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
         stays = bool(samples) and samples[-1].socket == order[0]
         lift = stays and target is not None and self._lifted(samples, position, target)
         advice = Advice(
@@ -114,10 +115,10 @@ class PoseSelector:
             socket=socket,
             predicted=predicted,
             goal=goal,
-            leave=not (enough or spent) and self._sockets > 1 and _run(samples, socket) >= BLOCK,
+            leave=block_done and not (enough or exhausted),
             enough=enough,
             near_only=enough and not reached,
-            exhausted=spent and not enough,
+            exhausted=exhausted and not enough,
             target=target,
             lift=lift,
             gain=gain,

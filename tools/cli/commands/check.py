@@ -51,9 +51,13 @@ def _check_since(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> 
     placements = cli.read_data(options.data, options.settings)
     found = _what_changed(since, placements, options.settings, terminal, options.stood)
     terminal.say(*found.odds, found.text)
-    said = {"robot": since.document.robot, "probabilities": found.probabilities}
-    said |= {"likeliest": found.likeliest, "verdict": found.as_dict()}
-    emit_with_page(options, terminal, (found.text, *found.odds), said)
+    result = {
+        "robot": since.document.robot,
+        "probabilities": found.probabilities,
+        "likeliest": found.likeliest,
+        "verdict": found.as_dict(),
+    }
+    emit_with_page(options, terminal, (found.text, *found.odds), result)
     return found.verdict.exit_status
 
 
@@ -69,8 +73,8 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     warnings = [line for measured in placements for line in measured.warnings]
     terminal.warn(*warnings)
     known = settings.distances
-    lone = diagnostics.single_socket_diagnostics(placements, known)
-    shared, findings = (*survey.shared, *lone), (*survey.diagnostics, *lone)
+    single = diagnostics.single_socket_diagnostics(placements, known)
+    shared, findings = (*survey.shared, *single), (*survey.diagnostics, *single)
     broken = any(finding.level == "error" for finding in findings)
     predicted = None
     if not broken:
@@ -179,10 +183,10 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     if found.verdict.exit_status == 1:
         notes.append("mukca check --calibration tells what changed, and how sure that is.")
     terminal.say(found.text, *notes)
-    whole = calibrated.result.as_dict()
+    fit = calibrated.result.as_dict()
     keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
-    said = {**{key: whole[key] for key in keys}, **errors.as_dict(), "verdict": found.as_dict()}
-    emit_with_page(options, terminal, (found.text, *notes, repr(errors)), said)
+    result = {**{key: fit[key] for key in keys}, **errors.as_dict(), "verdict": found.as_dict()}
+    emit_with_page(options, terminal, (found.text, *notes, repr(errors)), result)
     return found.verdict.exit_status
 
 

@@ -34,20 +34,20 @@ class _ExportOptions(PayloadOptions, JsonOption):
 def run_export(options: _ExportOptions, terminal: Terminal) -> int:
     """Write the files, and say what they leave out."""
     tools = _tools(options.tool)
-    held = calibration.load_calibration(options.calibration)
-    if held.document.distorted:
-        places = ", ".join(held.document.distorted)
+    loaded = calibration.load_calibration(options.calibration)
+    if loaded.document.distorted:
+        places = ", ".join(loaded.document.distorted)
         terminal.warn(
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
     with suppress(MukcaError):  # not every file that can be exported can be judged
-        if held.verdict.status == "fail":
-            terminal.warn(f"{options.calibration}: {held.verdict.title}: do not use it yet")
+        if loaded.verdict.status == "fail":
+            terminal.warn(f"{options.calibration}: {loaded.verdict.title}: do not use it yet")
     names = ("serial_number", "force", "like", "joints", "servos", "flange")
     given = {name: getattr(options, name) for name in names}
     exported = export.export(
-        held, options.to, options.out, **given, tools=tools, payload=options.carried
+        loaded, options.to, options.out, **given, tools=tools, payload=options.carried
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

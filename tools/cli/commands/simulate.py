@@ -75,7 +75,7 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
         ]
     *other, asked = (model.results for model in models)
     for results in (*other, asked):
-        terminal.say(*(f"{results.model}, {line}" for line in _spoken(results, options.hole_mm)))
+        terminal.say(*(f"{results.model}, {line}" for line in _lines(results, options.hole_mm)))
     result = experiments.SimulationDocument.filled(
         asked,
         experiment=options.experiment,
@@ -92,7 +92,7 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
 
 def _load_mujoco() -> None:
     """Import MuJoCo without OpenGL, which only pictures need, and Pinocchio."""
-    wish = os.environ.get("MUJOCO_GL", "")
+    before = os.environ.get("MUJOCO_GL", "")
     os.environ["MUJOCO_GL"] = "disable"
     try:
         for module in ("mujoco", "pinocchio"):
@@ -100,7 +100,7 @@ def _load_mujoco() -> None:
     except ImportError as error:
         raise _missing(error) from None
     finally:
-        os.environ["MUJOCO_GL"] = wish
+        os.environ["MUJOCO_GL"] = before
 
 
 def _missing(error: ImportError) -> MukcaError:
@@ -133,7 +133,7 @@ def _write(
     return result
 
 
-def _spoken(results: "experiments.ModelTrials", hole_mm: float | None) -> list[str]:
+def _lines(results: "experiments.ModelTrials", hole_mm: float | None) -> list[str]:
     """Return the results at each place for people."""
     places: list[tuple[str, str, experiments.Insertions | experiments.Drawing]] = []
     for name, trials in (("centre", results.centre), ("cross", results.cross)):

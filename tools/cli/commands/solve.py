@@ -29,31 +29,30 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
-        show(terminal, one)
-    refused = [words for one in robots.values() if (words := one.refusal())]
+        _show(terminal, one)
+    refused = [reason for one in robots.values() if (reason := one.refusal())]
     outputs: dict[str, str] = {}
     if options.out and not refused:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
-    for name, judged in ((name, one.assessment) for name, one in robots.items()):
+    for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
-        todo = figures.steps(judged)
-        report.show_verdict(terminal.console, judged.verdict, judged.limits, todo)
-    verdicts = {name: one.verdict for name, one in robots.items()}
-    for line in refused:
-        terminal.warn(line)
+        judged = one.assessment
+        report.show_verdict(terminal.console, judged.verdict, judged.limits, figures.steps(judged))
+    verdicts = [one.verdict for one in robots.values()]
+    for reason in refused:
+        terminal.warn(reason)
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
     # one that is only not validated yet may be tried
-    usable = all(v.status == "pass" or v.kind == "not_validated" for v in verdicts.values())
+    usable = all(v.status == "pass" or v.kind == "not_validated" for v in verdicts)
     terminal.say(*_closing_lines(outputs, usable=usable) if not refused else ())
-    if options.json and isinstance(found, Mapping):
-        said = {name: verdict.as_said() for name, verdict in verdicts.items()}
-        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
-    elif options.json:
-        result = robots[""].result.as_dict()
-        terminal.emit({**result, "outputs": outputs, "verdict": verdicts[""].as_said()})
-    return assessment.worst(verdict.exit_status for verdict in verdicts.values())
+    each = {name: one.verdict.as_said() for name, one in robots.items()}
+    if isinstance(found, Mapping):
+        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": each})
+    else:
+        terminal.emit({**found.result.as_dict(), "outputs": outputs, "verdict": each[""]})
+    return assessment.worst(verdict.exit_status for verdict in verdicts)
 
 
 def calibrated(
@@ -81,14 +80,14 @@ def calibrated(
     return found
 
 
-def show(terminal: Terminal, one: "calibration.Calibration") -> None:
-    """Print the figures for people."""
+def _show(terminal: Terminal, one: "calibration.Calibration") -> None:
+    """Print the figures of one robot."""
     terminal.say(assessment.distance_text(one.document.placements))
     if one.document.scale is not None:
         terminal.say(f"Size: {assessment.scale_text(one.document.scale)}.")
     show_errors(one.errors, terminal)
     _show_parameters(one.result.parameters, terminal)
-    terminal.say(*spoken(one.document))
+    terminal.say(*_remarks(one.document))
 
 
 def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
@@ -102,8 +101,8 @@ def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Termina
     terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
 
 
-def spoken(result: "results.CalibrationDocument") -> list[str]:
-    """Return what the tables do not say."""
+def _remarks(result: "results.CalibrationDocument") -> list[str]:
+    """Return lines on the fit that the tables do not have."""
     lines = [
         f"{result.optimizer}: {result.iterations} iterations in "
         f"{1e3 * result.solve_seconds:.0f} ms."
@@ -133,24 +132,24 @@ def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
     """Pose of each frame and its deviation, a line each."""
     lines: list[str] = []
     for frame in frames:
-        off = ""
+        error = ""
         if frame.socket_error is not None:
             sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
-            off = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
+            error = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
         if frame.name == "base":
-            lines.append(f"Frame base: the robot's own{off}.")
+            lines.append(f"Frame base: the robot's own{error}.")
         elif not frame.turn_known:
             lines.append(
-                f"Frame {frame.name}: direction unknown{off}; it needs three places or more that "
+                f"Frame {frame.name}: direction unknown{error}; it needs three places or more that "
                 "are not on one line."
             )
         else:
-            place = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
-            turned = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+            position = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
+            rotation = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
             lines.append(
-                f"Frame {frame.name} stands at {place} mm "
-                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {turned} deg "
-                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{off}."
+                f"Frame {frame.name} stands at {position} mm "
+                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {rotation} deg "
+                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{error}."
             )
     return lines
 

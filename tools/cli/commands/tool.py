@@ -27,25 +27,25 @@ class _ToolOptions(OutputOptions):
 def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
     """Print the tool's place, and write the calibration with its link."""
     options.check_out()
-    held = calibration.load_calibration(one_arm(options.calibration))
-    arm = held.robot
+    calibrated = calibration.load_calibration(one_arm(options.calibration))
+    arm = calibrated.robot
     face = None
     if options.face is not None:
         (first,), (second,) = (touches([file], arm) for file in options.face)
         face = first, second
     found = partial.tool(
-        held,
+        calibrated,
         touches(options.data, arm),
         options.name,
         axis=touches(options.axis, arm) if options.axis else (),
         face=face,
         stood=options.stood,
     )
-    keep(found, options, terminal)
+    finish(found, options, terminal)
     return 3 if found.untold else 0
 
 
-def keep(
+def finish(
     found: "partial.CameraPose | partial.Tool | partial.Zeros",
     options: OutputOptions,
     terminal: Terminal,
@@ -104,13 +104,12 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
         ball_moved=options.ball_moved,
         distance=options.distance,
     )
-    keep(found, options, terminal)
+    finish(found, options, terminal)
     if options.out is not None and found.changed:
         terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
-    told = {one.joint: one.told for one in found.joints}
-    if found.other or not found.decided:
-        return 3
-    return 0 if all(told[joint] for joint in options.joint) and any(told.values()) else 3
+    identified = {one.joint: one.told for one in found.joints}
+    every = all(identified[joint] for joint in options.joint) and any(identified.values())
+    return 0 if every and found.decided and not found.other else 3
 
 
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
@@ -143,12 +142,12 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     of_images = (options.board, options.dictionary, options.intrinsics) != (_BOARD, _MARKERS, "")
     if of_images and not any((path / extract.JOINTS).is_file() for path in options.data):
         raise UsageError("--board, --dictionary and --intrinsics are for folders of images")
-    held = calibration.load_calibration(one_arm(options.calibration))
-    near = numbers(options.near, "--near", (len(held.robot.joint_names),)) or None
+    calibrated = calibration.load_calibration(one_arm(options.calibration))
+    near = numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
     views = [one for path in options.data for one in _views(path, options)]
-    views = [extract.joints_of(held, one, near) for one in views]
-    found = partial.handeye(held, views, options.camera, options.name)
-    keep(found, options, terminal)
+    views = [extract.joints_of(calibrated, one, near) for one in views]
+    found = partial.handeye(calibrated, views, options.camera, options.name)
+    finish(found, options, terminal)
     return 3 if found.untold else 0
 
 
