@@ -97,7 +97,7 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
             groups[title] = parser.add_argument_group(title)
         positional = about.get("positional", False)
         required = {"required": True} if one.default is MISSING and not positional else {}
-        name = one.name if positional else _name(one)
+        name = one.name if positional else _typed(one.name)
         groups[title].add_argument(name, **_keywords(kind, about), **required)
     parser.set_defaults(options=options)
 
@@ -113,10 +113,11 @@ def read_options(arguments: argparse.Namespace) -> Any:
         needed, without = (about.get(key, "").split() for key in ("needs", "unless"))
         for other in needed if one.name in typed else ():
             if other not in typed:
-                raise UsageError(f"{_name(one)} goes with {_word(other)}, which is not given")
+                words = f"{_typed(one.name)} goes with {_typed(other)}"
+                raise UsageError(f"{words}, which is not given")
         for other in without if one.name in typed else ():
             if other in typed:
-                raise UsageError(f"{_name(one)} and {_word(other)}: give one of the two")
+                raise UsageError(f"{_typed(one.name)} and {_typed(other)}: give one of the two")
     return _read(arguments.options, typed)
 
 
@@ -196,16 +197,12 @@ def _check_range(one: "Field[Any]", value: Any) -> None:
     for number in _each(value):
         if not low <= number <= high:
             unit = " metres" if one.name.endswith("distance") else ""
-            raise UsageError(f"{_name(one)} {number:g}: expected {expected}{unit}")
+            raise UsageError(f"{_typed(one.name)} {number:g}: expected {expected}{unit}")
 
 
 def _each(value: Any) -> Sequence[Any]:
     return value if isinstance(value, tuple) else (value,)  # pyright: ignore[reportUnknownVariableType]
 
 
-def _name(one: "Field[Any]") -> str:
-    return _word(one.name)
-
-
-def _word(name: str) -> str:
+def _typed(name: str) -> str:
     return f"--{name.replace('_', '-')}"
