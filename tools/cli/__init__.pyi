@@ -3,6 +3,7 @@ from .arguments import MILLIMETRES as MILLIMETRES
 from .arguments import NOT_NEGATIVE as NOT_NEGATIVE
 from .arguments import POSITIVE as POSITIVE
 from .arguments import JsonOption as JsonOption
+from .arguments import Options as Options
 from .arguments import OutputOptions as OutputOptions
 from .arguments import PayloadOptions as PayloadOptions
 from .arguments import add_options as add_options

@@ -12,10 +12,19 @@ from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from inspect import get_annotations
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from ...solver import results
 from ...solver.calibration import UsageError, option_texts
+
+if TYPE_CHECKING:
+    from typing_extensions import dataclass_transform
+else:  # Python 3.10 has none
+
+    def dataclass_transform(**_):
+        """Do nothing: the decorator is for type checkers."""
+        return lambda cls: cls
+
 
 POSITIVE = (5e-324, sys.float_info.max)
 """Range of any positive number."""
@@ -49,15 +58,21 @@ def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class JsonOption:
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+class Options:
+    """Base of the options of a verb: each subclass is a frozen dataclass, made by keywords."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
+
+
+class JsonOption(Options):
     """Option of each verb that scripts read."""
 
     json: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class PayloadOptions:
+class PayloadOptions(Options):
     """Options of what the arm carries."""
 
     payload: float | None = option(between=NOT_NEGATIVE)
@@ -69,7 +84,6 @@ class PayloadOptions:
         return None if self.payload is None else (self.payload, self.payload_at)
 
 
-@dataclass(frozen=True, kw_only=True)
 class OutputOptions(JsonOption):
     """Options of a verb that writes files."""
 

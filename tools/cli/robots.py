@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from ...solver import assessment, calibration, data, diagnostics
 from ...solver import robot as robots
 from ...solver.calibration import SolveOptions, UsageError
 from .. import parallel
-from .arguments import option
+from .arguments import Options, option
 from .console import Terminal
 
 DISTANCES = (0.01, 3.0)
@@ -23,8 +23,7 @@ SPREADS = (1e-9, 0.1)
 """Range of the standard deviation of an arm that is still [rad]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotOptions:
+class RobotOptions(Options):
     """Options of one robot: its model, and the two ends of its chain."""
 
     robot: str
@@ -42,8 +41,7 @@ class RobotOptions:
         return {name: getattr(self, name) for name in RobotOptions.__annotations__}
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotsOptions:
+class RobotsOptions(Options):
     """Options of one robot, or of several by their names."""
 
     robot: Sequence[str] = option(..., repeated=True)
@@ -173,8 +171,7 @@ def survey_of(
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class WorkerOptions:
+class WorkerOptions(Options):
     """Options of a verb whose work is shared out."""
 
     processes: int = option(os.cpu_count() or 1, between=(1, 4096))

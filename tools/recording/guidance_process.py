@@ -46,9 +46,7 @@ class WorkerProcess:
         return not self._busy and self.trouble is None
 
     def send(self, message: Any) -> None:
-        """Send a message, if it is idle."""
-        if not self.idle:
-            return
+        """Send a message to a process that is idle."""
         self._busy = True
         try:
             self._pipe.send(message)

@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -25,7 +24,6 @@ HELD = 6
 """Samples in each socket that tell what changed since a calibration."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class RecordOptions(RobotOptions):
     """Options of ``mukca record``."""
 

@@ -1,7 +1,7 @@
 """``mukca check`` and ``validate``: recordings by themselves, and a calibration on others."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ POINTS_HINT = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     robot: str = ""
     calibration: Path | None = cli.option(unless=_OF_THE_MODEL)
@@ -157,7 +156,6 @@ def _amount(
     return f"{text}; what a calibration would know by them cannot be told: {why}."
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ValidateOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     data: Sequence[Path] = cli.argument()

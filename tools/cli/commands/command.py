@@ -5,7 +5,7 @@ import sys
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,6 @@ INPUT = "standard input"
 ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
-@dataclass(frozen=True, kw_only=True)
 class _PathOptions(PayloadOptions):
     tool: str | None = None
     out: Path | None = None
@@ -44,7 +43,6 @@ class _PathOptions(PayloadOptions):
         return {"tool": tool, "payload": self.carried}
 
 
-@dataclass(frozen=True, kw_only=True)
 class _CommandOptions(_PathOptions):
     calibration: Path = argument()
     poses: Path = argument()
@@ -176,7 +174,6 @@ def written(
         terminal.say(f"Wrote {len(lines) - 1} rows to {out}")
 
 
-@dataclass(frozen=True, kw_only=True)
 class _PosesOptions(_PathOptions):
     calibration: Path = argument()
     joints: Path = argument()

@@ -1,7 +1,6 @@
 """``mukca crossval`` and ``mukca fleet``: many calibrations, shared out over workers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import stdev
@@ -18,7 +17,6 @@ WORTH = 0.05
 _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": None}
 
 
-@dataclass(frozen=True, kw_only=True)
 class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     data: Sequence[Path] = cli.argument()
     bootstrap: int = 0
@@ -148,7 +146,6 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     terminal.say(result["advice"])
 
 
-@dataclass(frozen=True, kw_only=True)
 class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
     folder: Path = cli.argument()
     out: Path = cli.option(...)

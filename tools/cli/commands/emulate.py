@@ -4,14 +4,13 @@ import math
 import signal
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ....drivers.arms import Fault
 from ....errors import MukcaError
 from ... import emulators
 from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
-from .. import NOT_NEGATIVE, POSITIVE, Terminal, argument, option
+from .. import NOT_NEGATIVE, POSITIVE, Options, Terminal, argument, option
 
 EMULATORS = {
     name.removesuffix("Emulator").lower(): name
@@ -22,8 +21,7 @@ EMULATORS = {
 LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
-@dataclass(frozen=True, kw_only=True)
-class _EmulateOptions:
+class _EmulateOptions(Options):
     controller: str = argument(choices=sorted(EMULATORS))
     version: str | None = None
     address: str = ""

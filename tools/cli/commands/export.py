@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
@@ -16,7 +16,6 @@ from .. import JsonOption, PayloadOptions, Terminal, argument, for_each_arm, opt
 LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ExportOptions(PayloadOptions, JsonOption):
     calibration: Path = argument()
     to: str = option(..., choices=FORMATS)

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ from ... import cli, extract
 from ...recording import joints_of
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     log: Path = cli.argument()
     distance: float = cli.option(0.05, between=cli.DISTANCES)

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,7 +17,6 @@ from ...report.plots import to_scale
 from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
-@dataclass(frozen=True, kw_only=True)
 class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     placements: int = option(3, between=(1, 8))
     samples: int = option(12, between=(3, 100))
@@ -96,7 +95,6 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class _PrintPartsOptions(OutputOptions):
     out: Path = option(...)
     mount: Sequence[str] | None = None

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
@@ -18,10 +18,9 @@ from .... import recorder
 from ....recorder import Placement, Sample, read_table
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, JsonOption, Terminal, argument, option
+from .. import POSITIVE, JsonOption, Options, Terminal, argument, option
 
 
-@dataclass(frozen=True, kw_only=True)
 class _InfoOptions(JsonOption):
     paths: Sequence[Path] = argument()
     set_distance: float | None = option(between=(1e-3, 10))
@@ -214,8 +213,7 @@ def _sum(words: str, names: Sequence[str], numbers: np.ndarray, where: str) -> n
 FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points": point_files}
 
 
-@dataclass(frozen=True, kw_only=True)
-class _ConvertOptions:
+class _ConvertOptions(Options):
     path: Path = argument()
     to: str = option(..., choices=FORMS)
     columns: Sequence[str] = ()
@@ -227,18 +225,16 @@ class _ConvertOptions:
 def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
-    folders = [options.path] if options.columns else recorder.find_placements([options.path])
-    placements = [
-        placement_of_table(folder, options.columns)
-        if options.columns
-        else recorder.read_placement(folder)
-        for folder in folders
-    ]
-    outs = [options.out if f == options.path else options.out / f.name for f in folders]
-    for folder, out in zip(folders, outs, strict=True):
+    if options.columns:
+        placements = {options.path: placement_of_table(options.path, options.columns)}
+    else:
+        found = recorder.find_placements([options.path])
+        placements = {folder: recorder.read_placement(folder) for folder in found}
+    outs = {f: options.out if f == options.path else options.out / f.name for f in placements}
+    for folder, out in outs.items():
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
-    for folder, placement, out in zip(folders, placements, outs, strict=True):
+    for (folder, placement), out in zip(placements.items(), outs.values(), strict=True):
         terminal.warn(*placement.remarks)
         known = replace(placement, distance=placement.distance or options.distance)
         files = FORMS[options.to](known)

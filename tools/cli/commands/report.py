@@ -1,7 +1,6 @@
 """``mukca report`` and ``compare``: the report of a calibration; several on the same data."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from .... import recorder
@@ -14,7 +13,6 @@ from ... import cli, report
 from ...report import figures
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ReportOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     repeatability_mm: float | None = cli.option(between=cli.MILLIMETRES)
@@ -102,7 +100,6 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
         terminal.say(f"No browser here; copy {file.resolve()} to a computer that has one.")
 
 
-@dataclass(frozen=True, kw_only=True)
 class _CompareOptions(cli.OutputOptions):
     calibrations: Sequence[Path] = cli.argument()
     data: Sequence[Path] = ()

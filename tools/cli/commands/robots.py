@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ KNOWN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("robots.j
 """Driver of each robot; and how far its ball comes from its second joint, about [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class _RobotsListOptions(JsonOption):
     licences: bool = False
 

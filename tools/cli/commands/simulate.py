@@ -4,7 +4,6 @@ import importlib
 import os
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, cast
 
@@ -12,7 +11,7 @@ from .... import recorder
 from ....errors import MukcaError
 from ....solver.results import OutputError, encode, refuse_existing, write_files
 from ... import experiments, report, simulation
-from .. import JsonOption, Terminal, option
+from .. import JsonOption, Options, Terminal, option
 from .main import build_parser, run_verb
 
 SEEDS = (0, 2**63)
@@ -24,7 +23,6 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ExperimentOptions(JsonOption):
     model: str = "calibrated"
     arm: int | None = option(between=SEEDS)
@@ -33,7 +31,6 @@ class _ExperimentOptions(JsonOption):
     force: bool = option(False, needs="out")
 
 
-@dataclass(frozen=True, kw_only=True)
 class InsertionOptions(_ExperimentOptions):
     """Put a peg into a hole from other postures than that in which it was taught."""
 
@@ -43,7 +40,6 @@ class InsertionOptions(_ExperimentOptions):
     trials: int = option(20, between=(1, 10_000))
 
 
-@dataclass(frozen=True, kw_only=True)
 class DrawingOptions(_ExperimentOptions):
     """Retrace a drawing from other postures than that in which it was shown."""
 
@@ -164,8 +160,7 @@ SPEED = 10
 KEYS = "keys.txt"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _DemoOptions:
+class _DemoOptions(Options):
     out: Path = Path("demo")
     force: bool = False
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from .... import recorder
@@ -15,7 +14,6 @@ from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_
 from .check import show_errors
 
 
-@dataclass(frozen=True, kw_only=True)
 class _CalibrateOptions(RobotsOptions, OutputOptions):
     train: Sequence[Path] = argument()
     test: Sequence[Path] = ()

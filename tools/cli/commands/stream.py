@@ -7,11 +7,10 @@ import textwrap
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
-from .. import POSITIVE, Terminal, option, table
+from .. import POSITIVE, Options, Terminal, option, table
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -25,8 +24,7 @@ LINE_SECONDS = 1.0
 COUNTS = ("missed", "rejected", "drops", "status")
 
 
-@dataclass(frozen=True, kw_only=True)
-class _StreamOptions:
+class _StreamOptions(Options):
     driver: str
     count: int | None = option(between=POSITIVE)
     seconds: float | None = option(between=POSITIVE)
@@ -115,9 +113,7 @@ class _Monitor:
             "stamp": state.stamp,
             "position": [_finite(angle) for angle in state.position],
             "effort": state.effort and [_finite(effort) for effort in state.effort],
-            **{
-                key: getattr(self._driver, key) for key in ("missed", "rejected", "drops", "status")
-            },
+            **{key: getattr(self._driver, key) for key in COUNTS},
         }
 
     def line(self) -> str:

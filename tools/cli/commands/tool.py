@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from .... import recorder
@@ -14,7 +13,6 @@ from .command import read_rows
 from .report import emit_with_page
 
 
-@dataclass(frozen=True, kw_only=True)
 class _ToolOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
@@ -83,7 +81,6 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
     return found
 
 
-@dataclass(frozen=True, kw_only=True)
 class _RezeroOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
@@ -124,7 +121,6 @@ _BOARD = (9.0, 6.0, 30.0, 21.0)
 _MARKERS = "5X5_100"
 
 
-@dataclass(frozen=True, kw_only=True)
 class _HandeyeOptions(OutputOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
