@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from .... import recorder
-from ....recorder import Placement, Sample, read_table
+from ....recorder import Placement, read_table
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
 from .. import POSITIVE, JsonOption, Options, Terminal, argument, option
@@ -163,20 +163,16 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     measured = set(_PLACE) <= set(found)
     if "q" not in found or not (measured or "socket" in found):
         raise UsageError(f"--columns: q is needed, and socket, or x, y and z; as in {EXAMPLE}")
-    nothing = np.zeros((len(numbers), 1))
-    places = np.hstack([found.get(axis, nothing) for axis in _PLACE]).tolist()
-    seats, efforts = found.get("socket", nothing)[:, 0].tolist(), found.get("effort")
-    samples = tuple(
-        Sample(
-            tuple(q),
-            int(seats[i]),
-            None if efforts is None else tuple(efforts[i].tolist()),
-            f"{file}:{table.lines[i]}",
-            point=(places[i][0], places[i][1], places[i][2]) if measured else None,
-        )
-        for i, q in enumerate(found["q"].tolist())
+    sockets = found["socket"][:, 0] if "socket" in found else np.zeros(len(numbers))
+    placement = Placement.of_arrays(
+        file.stem, found["q"], sockets, joints, efforts=found.get("effort")
     )
-    return Placement(file.stem, samples, tuple(joints), files=(file,))
+    if measured:
+        points = np.hstack([found[axis] for axis in _PLACE]).tolist()
+        samples = zip(placement.samples, points, strict=True)
+        located = tuple(replace(sample, point=(x, y, z)) for sample, (x, y, z) in samples)
+        placement = replace(placement, samples=located)
+    return replace(placement, files=(file,))
 
 
 def point_files(placement: Placement) -> dict[str, bytes]:
