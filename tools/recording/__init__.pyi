@@ -9,7 +9,7 @@ from .guidance_process import goal_for as goal_for
 from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
+from .options import with_distance as with_distance
 from .session_start import recorded_beside as recorded_beside
-from .session_start import with_distance as with_distance
 from .setup import record_session as record_session
 from .zero_guidance import ZeroSelector as ZeroSelector

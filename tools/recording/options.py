@@ -1,7 +1,9 @@
 """Options of a recording session, and what they and earlier files say of the placement."""
 
+import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -10,7 +12,7 @@ from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...solver.calibration import SolveOptions
 from ...solver.robot import Robot
-from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, option, part
+from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, Terminal, option, part
 
 
 def has_keyboard() -> bool:
@@ -93,3 +95,26 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
         JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
         for joint in robot.actuated
     )
+
+
+def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
+    """Return metadata with the distance that the operator types."""
+    while True:
+        terminal.say(
+            "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
+        )
+        try:
+            typed = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
+        except EOFError:
+            typed = ""
+        if not typed:
+            return metadata
+        try:
+            number = float(typed.replace(",", "."))
+        except ValueError:
+            number = math.nan
+        metres = number if number < 1 else number / 1e3
+        if DISTANCES[0] <= metres <= DISTANCES[1]:
+            terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
+            return replace(metadata, distance=metres, measured=True)
+        terminal.say(f"{typed!r} is no distance in millimetres, for example 100.08")

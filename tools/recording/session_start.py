@@ -1,6 +1,5 @@
 """Start of a session: its keys, driver and files; anew, or as an earlier one left it."""
 
-import math
 import sys
 import time
 from collections.abc import Sequence
@@ -16,7 +15,6 @@ from ...recorder.session import Recording, Session
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import calibration
 from ...solver import robot as robots
-from ..cli import DISTANCES, Terminal
 from ..simulation import practice_driver
 from .checks import similar_models
 from .options import RecordOptions, has_keyboard, joints_of
@@ -26,29 +24,6 @@ if TYPE_CHECKING:
 
 LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
-
-
-def with_distance(metadata: recorder.Metadata, terminal: Terminal) -> recorder.Metadata:
-    """Return metadata with the distance that the operator types."""
-    while True:
-        terminal.say(
-            "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
-        )
-        try:
-            typed = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
-        except EOFError:
-            typed = ""
-        if not typed:
-            return metadata
-        try:
-            number = float(typed.replace(",", "."))
-        except ValueError:
-            number = math.nan
-        metres = number if number < 1 else number / 1e3
-        if DISTANCES[0] <= metres <= DISTANCES[1]:
-            terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
-            return replace(metadata, distance=metres, measured=True)
-        terminal.say(f"{typed!r} is no distance in millimetres, for example 100.08")
 
 
 def first_session(
