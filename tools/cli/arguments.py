@@ -1,4 +1,4 @@
-"""Options of a verb: from a dataclass to ``argparse``, and from what was typed to the dataclass.
+"""Options of a verb: from a dataclass to ``argparse``, and from the command line to the dataclass.
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
 takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help and group stand in
@@ -40,7 +40,7 @@ def option(default: Any = None, **more: Any) -> Any:
         default: Value where the option is not given; ``...`` if it must be given.
         **more: ``choices``; ``between``, the lowest and the highest number; ``repeated``, for a
             value each time the option is given; ``usual``, what stands in its help for ``{}``;
-            ``needs``, an option without which it says nothing; ``unless``, those beside which.
+            ``needs``, options without which it has no effect; ``unless``, options that exclude it.
     """
     return field(default=MISSING if default is ... else default, metadata=more)
 
@@ -73,7 +73,7 @@ class JsonOption(Options):
 
 
 class PayloadOptions(Options):
-    """Options of what the arm carries."""
+    """Options of the payload."""
 
     payload: float | None = option(between=NOT_NEGATIVE)
     payload_at: tuple[float, float, float] = option((0, 0, 0), needs="payload")
@@ -117,10 +117,10 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> Any:
-    """Return the dataclass of what was typed.
+    """Return the dataclass of the parsed options.
 
     Raises:
-        UsageError: A number out of its range, or an option that would say nothing.
+        UsageError: A number out of its range, or an option that would have no effect.
     """
     typed = vars(arguments)
     for one, _, about in _described(arguments.options):

@@ -1,4 +1,4 @@
-"""Streams of the verbs, and tables; with ``--json`` people's text goes to standard error."""
+"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error."""
 
 import os
 import sys
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ...solver.results import Document
 
 PIPED_WIDTH = 120
-"""Of a table that goes to a file or another program, where no line has to be broken."""
+"""Width of a table that goes to a file or another program, where no line has to be broken."""
 
 
 class Terminal:
@@ -37,7 +37,7 @@ class Terminal:
 
     @contextmanager
     def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
-        """Show the steps of long work on a terminal; what it yields is told each step's name."""
+        """Show a progress bar on a terminal; yield a function that takes the name of each step."""
         if not sys.stderr.isatty():
             yield lambda _: None
             return
@@ -55,7 +55,7 @@ class Terminal:
         stream.writelines(f"{text}\n" for text in texts)
 
     def say_at_once(self, text: str) -> None:
-        """Write a line on what comes next, where a person would wait for it."""
+        """Write a line on a terminal before work that takes a moment."""
         if sys.stdout.isatty():
             self.say(text)
             sys.stdout.flush()

@@ -33,7 +33,7 @@ class RobotOptions(Options):
     ball: tuple[float, float, float] | None = None
 
     def load_robot(self) -> "robots.Robot":
-        """Read the model of the robot; a ModelError says what is not there."""
+        """Read the model of the robot; a ModelError names a missing link."""
         return robots.load_robot(**self.model_arguments())
 
     def model_arguments(self) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.P
 def survey_of(
     paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
-    """Read and check placements, and look for what is wrong in them."""
+    """Read and check placements, and look for faults in them."""
     placements = read_data(paths, settings)
     measured = [data.measure(one, robot, settings.distance, sockets=sockets) for one in placements]
     data.check_distinct(measured)

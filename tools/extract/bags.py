@@ -148,7 +148,7 @@ def _info(folder: Path) -> dict[str, Any]:
 
 
 def _names(info: dict[str, Any], question: Question) -> list[str]:
-    """Return what the data set calls the numbers of a state."""
+    """Return the data set's names of the numbers of a state."""
     try:
         names: Any = info["features"][STATE]["names"]
         while isinstance(names, dict):  # {"motors": [...]} in older ones

@@ -21,9 +21,9 @@ JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 FEWEST_CORNERS = 8
-"""Corners from which a board's pose is told."""
+"""Fewest corners for the pose of a board."""
 FEWEST_IMAGES = 8
-"""Images from which the camera's matrix is found."""
+"""Fewest images for the matrix of the camera."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ STATES = 10
 
 
 class ExtractError(MukcaError):
-    """A log cannot be read, or does not hold what is looked for; the line says what would work."""
+    """A log cannot be read, or lacks the joints; the message says what would work."""
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
 
 
 def _usable(rests: Sequence[Rest], joints: Sequence[JointLimits]) -> list[Rest]:
-    """Leave out what the recorder would refuse, with its reason."""
+    """Return the rests, without a placement where the recorder would refuse them, and why."""
     sessions: dict[str, Session] = {}
     kept: list[Rest] = []
     for rest in rests:

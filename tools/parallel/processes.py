@@ -28,9 +28,9 @@ ANSWER_SECONDS = 10.0
 """Within this time a scheduler answers, and has a worker."""
 LOOK_SECONDS = 2.0
 MOST_LOOKS = 15
-"""So often in a row may a cluster be without any worker, for instance while they start again."""
+"""Looks in a row that may find a cluster without any worker, as while they start again."""
 MOST_LOSSES = 3
-"""So often in a row may processes be lost without any piece of work done in between."""
+"""Losses of processes in a row without any piece of work done in between."""
 SHARES = 32
 """Shares of the work for each worker, at least: handing one over costs 20 ms of processor time."""
 COMPUTING = ("mukca", "numpy", "casadi")

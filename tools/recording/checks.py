@@ -17,7 +17,7 @@ from .guidance_process import limit_for
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
 FAR, FAR_SHARE = 0.06, 4.0
-"""An outlier is this far from the others [m], and so many times as far as they usually are."""
+"""Least distance of an outlier from the others [m], and its ratio to their usual distance."""
 FIRST_POSES = 3
 """Poses in a socket that show a wrong model."""
 WRONG_SCATTER, WRONG_RATIO = 0.06, 4.0
@@ -40,7 +40,7 @@ def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence
 
 
 def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | None:
-    """Return what is odd in the last of some poses by the nominal model; None if nothing is."""
+    """Return a warning where the last of some poses is an outlier of the nominal model, or None."""
     sockets = np.array([sample.socket for sample in samples])
     if len(sockets) < 2:
         return None
@@ -116,7 +116,7 @@ CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str, str]] =
     "socket": ("socket", "WRONG SOCKET", "{text}"),
     "distance": ("other", "DISTANCE?", "the sockets come out {likely} apart, not {given} mm"),
 }
-"""What a key cures, a word or two, and a line for a hand that can cure it, for each fault."""
+"""For each fault, the kind of key that cures it, a word or two, and a line for the operator."""
 
 
 class SessionAlarms:
@@ -150,7 +150,7 @@ def _alarm(fault: "diagnostics.Fault") -> Alarm:
 
 
 FAILED = 1
-"""Exit status of what is surely wrong."""
+"""Exit status of a certain fault."""
 
 
 def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:

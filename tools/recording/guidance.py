@@ -26,7 +26,7 @@ SHARE = 12
 CURVES = 3
 """Placements before this one, with which joint error curves are known as well as they may be."""
 MORE = 12
-"""Further samples in each socket: a goal that so many would reach is worth staying for."""
+"""Further samples in each socket that may still be worth taking to reach the goal."""
 MIN_GAIN = 0.03
 """Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
 PLATEAU, PLATEAU_SAMPLES = 0.06, 3
@@ -242,7 +242,7 @@ class PoseSelector:
         return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))
 
     def _rest(self, order: list[int]) -> np.ndarray | None:
-        """Return what is left of the way before; None where the sockets to come are others."""
+        """Return the rest of the previous route; None where the sockets to come have changed."""
         before, way = self._route or ([], np.zeros((0, 0)))
         for done in (0, 1):
             left = before[done:]

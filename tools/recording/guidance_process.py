@@ -1,4 +1,4 @@
-"""A worker process beside the recorder that runs the pose selection, so that nothing waits."""
+"""A worker process that runs the pose selection, so that the recorder never waits for it."""
 
 import math
 import multiprocessing

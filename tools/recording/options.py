@@ -1,4 +1,4 @@
-"""Options of a recording session, and what they and earlier files say of the placement."""
+"""Options of a recording session, and the metadata of its placement."""
 
 import math
 import sys
@@ -23,7 +23,7 @@ def has_keyboard() -> bool:
 POSES = 10
 """Poses of a quick session."""
 HELD = 6
-"""Samples in each socket that tell what changed since a calibration."""
+"""Samples in each socket for a session that tests a calibration."""
 
 
 class RecordOptions(RobotOptions):
@@ -70,7 +70,7 @@ class RecordOptions(RobotOptions):
         return self.target or usual
 
     def metadata(self, robot: Robot) -> Metadata:
-        """Return what is known of the placement, typed or by the recording that is continued."""
+        """Return the placement's metadata by the options and the recording that is continued."""
         file = self.out / METADATA
         sockets: object = 1 if self.quick else self.sockets
         if sockets is None:

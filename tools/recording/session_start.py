@@ -76,7 +76,7 @@ def with_page(
 
 
 def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
-    """Return the other placements beside one that were recorded with a model, the oldest first."""
+    """Return the other placements in the same folder, recorded with this model, oldest first."""
     found: list[recorder.Placement] = []
     for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
         same = file.parent / recorder.METADATA
@@ -144,7 +144,7 @@ def connect(text: str, robot: robots.Robot) -> Reconnecting:
 
 
 def open_recording(options: RecordOptions, metadata: recorder.Metadata, still: float) -> Recording:
-    """Open the placement's files, with what was noted of this start."""
+    """Open the placement's files, with the notes on this session."""
     notes = {name: getattr(options, name) for name in NOTES}
     session = {"driver": options.driver, "window": options.window, "still": still}
     session |= {name: value for name, value in notes.items() if value is not None}

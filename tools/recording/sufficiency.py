@@ -1,4 +1,4 @@
-"""Sufficiency of samples, while recording: what ``mukca solve`` would say of them."""
+"""Sufficiency of samples while recording: the verdict that ``mukca solve`` would give."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ class Sufficiency:
 def sufficiency_of(
     model: ExtendedModel, placements: Sequence[Placement], *, zeros: bool
 ) -> Sufficiency | None:
-    """Return what ``mukca solve`` would say of placements, the last still going on, or None."""
+    """Return the verdict on placements, of which the last goes on; None without a fit."""
     try:
         solved = calibrate(model.robot, _whole(placements), zeros=zeros or None)
     except MukcaError:

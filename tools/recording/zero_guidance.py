@@ -13,7 +13,7 @@ from .guidance import PoseSelector
 
 
 class ZeroSelector(PoseSelector):
-    """Selection of so many poses in each socket that tell the joints' zeros best.
+    """Selection of a number of poses in each socket that identify the joints' zeros best.
 
     What is predicted is the root mean square of the zeros' standard deviations [rad], and the goal
     what the poses to come would leave of it.

@@ -144,7 +144,7 @@ def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") 
 def _amount(
     placements: "Sequence[data.Measurement]", predicted: float | None, *, broken: bool
 ) -> str:
-    """Return how much there is, and what a calibration would know by it."""
+    """Return the number of samples, and the accuracy of a calibration on them."""
     total = sum(sum(measured.counts) for measured in placements)
     text = f"In all {total} samples in {assessment.plural(len(placements), 'placement')}"
     if predicted is not None:

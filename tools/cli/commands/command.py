@@ -31,7 +31,7 @@ class _PathOptions(PayloadOptions):
     force: bool = option(False, needs="out")
 
     def setup(self) -> "Setup":
-        """Return what is on the arm."""
+        """Return the tool and the payload on the arm."""
         from ....solver.calibration import pose_of_numbers
 
         tool = self.tool
@@ -147,7 +147,7 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
 def written(
     options: _PathOptions, terminal: Terminal, header: Sequence[str], source: Path
 ) -> "Generator[Callable[..., None]]":
-    """Yield what writes rows as CSV, each number so that it reads back exactly.
+    """Yield a function that writes rows as CSV, each number so that it reads back exactly.
 
     A file appears whole or not at all; on standard output rows appear at once, and before the
     first the header, so that a program can write a pose to the one end and read at the other.

@@ -31,7 +31,7 @@ class _ExportOptions(PayloadOptions, JsonOption):
 
 @for_each_arm
 def run_export(options: _ExportOptions, terminal: Terminal) -> int:
-    """Write the files, and say what they leave out."""
+    """Write the files, and print what the format cannot express."""
     tools = _tools(options.tool)
     loaded = calibration.load_calibration(options.calibration)
     if loaded.document.distorted:

@@ -26,7 +26,7 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
 
 
 def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
-    """Find the rests, show what they may be, and write them."""
+    """Find the rests, show which samples they may be, and write them."""
     options.check_out()
     robot = options.load_robot()
     joints = joints_of(robot)

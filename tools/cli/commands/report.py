@@ -130,7 +130,7 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
 
 
 def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument") -> None:
-    """Print the errors of every model at every placement, and what is better."""
+    """Print the errors of every model at every placement, and the comparison in words."""
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):

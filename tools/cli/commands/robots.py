@@ -42,7 +42,7 @@ def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
 
 
 def describe(name: str) -> dict[str, Any]:
-    """Return what is worth knowing of a shipped robot, in SI units, by its file's comment."""
+    """Return facts on a shipped robot in SI units, most of them from its file's comment."""
     robot = models.load_robot(name)
     comment = robot.text.data.decode().partition("<!--")[2].partition("-->")[0]
     title, _, rest = " ".join(comment.split()).partition(". Lengths in metres")
@@ -73,7 +73,7 @@ def run_drivers(options: JsonOption, terminal: Terminal) -> int:
 
 
 def _state(info: DriverInfo) -> str:
-    """Say what a driver needs, and whether it is there."""
+    """Return the packages that a driver needs, and whether they are installed."""
     if info.broken:
         return "BROKEN"
     if info.missing:

@@ -53,7 +53,7 @@ Experiment = InsertionOptions | DrawingOptions
 
 
 def run_simulate(options: Experiment, terminal: Terminal) -> int:
-    """Run the trials, and show what came of them."""
+    """Run the trials, and show their results."""
     words, out = [options.model], options.out
     if out is not None:
         refuse_existing(out, FILES, force=options.force)
@@ -210,6 +210,6 @@ def _remove_simulated(folder: Path) -> None:
 
 
 def _typed(words: list[str], terminal: Terminal) -> int:
-    """Run another verb as a user would, and show what was typed."""
+    """Run another verb, and show its command line."""
     terminal.say(f"\n$ {shlex.join(['mukca', *words])}\n")
     return run_verb(build_parser(words[0]).parse_args(words), terminal)

@@ -56,7 +56,7 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
 def calibrated(
     options: _CalibrateOptions, terminal: Terminal
 ) -> "calibration.MultiRobotCalibration | calibration.Calibration":
-    """Calibrate by the options, and say what to heed."""
+    """Calibrate by the options, and print the warnings."""
     robots = options.load_robots()
     *paths, left_out = split_by_robot(options.train, options.test, robots)
     train, test = (
@@ -89,7 +89,7 @@ def _show(terminal: Terminal, one: "calibration.Calibration") -> None:
 
 
 def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
-    """Show what the calibration changed, in mm and mrad; one line a joint."""
+    """Show the changes of the joint origins in mm and mrad, one line a joint."""
     from ....solver.robot import COMPONENTS
 
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}

@@ -74,7 +74,7 @@ class _Monitor:
                 terminal.emit(self._as_json(state))
 
     def show(self, draw: Callable[[], None], seconds: float) -> None:
-        """Read to the end, and draw the figures each so many seconds, and at the end."""
+        """Read to the end; draw the figures every so many seconds, and once more at the end."""
         due = clock.now() + seconds
         for _ in self._states():
             if clock.now() >= due:
@@ -122,7 +122,7 @@ class _Monitor:
         return f"{angles} deg  {'; '.join(self._figures())}"
 
     def _figures(self) -> list[str]:
-        """Rate, gaps and losses; what the robot says of itself; why no state comes."""
+        """Return rate, gaps and losses, the robot's status, and the reason if no state comes."""
         span = self._arrivals[-1] - self._arrivals[0] if self._arrivals else 0.0
         age = clock.now() - self._arrival
         rate = (len(self._arrivals) - 1) / span if span > 0 and age < 1 else 0.0

@@ -48,7 +48,7 @@ def finish(
     options: OutputOptions,
     terminal: Terminal,
 ) -> None:
-    """Print what was found, write it if it is to be kept, and emit it."""
+    """Print the estimate, write it if --out is given, and emit it."""
     terminal.say(*found.text)
     outputs: dict[str, str] = {}
     if options.out is not None:
