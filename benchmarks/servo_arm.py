@@ -25,6 +25,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.bayes.results import DECIDED, angles_near
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection import select_models
@@ -109,7 +110,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
         nominal,
         parameters,
         zeros_in(full),
-        full.deflection.without_joint_offsets,
+        full.deflection.without(JOINT_OFFSET.name),
         STANDARD_LOAD,
         urdf,
     )

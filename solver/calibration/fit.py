@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bayes.inference import Posterior
-from ..bayes.model.effects import EXTENSIONS
+from ..bayes.model.effects import EXTENSIONS, JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
 from ..data import CALIPER_DEVIATION, RobotRecordings, observe_all
@@ -117,7 +117,7 @@ def _fit_by_paper(
 
 def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
     full = chosen.full.arms[i]
-    model, deflection = full.model, full.deflection.without_joint_offsets
+    model, deflection = full.model, full.deflection.without(JOINT_OFFSET.name)
     values, exported = _exported(arm, full), None
     if deflection.extensions:
         values, exported = with_joint_offsets(full), values

@@ -90,7 +90,7 @@ def updated(
     values, exported = old.values + change, old.geometry + change
     if zeros:
         values, exported = (_with_zeros(old, given, offsets) for given in (values, exported))
-    deflection = model.deflection(x[: model.size]).without_joint_offsets
+    deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
     text = old.robot.text
     if tool:
         text = scan(add_link(text, tool.parent, tool.origin, tool.name), text.source)

@@ -9,7 +9,7 @@ from ..model import Noise, sample_degrees, sample_scales
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
-from .linear_samples import LinearSamples, posterior_beside, rest_of
+from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest
 from .state import State
 from .steps import updated_groups, with_tails, without_negligible
 
@@ -53,8 +53,8 @@ class CurveFit:
 
     @cached_property
     def rest(self) -> tuple[np.ndarray, np.ndarray]:
-        """See :func:`rest_of`."""
-        return rest_of(self.state, len(self.weights) / len(self.state.errors))
+        """See :func:`priors_of_rest`."""
+        return priors_of_rest(self.state, len(self.weights) / len(self.state.errors))
 
     @cached_property
     def degrees(self) -> np.ndarray:
@@ -101,7 +101,8 @@ class CurveFit:
     @cached_property
     def solved(self) -> np.ndarray:
         """M^-1 [G, a], shape (3 N, d + 1)."""
-        return _times(self.inverse, self.columns)
+        count, rows, _ = self.inverse.shape
+        return (self.inverse @ self.columns.reshape(count, rows, -1)).reshape(count * rows, -1)
 
     @cached_property
     def information(self) -> np.ndarray:
@@ -111,7 +112,7 @@ class CurveFit:
     @cached_property
     def posterior(self) -> tuple[np.ndarray, np.ndarray]:
         """The unknowns y beside the curves, and their covariance Sigma."""
-        return posterior_beside(self.state, self.rest, self.information)
+        return posterior_of_rest(self.state, self.rest, self.information)
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -141,27 +142,20 @@ class CurveFit:
         return (self.degrees + 3) / (self.degrees + self.squares)
 
     @cached_property
-    def known(self) -> np.ndarray:
-        """M^-1 G Sigma, shape (3 N, d). With it V = M^-1 - M^-1 G Sigma G^T M^-1."""
-        return self.solved[:, :-1] @ self.posterior[1]
+    def projection(self) -> np.ndarray:
+        """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
+        rest, rows = self.solved[:, :-1], self.inverse.shape[1]
+        V = -(rest @ self.posterior[1]) @ rest.T
+        for k, block in enumerate(self.inverse):
+            own = slice(rows * k, rows * (k + 1))
+            V[own, own] += block
+        return V
 
-    @cached_property
+    @property
     def projected_blocks(self) -> np.ndarray:
         """Blocks of V, one a sample, shape (N, 3, 3)."""
-        n, (count, rows, _) = len(self.weights), self.inverse.shape
-        own = self.inverse.reshape(count, rows // 3, 3, rows // 3, 3)
-        own = own[:, np.arange(rows // 3), :, np.arange(rows // 3)].reshape(n, 3, 3)
-        rest, known = (part.reshape(n, 3, -1) for part in (self.solved[:, :-1], self.known))
-        return own - known @ rest.transpose(0, 2, 1)
-
-    def projected(self, columns: np.ndarray) -> np.ndarray:
-        """Return V times columns, shape (3 N, columns)."""
-        return _times(self.inverse, columns) - self.known @ (self.solved[:, :-1].T @ columns)
-
-    def trace(self, part: np.ndarray) -> float:
-        """Return the trace of V times a part of M, shape (3 N, 3 N)."""
-        hidden = np.sum(self.known * (part @ self.solved[:, :-1]))
-        return float(np.vdot(self.inverse, part) - hidden)
+        n = len(self.weights)
+        return self.projection.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)]
 
     @property
     def log_determinants(self) -> float:
@@ -172,22 +166,15 @@ class CurveFit:
         return float(2 * logs - np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
 
 
-def _times(matrix: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the product of a matrix, as its blocks, with columns, of shape (3 N, columns)."""
-    count, rows, _ = matrix.shape
-    product = matrix @ columns.reshape(count, rows, -1)
-    return product.reshape(count * rows, -1)
-
-
 def log_evidence(fit: CurveFit) -> float:
     """Return the logarithm of the evidence of a fit but for a constant, as in (A6)."""
     state, nu, p, (precision, gradient) = fit.state, fit.degrees, fit.pulls, fit.rest
     y, _ = fit.posterior
-    told = fit.weights * (nu + 3) / (nu + 5)
-    sharp = replace(fit, weights=told)
+    effective = fit.weights * (nu + 3) / (nu + 5)
+    sharp = replace(fit, weights=effective)
     terms = [
         -0.5 * sharp.log_determinants,
-        -1.5 * float(np.sum(np.log(told))),
+        -1.5 * float(np.sum(np.log(effective))),
         -0.5 * float(np.sum((nu + 3) * np.log1p(fit.squares / nu))),
         -0.5 * float(y @ precision @ y) - float(gradient @ y),
         -0.5 * sum(float(p @ K @ p) for K in fit.curves[:1]),
@@ -238,9 +225,9 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
             traces.append(float(np.sum(fit.projected_blocks * block)))
     learned = fit.curves if len(fit.curves) == 2 else ()
     slopes += [one @ p for one in learned]
-    traces += [fit.trace(one) for one in learned]
+    traces += [float(np.vdot(fit.projection, one)) for one in learned]
     U = np.array(slopes)
-    information = 0.5 * U @ fit.projected(U.T)
+    information = 0.5 * U @ fit.projection @ U.T
     information += np.diag(1e-3 * np.diag(information) + 1e-9)
     step = np.linalg.solve(information, 0.5 * (U @ p - np.array(traces)))
     step = step.clip(-LARGEST_STEP, LARGEST_STEP) / 2

@@ -104,8 +104,8 @@ def restored_covariance(
     state = State(objective, x, found.centres, frames, (), noises, x != x, linear)
     around = samples_around(state, objective.rows, curves[:, None])
     nu = state.degrees
-    told = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
-    fit = CurveFit(*around, CurvePrior(*scales), told)
+    effective = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
+    fit = CurveFit(*around, CurvePrior(*scales), effective)
     whole = with_curves(fit, given_rest(fit), of_rest)
     picked = np.r_[:size, d : len(whole), sockets]
     return whole[np.ix_(picked, picked)]

@@ -10,7 +10,7 @@ from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
-from .linear_samples import LinearSamples, posterior_beside, rest_of, samples_around
+from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest, samples_around
 from .posterior import JointPosterior
 from .state import State
 
@@ -26,12 +26,12 @@ FIRST_LENGTH = 0.08
 """Length at which the search begins [rad]."""
 ROUNDS = 8
 """Times that the samples are made linear again."""
-STILL = 0.1
+CONVERGED = 0.1
 """Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
 
 
 def _may_have_curves(found: JointPosterior) -> bool:
-    """Tell whether curves can be told from the rest: in sockets by two placements, without play."""
+    """Return True where curves are identifiable: by points or two placements, without play."""
     measured = any((arm.sockets < 0).any() for arm in found.scene.arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
     exact = min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST
@@ -67,15 +67,15 @@ def _with_joint_curves(
     around = samples_around(found.state, found.objective.rows)
     n = len(around[1].sources)
     if prior is not None:
-        rows = _drawn(n, MOST_SAMPLES)
+        rows = _random_rows(n, MOST_SAMPLES)
         fitted = marginalised(_fit_of(around, rows, prior))
-        return _settled(found, rows, fitted, found.log_evidence), GIVEN
+        return _converged(found, rows, fitted, found.log_evidence), GIVEN
     state, fitted = around[0], None
     for most in (FIRST_SAMPLES, MOST_SAMPLES):
-        rows = _drawn(n, most)
+        rows = _random_rows(n, most)
         flat = _fit_of(around, rows, CurvePrior(0.0, LONGEST))
         plain = marginalised(replace(flat, state=state))
-        state, first = plain.state, fitted or _first(plain)
+        state, first = plain.state, fitted or _initial_scales(plain)
         begun = replace(plain, state=first.state, prior=first.prior, weights=plain.next_weights)
         fitted = marginalised(begun)
         before, after = log_evidence(plain), log_evidence(fitted)
@@ -94,7 +94,7 @@ def _with_joint_curves(
         evidence_beside = log_evidence(fit)
         if evidence_beside + other[1] > after:
             chosen, fitted, after = other[0], fit, evidence_beside
-    return _settled(chosen, rows, fitted, whole + after), f"kept {evidence}"
+    return _converged(chosen, rows, fitted, whole + after), f"kept {evidence}"
 
 
 def _fit_of(around: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:
@@ -103,13 +103,13 @@ def _fit_of(around: tuple[State, LinearSamples], rows: np.ndarray, prior: CurveP
     return CurveFit(state, samples.of(rows), prior, np.ones(len(rows)))
 
 
-def _drawn(count: int, most: int) -> np.ndarray:
+def _random_rows(count: int, most: int) -> np.ndarray:
     """Return the samples of which the evidence is worked out."""
     ranks: np.ndarray = np.random.default_rng(0).random(count).argsort().argsort()
     return np.flatnonzero(ranks < most)
 
 
-def _first(plain: CurveFit) -> CurveFit:
+def _initial_scales(plain: CurveFit) -> CurveFit:
     """Return scales by which curves explain half of the errors, and noise the rest."""
     samples = plain.samples
     square = float(np.median(np.sum(samples.columns[:, :, -1] ** 2, axis=1))) / 2.37  # of chi^2_3
@@ -122,7 +122,7 @@ def _first(plain: CurveFit) -> CurveFit:
     return replace(plain, state=replace(plain.state, noises=noises), prior=prior)
 
 
-def _settled(
+def _converged(
     found: JointPosterior, rows: np.ndarray, fitted: CurveFit, log_evidence: float
 ) -> JointPosterior:
     """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
@@ -132,7 +132,7 @@ def _settled(
     for _ in range(ROUNDS):
         fit = CurveFit(*samples_around(state, readings, coefficients), prior, weights)
         part = given_rest(fit)
-        change, _ = posterior_beside(fit.state, fit.rest, part.information)
+        change, _ = posterior_of_rest(fit.state, fit.rest, part.information)
         y = np.append(change, 1.0)
         e = part.gain @ y
         weights = fit.weights_at(y, e)
@@ -140,13 +140,13 @@ def _settled(
         state = fit.state.changed(change)
         moved = np.abs(fit.columns[:, :, :-1] @ change).max()
         moved /= min(one.space for one in state.noises)
-        if max(moved, np.abs(weights - fit.weights).max()) < STILL:
+        if max(moved, np.abs(weights - fit.weights).max()) < CONVERGED:
             break
     state, samples = samples_around(state, readings, coefficients)
     nu = state.degrees
     fit = CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5))
     part = given_rest(fit)
-    _, known = posterior_beside(state, rest_of(state, widened=True), part.information)
+    _, known = posterior_of_rest(state, priors_of_rest(state, widened=True), part.information)
     whole = with_curves(fit, part, known)
     fitted = replace(fit, weights=weights * nu / (nu + 3))
     return _posterior(found, fitted, coefficients, whole, log_evidence)

@@ -111,7 +111,7 @@ def _of_data(state: State) -> ArrowheadMatrix:
     """Return the data's curvature, less what it claims to know too much, by the errors' tails."""
     # Errors that are more Gaussian than Student's with their nu leave the best fit less sure than
     # the curvature says, since the robust weights pass over some of what they tell.
-    weights = state.told
+    weights = state.information
     for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
         weights[source] *= _efficiency(state.squares[source], noise)
     return curvature(state, state.inverse_scales * weights[:, None, None])

@@ -93,7 +93,7 @@ def samples_around(
     return state, LinearSamples(columns, positions, slopes, robots, rows.source_of, len(arms))
 
 
-def rest_of(
+def priors_of_rest(
     state: State, share: float = 1.0, *, widened: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return precision and slope of y by priors, known distances, and a share of the volume."""
@@ -104,7 +104,7 @@ def rest_of(
     return precision, state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
 
 
-def posterior_beside(
+def posterior_of_rest(
     state: State, rest: tuple[np.ndarray, np.ndarray], information: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""

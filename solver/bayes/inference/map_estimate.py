@@ -106,7 +106,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     objective, (information, slope) = state.objective, normal_equations(state)
     prior = state.prior_precision()
     covariance = information.plus(prior).inverse(state.free[: objective.dense])
-    spread = state.told[:, None, None] * leverage(state, covariance)
+    spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
     held = state.at_zero & ~(may_leave & bounded[: objective.model_size])

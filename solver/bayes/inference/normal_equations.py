@@ -15,40 +15,40 @@ data show nearly nothing of one unknown, and the others very well."""
 class ArrowheadMatrix:
     """H, of d unknowns x and frames, then of S socket centres: n in all."""
 
-    beside: np.ndarray
+    dense: np.ndarray
     """Z, shape (d, d)."""
     centres: np.ndarray
     """X_0, shape (3 S, d)."""
     own: np.ndarray
     """The blocks of D, shape (S, 3, 3)."""
-    known: np.ndarray
+    constraints: np.ndarray
     """B, shape (K, n)."""
 
     def plus(self, dense: np.ndarray) -> "ArrowheadMatrix":
         """Return the sum with a matrix of x and the frames alone, shape (d, d)."""
-        return replace(self, beside=self.beside + dense)
+        return replace(self, dense=self.dense + dense)
 
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Return H v, shape (n,)."""
-        d = len(self.beside)
+        d = len(self.dense)
         x, m = vector[:d], vector[d:]
         of_m = _times(self.own, (m + self.centres @ x)[:, None])[:, 0]
-        of_x = self.beside @ x + self.centres.T @ of_m
-        return np.concatenate([of_x, of_m]) + self.known.T @ (self.known @ vector)
+        of_x = self.dense @ x + self.centres.T @ of_m
+        return np.concatenate([of_x, of_m]) + self.constraints.T @ (self.constraints @ vector)
 
     def inverse(self, free: np.ndarray) -> "Inverse":
         """Return the inverse of a positive definite H whose rows have different units."""
         d = len(free)
-        B_x, B_m = self.known[:, :d], self.known[:, d:]
-        apart = np.linalg.inv(self.own)
-        G = _times(apart, B_m.T)
+        B_x, B_m = self.constraints[:, :d], self.constraints[:, d:]
+        blocks = np.linalg.inv(self.own)
+        G = _times(blocks, B_m.T)
         L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
         V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
         some = np.ix_(free, free)
-        S = (self.beside + R.T @ R)[some]
+        S = (self.dense + R.T @ R)[some]
         scale = 1 / np.sqrt(np.diag(S))
         units = scale[:, None] * scale
-        dense = np.zeros_like(self.beside)
+        dense = np.zeros_like(self.dense)
         dense[some] = np.linalg.inv(S * units) * units
         logs = [
             np.linalg.slogdet(S * units)[1],
@@ -56,7 +56,7 @@ class ArrowheadMatrix:
             -2 * np.log(scale).sum(),
         ]
         log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
-        return Inverse(dense, (self.centres + V @ R) * free, apart, V, log_determinant)
+        return Inverse(dense, (self.centres + V @ R) * free, blocks, V, log_determinant)
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Inverse:
     """S^-1, the covariance of x and the frames, shape (d, d)."""
     centres: np.ndarray
     """X, shape (3 S, d)."""
-    apart: np.ndarray
+    blocks: np.ndarray
     """The blocks of D^-1, shape (S, 3, 3)."""
     V: np.ndarray
     """Shape (3 S, K)."""
@@ -77,22 +77,22 @@ class Inverse:
     @property
     def own(self) -> np.ndarray:
         """The blocks of D^-1 - V V^T, shape (S, 3, 3)."""
-        V = self.V.reshape(len(self.apart), 3, self.V.shape[1])
-        return self.apart - V @ V.swapaxes(1, 2)
+        V = self.V.reshape(len(self.blocks), 3, self.V.shape[1])
+        return self.blocks - V @ V.swapaxes(1, 2)
 
     def times(self, vector: np.ndarray) -> np.ndarray:
         """Return H^-1 v, shape (n,)."""
         d = len(self.dense)
         x, m = vector[:d], vector[d:]
         x = self.dense @ (x - self.centres.T @ m)
-        m = _times(self.apart, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
+        m = _times(self.blocks, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
         return np.concatenate([x, m - self.centres @ x])
 
     def whole(self) -> np.ndarray:
         """Return all of it, shape (n, n)."""
         across = -self.centres @ self.dense
         own = -across @ self.centres.T - self.V @ self.V.T
-        for k, block in enumerate(self.apart):
+        for k, block in enumerate(self.blocks):
             own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
         return np.block([[self.dense, across.T], [across, own]])
 
@@ -111,7 +111,7 @@ def active_set_step(
 ) -> tuple[np.ndarray, Inverse]:
     """Return the step to the minimum of a quadratic function within the bounds."""
     held = bounded & (x == 0) & (gradient > 0)
-    change, covariance = np.zeros(len(x)), H.inverse((free & ~held)[: len(H.beside)])
+    change, covariance = np.zeros(len(x)), H.inverse((free & ~held)[: len(H.dense)])
     for _ in range(3 * int(bounded.sum()) + 1):
         change = np.where(held, -x, 0.0)
         for _ in range(REFINEMENTS):
@@ -124,7 +124,7 @@ def active_set_step(
             held |= below
         else:
             held[np.argmin(slope)] = False
-        covariance = H.inverse((free & ~held)[: len(H.beside)])
+        covariance = H.inverse((free & ~held)[: len(H.dense)])
     return change, covariance
 
 
@@ -139,7 +139,7 @@ def normal_equations(state: State) -> tuple[ArrowheadMatrix, np.ndarray]:
     gradient[size:] = -objective.rows.by_socket(We).ravel()
     gradient -= _by_turning(state, We)
     B, b = state.constraints
-    return curvature(state, state.told[:, None, None] * inverse), gradient + B.T @ b
+    return curvature(state, state.information[:, None, None] * inverse), gradient + B.T @ b
 
 
 def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
@@ -163,12 +163,12 @@ def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
     size, rows = state.objective.dense, state.objective.rows
     own = rows.by_socket(weighted)
     centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
-    J = _beside(state, centres)
+    J = _along_centres(state, centres)
     information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
     return ArrowheadMatrix(information, centres.reshape(-1, size), own, state.constraints[0])
 
 
-def _beside(state: State, centres: np.ndarray) -> np.ndarray:
+def _along_centres(state: State, centres: np.ndarray) -> np.ndarray:
     """Return the errors' derivatives while the centres go along, shape (N, 3, dense)."""
     J, rows = state.linear.by_unknowns.copy(), state.objective.rows
     J[rows.seated] += centres[rows.sockets]
@@ -178,7 +178,7 @@ def _beside(state: State, centres: np.ndarray) -> np.ndarray:
 def leverage(state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T."""
     own, rows = covariance.own, state.objective.rows
-    J = _beside(state, covariance.centres.reshape(len(own), 3, state.objective.dense))
+    J = _along_centres(state, covariance.centres.reshape(len(own), 3, state.objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
     spread[rows.seated] += own[rows.sockets]
     return spread

@@ -80,8 +80,8 @@ class State:
         return (self.degrees + 3) / (self.degrees + self.squares)
 
     @property
-    def told(self) -> np.ndarray:
-        """K w_i, what each sample tells, shape (N,)."""
+    def information(self) -> np.ndarray:
+        """Information of each sample relative to Gaussian noise of scale C_i, k w_i, shape (N,)."""
         return self.weights * (self.degrees + 3) / (self.degrees + 5)
 
     @cached_property

@@ -51,25 +51,17 @@ class Deflection:
         return dict(zip(self.extensions, self.coefficients, strict=True)).get(JOINT_OFFSET.name)
 
     @property
-    def without_joint_offsets(self) -> "Deflection":
-        """The rest, for a geometry that holds the joint offsets in its origins."""
-        if JOINT_OFFSET.name not in self.extensions:
-            return self
-        return Deflection(self.extensions[1:], self.coefficients[1:])
-
-    @property
     def curves(self) -> np.ndarray | None:
         """Coefficients of the joints' error curves, shape (KNOTS, m) [rad]; None without any."""
         if CURVE.name not in self.extensions:
             return None
         return self.coefficients[-1].reshape(KNOTS, -1)
 
-    @property
-    def without_curves(self) -> "Deflection":
-        """The rest."""
-        if CURVE.name not in self.extensions:
-            return self
-        return Deflection(self.extensions[:-1], self.coefficients[:-1])
+    def without(self, name: str) -> "Deflection":
+        """Return all effects but one."""
+        pairs = zip(self.extensions, self.coefficients, strict=True)
+        others = {own: values for own, values in pairs if own != name}
+        return Deflection(tuple(others), tuple(others.values()))
 
     def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
         """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].

@@ -171,5 +171,5 @@ class GivenPrior:
     def without(self, names: Collection[str]) -> "GivenPrior":
         """Return what it says of all but some names, and but what it holds."""
         variances = np.diag(self.covariance)
-        told = (n for n, v in zip(self.names, variances, strict=True) if v > LEAST_VARIANCE)
-        return self.of([name for name in told if name not in names])
+        uncertain = (n for n, v in zip(self.names, variances, strict=True) if v > LEAST_VARIANCE)
+        return self.of([name for name in uncertain if name not in names])

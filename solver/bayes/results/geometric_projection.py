@@ -7,6 +7,7 @@ import numpy as np
 from ...data import Load
 from ...robot import BallModel, Robot
 from ..inference import Posterior
+from ..model.effects import JOINT_OFFSET
 from .joint_offsets import with_joint_offsets
 
 PLACES, POSTURES = 40, 20
@@ -107,7 +108,7 @@ def recorded_poses(full: Posterior) -> Poses:
     return Poses(full.data.positions[rows], places, targets, weights)
 
 
-def apart(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
+def without_common(values: np.ndarray, places: np.ndarray, common: float = COMMON) -> np.ndarray:
     """Return values, of shape (N, ...), without most of what those at one place have in common."""
     begins = starts(places)
     counts = np.diff([*begins.tolist(), len(places)])
@@ -127,25 +128,25 @@ def project_to_geometry(full: Posterior, load: Load, alone: np.ndarray | None = 
     ``alone`` is the geometry that the samples alone give, by the paper's cost, which the result is
     not to be worse than; None where more is known than its cost can tell.
     """
-    rigid = not full.deflection.without_joint_offsets.extensions
+    rigid = not full.deflection.without(JOINT_OFFSET.name).extensions
     if rigid and alone is None:
         return with_joint_offsets(full)
     simulated = simulated_poses(full, load)
     if alone is not None and not len(simulated.places):
         return alone
     closest = with_joint_offsets(full) if rigid else _closest(full, load, simulated, alone)
-    return closest if alone is None else _shared(full, load, simulated, closest, alone)
+    return closest if alone is None else _weighted_mean(full, load, simulated, closest, alone)
 
 
 def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | None) -> np.ndarray:
     """Return the geometry that makes (A12) least, without k where the samples have no own."""
     model, n = full.model, full.model.geometry
-    start, recorded, doubt = with_joint_offsets(full), recorded_poses(full), None
+    start, recorded, uncertainty = with_joint_offsets(full), recorded_poses(full), None
     off_prior = full.values - model.ball.nominal  # how far from its mean the start is
     if alone is not None:
         start, off_prior = alone, np.zeros(n)
         recorded = replace(recorded, targets=model.ball.points(alone, recorded.positions))
-        doubt = _doubt(full, load, simulated, alone)
+        uncertainty = _slope_covariance(full, load, simulated, alone)
     prior = np.zeros((n, n))
     for group in full.groups:
         inside = group.members < n
@@ -157,24 +158,24 @@ def _closest(full: Posterior, load: Load, simulated: Poses, alone: np.ndarray | 
     for poses in (simulated, recorded):
         errors, J = _linear(model.ball, start, poses)
         hessian, slope = hessian + J.T @ J, slope - J.T @ errors
-    return start + _sure(hessian, slope, doubt)
+    return start + _cautious_step(hessian, slope, uncertainty)
 
 
 def _linear(ball: BallModel, values: np.ndarray, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
     """Return the weighted errors at some poses, shape (3 N,), and their derivatives."""
     linear = ball.linearise(values, poses.positions)
     root = np.sqrt(poses.weights) / SEATING_DEVIATION
-    errors = apart(linear.points - poses.targets, poses.places) * root[:, None]
-    slopes = apart(linear.by_parameters, poses.places) * root[:, None, None]
+    errors = without_common(linear.points - poses.targets, poses.places) * root[:, None]
+    slopes = without_common(linear.by_parameters, poses.places) * root[:, None, None]
     return errors.ravel(), slopes.reshape(errors.size, -1)
 
 
-def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
+def _slope_covariance(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.ndarray:
     """Return the covariance of the squared errors' slope, by the model and by chance of places."""
     model, q = full.model, poses.positions
     errors, J = _linear(model.ball, start, poses)
     _, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    across = J.T @ apart(slopes, poses.places).reshape(len(J), -1) / SEATING_DEVIATION
+    across = J.T @ without_common(slopes, poses.places).reshape(len(J), -1) / SEATING_DEVIATION
     by_place = np.add.reduceat(
         (J * errors[:, None]).reshape(len(q), 3, -1).sum(axis=1), starts(poses.places)
     )
@@ -182,14 +183,16 @@ def _doubt(full: Posterior, load: Load, poses: Poses, start: np.ndarray) -> np.n
     return across @ full.covariance[: model.size, : model.size] @ across.T + by_place.T @ by_place
 
 
-def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> np.ndarray:
+def _cautious_step(
+    hessian: np.ndarray, slope: np.ndarray, uncertainty: np.ndarray | None
+) -> np.ndarray:
     """Return the s that minimises s^T H s - 2 s^T g + 2 CONFIDENCE sqrt(s^T U s)."""
     # (H + r U) s = g, with r such that r sqrt(s^T U s) = CONFIDENCE; zero if no r leaves so much.
     unit = 1 / np.sqrt(np.diag(hessian))
     root = np.linalg.inv(np.linalg.cholesky(hessian * unit[:, None] * unit)) * unit
-    if doubt is None or not doubt.any():
+    if uncertainty is None or not uncertainty.any():
         return root.T @ (root @ slope)
-    widths, axes = np.linalg.eigh(root @ doubt @ root.T)
+    widths, axes = np.linalg.eigh(root @ uncertainty @ root.T)
     widths = widths.clip(min=1e-9 * widths.max())
     along = axes.T @ root @ slope
     if np.sum(along**2 / widths) <= CONFIDENCE**2:
@@ -202,17 +205,17 @@ def _sure(hessian: np.ndarray, slope: np.ndarray, doubt: np.ndarray | None) -> n
     return root.T @ axes @ (along / (1 + least * widths))
 
 
-def _shared(
+def _weighted_mean(
     full: Posterior, load: Load, poses: Poses, closest: np.ndarray, alone: np.ndarray
 ) -> np.ndarray:
     """Return the weighted mean of two geometries."""
     model, q = full.model, poses.positions
     _, slopes, by_joints = model.linearise(full.x, q, load.moments(model.robot, q, None))
-    rows = apart(slopes, poses.places, 0.0).reshape(-1, model.size)
+    rows = without_common(slopes, poses.places, 0.0).reshape(-1, model.size)
     variance = float(np.sum((rows @ full.covariance[: model.size, : model.size]) * rows))
     variance += float(np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
     off, other = (
-        apart(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
+        without_common(model.ball.points(values, q) - poses.targets, poses.places, 0.0)
         for values in (closest, alone)
     )
     square = float(np.sum((off - other) ** 2))

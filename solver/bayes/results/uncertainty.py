@@ -44,13 +44,17 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     apart = np.sum((q[:, None] - q) ** 2, axis=2)
     kernels = np.exp(-0.5 * apart / np.square(LENGTHS)[:, None, None])
     some = np.unique(np.linspace(0, N - 1, min(N, MOST)).astype(int))
-    alike = _alike(white[some, :, 0], white[some, :, 1:], P, kernels[:, some[:, None], some])
-    C = np.tensordot(alike, kernels - np.eye(N), axes=1)
+    shared = _shared_variance(
+        white[some, :, 0], white[some, :, 1:], P, kernels[:, some[:, None], some]
+    )
+    C = np.tensordot(shared, kernels - np.eye(N), axes=1)
     back = P[:size] @ white[:, :, 1:].transpose(1, 2, 0)
     return P[:size, :size] + np.sum(back @ C @ back.transpose(0, 2, 1), axis=0)
 
 
-def _alike(u: np.ndarray, A: np.ndarray, P: np.ndarray, kernels: np.ndarray) -> np.ndarray:
+def _shared_variance(
+    u: np.ndarray, A: np.ndarray, P: np.ndarray, kernels: np.ndarray
+) -> np.ndarray:
     """Return the share of errors that is alike over each length, its mean by the evidence."""
     n, flat = 3 * len(u), A.transpose(1, 0, 2).reshape(3 * len(u), -1)
     left, axes = np.linalg.eigh(np.eye(n) - flat @ P @ flat.T)

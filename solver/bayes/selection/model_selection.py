@@ -83,7 +83,7 @@ def select_models(
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(geometric, order, progress)
-    movements, told = movements_by_evidence(max(tried.models, key=_evidence))
+    movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if movements:  # all again beside these
         tried = _search(refit(geometric, movements=movements), order, progress)
     models, words = _supported([*tried.models, *_by_type(tried.fits, types, progress)])
@@ -98,7 +98,7 @@ def select_models(
     for own, arm in zip(notes, full.arms, strict=True):
         own += [f"{CURVE.extension}: {note}"] if note else []
         own += [joint_offsets_in_words(arm)] if zeros else []
-    return Selected(full, tuple(map(tuple, notes)), told)
+    return Selected(full, tuple(map(tuple, notes)), reported)
 
 
 def _evidence(model: JointPosterior) -> float:
@@ -131,9 +131,9 @@ def _notes(
 
 def _effects_of(robot: Robot, given: GivenPrior | None) -> tuple[str, ...]:
     """Return the effects but curves that a prior tells of."""
-    told = {*(given.names if given is not None else ())}
+    names = {*(given.names if given is not None else ())}
     effects = (e for e in EFFECTS.values() if e is not CURVE)
-    return tuple(e.name for e in effects if told & {*e.coefficient_names(robot.joint_names)})
+    return tuple(e.name for e in effects if names & {*e.coefficient_names(robot.joint_names)})
 
 
 @dataclass(frozen=True)

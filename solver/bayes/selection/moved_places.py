@@ -13,8 +13,8 @@ from ..model import Movement, movements_of
 
 INDEPENDENT = 0.5
 """Share of the evidence of slow courses that counts: poses in a row are alike, and their errors."""
-TOLD, KEPT = 0.0, 3.0
-"""Rise of the logarithm of the evidence from which a movement is told, and put into the model."""
+REPORTED, KEPT = 0.0, 3.0
+"""Rise of the logarithm of the evidence from which a movement is reported, and is modelled."""
 HINT, CLOSELY = -2.0, 3
 """Rise by a linear model from which one is looked at closely, and how many of a round."""
 WORDS = {
@@ -37,7 +37,7 @@ class FoundMovement:
 def movements_by_evidence(
     found: JointPosterior,
 ) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
-    """Return the movements to put into the model, and all that are to be told."""
+    """Return the movements to put into the model, and all that are to be reported."""
     if len(found.arms) > 1:
         return (), ()
     left, chosen, lines = list(found.scene.placements), list[Movement](), list[FoundMovement]()
@@ -59,7 +59,7 @@ def movements_by_evidence(
             break
         new = best.objective.movements[-1]
         gain = gain if new.kind == "step" else INDEPENDENT * gain
-        if gain < TOLD:
+        if gain < REPORTED:
             break
         left.remove(new.placement)
         lines.append(_line(best, gain))
@@ -83,7 +83,7 @@ def _price(one: Movement, tried: Sequence[Movement]) -> float:
 
 
 def _line(found: JointPosterior, gain: float) -> FoundMovement:
-    """Return what is told of the last movement of a result."""
+    """Return the report on the last movement of a result."""
     movement, data = found.objective.movements[-1], found.scene.arms[0]
     course = movement.course(data) @ found.state.x[-movement.size :].reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
