@@ -67,7 +67,7 @@ def link_poses(
     """
     given = nominal_origins(joints).full().ravel() if origins is None else origins.ravel()
     function = _row_function("poses", tuple(map(_kind, joints)), (), q.shape[1])
-    return function(q, given, np.zeros(0))[0].reshape(len(q), -1, 3, 4)
+    return function(q, given, np.zeros(0))[0].reshape(len(q), len(joints) + 1, 3, 4)
 
 
 class Motion(NamedTuple):
