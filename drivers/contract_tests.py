@@ -1,7 +1,6 @@
 """The contract of a driver as tests, to be run on any driver. Needs pytest, when imported."""
 
 import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, pairwise
 
@@ -15,9 +14,9 @@ Sent = Callable[[], Sequence[JointState]]
 
 STATES = 50
 PAUSE_SECONDS = 0.3
-READ_SECONDS = 20.0  # patience with a busy computer
-SOON_SECONDS = 3.0
-OPEN_SECONDS = 15.0
+READ_SECONDS = 60.0  # patience with a busy computer
+SOON_SECONDS = 30.0
+OPEN_SECONDS = 60.0
 
 
 class DriverContract:
@@ -146,13 +145,13 @@ class DriverContract:
 
     def test_keeps_its_timeout(self, opened: Driver) -> None:
         """A read that gets no state in time says SILENT, soon, and the next one may succeed."""
-        start = time.monotonic()
+        start = clock.now()
         for _ in range(3):
             try:
                 opened.read(timeout=0.0)
             except DriverError as error:
                 assert error.reason is Reason.SILENT
-        assert time.monotonic() - start < SOON_SECONDS
+        assert clock.now() - start < SOON_SECONDS
         assert opened.read(READ_SECONDS).position
 
     def test_iterates(self, opened: Driver) -> None:
@@ -188,11 +187,11 @@ class DriverContract:
         """It is said within seconds that nothing answers at an address."""
         if self.nobody is None:
             pytest.skip("no address at which nothing answers")
-        start = time.monotonic()
+        start = clock.now()
         with pytest.raises(DriverError) as caught:
             self.driver(self.nobody)
         assert caught.value.reason in (Reason.UNREACHABLE, Reason.BUSY)
-        assert time.monotonic() - start < OPEN_SECONDS
+        assert clock.now() - start < OPEN_SECONDS
 
     def test_says_that_an_address_is_wrong(self) -> None:
         """It is said in one line that an address cannot be understood."""

@@ -76,7 +76,7 @@ def test_check_needs_no_extra_and_no_posix(session):
 def test_recording_needs_no_extra_and_nothing_that_macos_has_not(session, tmp_path):
     driver, out = f"mock:{session / 'front'}?speed=20", str(tmp_path / "again")
     keys = tmp_path / "keys.txt"
-    keys.write_text("wait=1 !a q")
+    keys.write_text("a q")
     words = ("record", "--robot", "panda", "--driver", driver, "--out", out, "--keys", str(keys))
     result = run_without((*EXTRAS, *DRIVERS), MACOS_HAS_NOT, *words, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
@@ -98,7 +98,7 @@ assert main([*sys.argv[1:], "second"]) == 0 and locked
 
 
 def test_recording_asks_windows_for_what_it_has(session, tmp_path):
-    (tmp_path / "keys.txt").write_text("wait=1 !a q")
+    (tmp_path / "keys.txt").write_text("a q")
     driver = f"mock:{session / 'front'}?speed=20"
     words = ("record", "--robot", "panda", "--driver", driver, "--keys", "keys.txt", "--out")
     command = [sys.executable, "-c", AS_ON_WINDOWS, *words]

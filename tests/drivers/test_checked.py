@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from cases import by_table
 from driver_errors import read_until_silent, refused
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,28 +47,11 @@ def clock(virtual_time):
     return virtual_time
 
 
-@pytest.mark.parametrize(
-    "bad",
-    [
-        JointState(0.15, (0.1,)),
-        JointState(0.15, (0.1, 0.2, 0.3)),
-        JointState(0.15, ()),
-        JointState(0.15, (0.1, math.nan)),
-        JointState(0.15, (0.1, -math.inf)),
-        JointState(0.15, (0.1, 0.2), (1.0,)),
-        JointState(0.15, (0.1, 0.2), (1.0, math.nan)),
-        JointState(math.nan, (0.1, 0.2)),
-        JointState(math.inf, (0.1, 0.2)),
-        JointState(0.1, (0.1, 0.2)),
-        JointState(0.05, (0.1, 0.2)),
-        JointState(1e5, (0.1, 0.2)),
-        JointState(1e11, (0.1, 0.2)),
-        ValueError("nonsense"),
-    ],
-    ids=repr,
-)
+@by_table("bad")
 def test_a_bad_state_costs_itself(bad):
-    driver = Scripted(0.1, bad, 0.2)
+    """Stamp, positions and efforts; or bytes that are no state."""
+    came = JointState(bad[0], *map(tuple, bad[1:])) if bad else ValueError("nonsense")
+    driver = Scripted(0.1, came, 0.2)
     assert stamps(driver) == [0.1, 0.2]
     assert (driver.rejected, driver.missed, driver.closed) == (1, 0, 0)
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from plugins import lay_out
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -30,16 +31,6 @@ def run(*words, path, status=0):
     return done
 
 
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory):
-    """The example plug-in, installed by pip into a folder of its own."""
-    source = shutil.copytree(EXAMPLE, tmp_path_factory.mktemp("plugin") / "plugin")
-    target = tmp_path_factory.mktemp("site")
-    options = ("--no-deps", "--quiet", "--target", str(target))
-    subprocess.run([sys.executable, "-m", "pip", "install", *options, str(source)], check=True)
-    return target
-
-
 def listed(path):
     """Return what `mukca drivers` lists, by name, and its warnings."""
     done = run("-m", "mukca", "drivers", "--json", path=path)
@@ -47,23 +38,20 @@ def listed(path):
     return {driver["name"]: driver for driver in drivers}, done.stderr.splitlines()
 
 
-def test_it_is_listed_with_its_package_and_version(installed):
-    heron = listed(installed)[0]["heron"]
+def test_the_example_is_installed_listed_opened_and_its_own_tests_pass(tmp_path):
+    """By pip, into a folder of its own; among its tests is the contract, which mukca brings."""
+    source, site = shutil.copytree(EXAMPLE, tmp_path / "plugin"), tmp_path / "site"
+    pip = (sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target")
+    subprocess.run([*pip, str(site), str(source)], check=True)
+    heron = listed(site)[0]["heron"]
     assert (heron["source"], heron["broken"]) == ("mukca-heron 1.0", None)
     assert heron["arms"] == "A Heron that streams its state."
-
-
-def test_it_is_opened_by_name(installed):
-    told = run("-m", "mukca", "stream", "--driver", "heron:127.0.0.1:9", path=installed, status=2)
+    told = run("-m", "mukca", "stream", "--driver", "heron:127.0.0.1:9", path=site, status=2)
     assert told.stderr == (
         "mukca stream: 127.0.0.1:9 refused the connection: is the Heron switched on?\n"
     )
-
-
-def test_its_own_tests_pass(installed):
-    """Among them the contract, which the package brings along."""
     options = ("-p", "no:cacheprovider", "-p", "no:xdist", "-q", "--rootdir", str(EXAMPLE))
-    done = run("-m", "pytest", *options, str(EXAMPLE / "tests"), path=installed)
+    done = run("-m", "pytest", *options, str(EXAMPLE / "tests"), path=site)
     assert "23 passed, 1 skipped" in done.stdout
 
 
@@ -99,6 +87,7 @@ BROKEN = {
     "lacks": "import a_package_that_is_nowhere",
     "empty": "",
     "other": "Arm = dict",
+    "taken": "",  # the name of an arm that mukca brings, which comes first
 }
 
 
@@ -107,21 +96,14 @@ def broken(tmp_path_factory):
     """Plug-ins, each broken in its own way, as pip would lay them out."""
     folder = tmp_path_factory.mktemp("broken")
     for name, code in BROKEN.items():
-        (folder / f"plugin_{name}.py").write_text(code)
-        about = folder / f"plugin_{name}-0.1.dist-info"
-        about.mkdir()
-        (about / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: plugin-{name}\nVersion: 0.1\n"
-        )
-        (about / "entry_points.txt").write_text(
-            f"[mukca.drivers]\nbroken-{name} = plugin_{name}:Arm\n"
-        )
+        called = "franka" if name == "taken" else f"broken-{name}"
+        lay_out(folder, f"plugin-{name}", code, {called: "Arm"})
     return folder
 
 
 def test_broken_plugins_are_named_and_stop_no_other(broken):
     drivers, warnings = listed(broken)
-    assert drivers["franka"]["broken"] is drivers["mock"]["broken"] is None
+    assert drivers["ur"]["broken"] is drivers["mock"]["broken"] is None
     for name, expected in {
         "raises": "no licence",
         "leaves": "SystemExit(3)",
@@ -134,17 +116,9 @@ def test_broken_plugins_are_named_and_stop_no_other(broken):
         assert expected in warning
 
 
-@pytest.mark.parametrize("name", ["raises", "leaves"])
-def test_a_broken_plugin_is_told_in_one_line(broken, name):
-    done = run("-m", "mukca", "stream", "--driver", f"broken-{name}:x", path=broken, status=2)
+def test_a_broken_plugin_is_told_in_one_line_and_takes_no_other_s_name(broken):
+    done = run("-m", "mukca", "stream", "--driver", "broken-leaves:x", path=broken, status=2)
     (line,) = done.stderr.splitlines()
-    assert f"plugin-{name} 0.1" in line
-
-
-def test_a_plugin_cannot_take_the_name_of_another(broken, tmp_path):
-    """What mukca brings comes first."""
-    shutil.copytree(broken, tmp_path, dirs_exist_ok=True)
-    names = tmp_path / "plugin_empty-0.1.dist-info" / "entry_points.txt"
-    names.write_text("[mukca.drivers]\nfranka = plugin_empty:Arm\n")
-    done = run("-m", "mukca", "stream", "--driver", "franka:127.0.0.1:9", path=tmp_path, status=2)
+    assert "plugin-leaves 0.1" in line
+    done = run("-m", "mukca", "stream", "--driver", "franka:127.0.0.1:9", path=broken, status=2)
     assert "activate FCI in Desk" in done.stderr

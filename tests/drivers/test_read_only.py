@@ -5,9 +5,9 @@ is spelled out byte by byte, apart from the code that sends it.
 """
 
 import re
-import struct
 
 import pytest
+from cases import by_table
 from emulation import emulated
 from kortex_stand_in import kortex_arm
 from rosbridge import ARM, rosbridge
@@ -57,24 +57,7 @@ FAULTS = ("drop:0.05", "duplicate:0.05", "garble:0.02", "silent@1+0.5", "hangup@
 
 
 @pytest.mark.parametrize("faults", [(), FAULTS], ids=["well", "ill"])
-@pytest.mark.parametrize(
-    ("name", "version"),
-    [
-        ("franka", "3"),
-        ("franka", "10"),
-        ("kuka", "1.15"),
-        ("kuka", "2.7"),
-        ("ur", "5.11"),
-        ("kinova", "serial"),
-        ("kinova", "can"),
-        ("piper", "1"),
-        ("damiao", "openarm"),
-        ("xarm", "xarm6"),
-        ("xarm", "xarm6-old"),
-        ("feetech", "so101"),
-        ("dynamixel", "vx300s"),
-    ],
-)
+@by_table("name", "version")
 def test_nothing_else_is_sent(name, version, faults, tmp_path):
     words = [word for fault in faults for word in ("--fault", fault)]
     with emulated(name, tmp_path, "--version", version, *words) as emulation:
@@ -93,25 +76,9 @@ def test_nothing_else_is_sent(name, version, faults, tmp_path):
         assert allowed(name, channel, message), f"{channel}: {message.hex(' ')}"
 
 
-@pytest.mark.parametrize(
-    ("name", "channel", "message"),
-    [
-        ("franka", "tcp", struct.pack("<III", 1, 1, 16) + bytes(4)),  # Move
-        ("franka", "udp", bytes(100)),  # RobotCommand
-        ("kuka", "udp", bytes.fromhex("0a080881800d10001805120a0a080900000000000000")),
-        ("ur", "tcp", b"\0\x0dI" + bytes(10)),  # an input
-        ("kinova", "line", struct.pack("<hBB", 0x26, 0, 0x10) + bytes(16)),  # joint zero
-        ("damiao", "001", b"\xff" * 7 + b"\xfc"),  # enable
-        ("damiao", "7ff", bytes.fromhex("0100551500004841")),  # write a register
-        ("xarm", "30000", b"\0"),
-        ("piper", "151", bytes(8)),  # motion control
-        ("feetech", "line", bytes.fromhex("ffff0104032801ce")),  # torque on
-        ("feetech", "line", bytes.fromhex("fffffe0982210201020304050d")),  # other registers
-        ("dynamixel", "line", bytes.fromhex("fffffd000106000340000 1dB66".replace(" ", ""))),
-    ],
-)
-def test_commands_would_be_found(name, channel, message):
-    assert not allowed(name, channel, message)
+@by_table("name", "command", "channel", "message")
+def test_commands_would_be_found(name, command, channel, message):
+    assert not allowed(name, channel, bytes.fromhex(message)), command
 
 
 def test_kortex_is_asked_for_feedback_alone():

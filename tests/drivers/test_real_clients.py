@@ -66,44 +66,27 @@ bus.shutdown()
 print(json.dumps(turns))
 """
 
-SCSERVO = """
-import json, sys, scservo_sdk as sdk
+SERVOS = """
+import json, sys, {module} as sdk
 sdk.port_handler.LATENCY_TIMER = 5000  # [ms]: a loaded machine is no failure
-port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(0)
+port, packets, joints = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler({protocol}), {joints}
 assert port.openPort() and port.setBaudRate(1000000)
-models = [packets.ping(port, servo)[:2] for servo in range(1, 7)]
-assert models == [(777, 0)] * 6, models
-together = sdk.GroupSyncRead(port, packets, 56, 2)
-assert all(together.addParam(servo) for servo in range(1, 6))
-states = []
-for _ in range(50):
-    assert together.txRxPacket() == 0
-    states.append([together.getData(servo, 56, 2) for servo in range(1, 6)])
-one, result, error = packets.read2ByteTxRx(port, 3, 56)
-assert (result, error) == (0, 0)
-torque = packets.read1ByteTxRx(port, 3, 40)
-assert torque == (0, 0, 0), torque
-print(json.dumps([states, one]))
-"""
-
-DYNAMIXEL = """
-import json, sys, dynamixel_sdk as sdk
-sdk.port_handler.LATENCY_TIMER = 5000  # [ms]: a loaded machine is no failure
-port, packets = sdk.PortHandler(sys.argv[1]), sdk.PacketHandler(2.0)
-assert port.openPort() and port.setBaudRate(1000000)
-models = {packets.ping(port, servo) for servo in range(1, 10)}
-assert models == {(1120, 0, 0)}, models
-together = sdk.GroupSyncRead(port, packets, 132, 4)
-joints = (1, 2, 4, 6, 7, 8)
+models = {{packets.ping(port, servo)[:2] for servo in range(1, joints[-1] + 2)}}
+assert models == {{({model}, 0)}}, models
+together = sdk.GroupSyncRead(port, packets, {register}, {size})
 assert all(together.addParam(servo) for servo in joints)
 states = []
 for _ in range(50):
     assert together.txRxPacket() == 0
-    states.append([together.getData(servo, 132, 4) for servo in joints])
-one, result, error = packets.read4ByteTxRx(port, 4, 132)
-assert (result, error) == (0, 0)
+    states.append([together.getData(servo, {register}, {size}) for servo in joints])
+one, *ends = packets.read{size}ByteTxRx(port, joints[2], {register})
+assert ends == [0, 0] and packets.read1ByteTxRx(port, joints[2], {torque}) == (0, 0, 0)
 print(json.dumps([states, one]))
 """
+FEETECH = {"module": "scservo_sdk", "protocol": 0, "model": 777, "joints": (1, 2, 3, 4, 5)}
+FEETECH |= {"register": 56, "size": 2, "torque": 40}
+DYNAMIXEL = {"module": "dynamixel_sdk", "protocol": 2.0, "model": 1120}
+DYNAMIXEL |= {"joints": (1, 2, 4, 6, 7, 8), "register": 132, "size": 4, "torque": 64}
 
 
 def client(script, *arguments):
@@ -184,16 +167,11 @@ def test_piper_sdk_parses_what_the_emulator_sent(tmp_path):
     assert all(turn in sent for turn in turns)
 
 
-@pytest.mark.parametrize(
-    ("name", "module", "script"),
-    [("feetech", "scservo_sdk", SCSERVO), ("dynamixel", "dynamixel_sdk", DYNAMIXEL)],
-)
-def test_the_servos_makers_read_what_the_emulator_sent_and_ask_as_we_do(
-    name, module, script, tmp_path
-):
-    need(module)
+@pytest.mark.parametrize(("name", "words"), [("feetech", FEETECH), ("dynamixel", DYNAMIXEL)])
+def test_the_servos_makers_read_what_the_emulator_sent_and_ask_as_we_do(name, words, tmp_path):
+    need(words["module"])
     with emulated_program(name, tmp_path) as emulation:
-        states, one = client(script, emulation.address.partition("?")[0])
+        states, one = client(SERVOS.format(**words), emulation.address.partition("?")[0])
         theirs = {message for _, message in emulation.received()}
         with open_driver(name, emulation.address) as driver:
             driver.read(PATIENCE)

@@ -46,12 +46,6 @@ class Robot:
         return connection
 
 
-def test_states_pass_through():
-    driver = Reconnecting(Robot(Scripted([True, True])))
-    assert driver.read(1.0).position == driver.read(1.0).position == (1.0,)
-    assert driver.drops == 0 and driver.trouble is None
-
-
 def test_the_first_connection_must_succeed():
     with pytest.raises(DriverError, match="busy"):
         Reconnecting(Robot(Reason.BUSY))

@@ -20,7 +20,7 @@ def first_state(message, joints=ARM, options=""):
         rosbridge(first_messages=[message, message]) as bridge,
         open_driver("ros", f"{bridge.address}{options}", joints) as driver,
     ):
-        return driver.read(5)
+        return driver.read(PATIENCE)
 
 
 def test_joints_are_matched_by_name():
@@ -55,7 +55,7 @@ def test_headers_without_a_stamp_are_told_and_arrival_times_taken():
         rosbridge(first_messages=unstamped) as bridge,
         open_driver("ros", bridge.address, ARM) as driver,
     ):
-        states = [driver.read(5) for _ in range(99)]
+        states = [driver.read(PATIENCE) for _ in range(99)]
         assert driver.status == "the headers have no stamps: times of arrival are taken"
     assert [state.position for state in states] == [arm_state(n)[0] for n in range(1, 100)]
     assert driver.rejected == 0
@@ -87,7 +87,7 @@ def test_the_topic_is_a_setting():
         rosbridge(topic=topic) as bridge,
         open_driver("ros", f"ws://{bridge.address}?topic={topic}") as driver,
     ):
-        assert driver.read(5).position
+        assert driver.read(PATIENCE).position
 
 
 ODD = [
@@ -101,7 +101,7 @@ ODD = [
 def test_messages_of_others_and_odd_ones_are_counted():
     with rosbridge(odd_messages=ODD) as bridge, open_driver("ros", bridge.address, ARM) as driver:
         for _ in range(10):
-            assert driver.read(5).position == pytest.approx((0.1, 0.2, 0.3), abs=0.02)
+            assert driver.read(PATIENCE).position == pytest.approx((0.1, 0.2, 0.3), abs=0.02)
         assert driver.rejected >= 9 * len(ODD)
 
 
@@ -123,7 +123,7 @@ def test_a_topic_without_a_publisher_is_told():
 
 def test_a_connection_that_ends_is_told():
     with rosbridge() as bridge, open_driver("ros", bridge.address, ARM) as driver:
-        driver.read(5)
+        driver.read(PATIENCE)
         bridge.clients[0].close()
         with refused("UNREACHABLE"):
             for _ in range(100):

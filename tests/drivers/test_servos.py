@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 from emulation import emulated
 
@@ -90,13 +91,7 @@ def test_what_troubles_a_servo_is_told(tmp_path):
             assert driver.status == "shoulder_lift: too hot, shoulder_lift: overload"
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "[]", "{}", '{"a": 1}', '{"a": {"id": 1}}',
-     '{"a": {"id": 1, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 2}}',
-     '{"a": {"id": true, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 4}}',
-     '{"a": {"id": 9, "drive_mode": 0, "homing_offset": 0, "range_min": 3, "range_max": 4}}'],
-)  # fmt: skip
+@by_table("text")
 def test_what_is_no_calibration_file(text, tmp_path):
     path = tmp_path / "arm.json"
     path.write_text(text)

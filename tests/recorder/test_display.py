@@ -3,7 +3,6 @@
 import io
 import os
 import re
-import select
 from dataclasses import replace
 
 import pytest
@@ -26,11 +25,13 @@ class Terminal:
         self.screen = Screen(Console(file=self.stream, force_terminal=True))
 
     def written(self):
-        """All that was written by now; a pseudo-terminal hands it over a little later."""
+        """All that was written by now: up to a mark, however late it is handed over."""
+        self.stream.write("\0")
+        self.stream.flush()
         text = b""
-        while select.select([self.master], [], [], 0.2)[0]:
+        while not text.endswith(b"\0"):
             text += os.read(self.master, 65536)
-        return text.decode()
+        return text[:-1].decode()
 
     def close(self):
         self.stream.close()

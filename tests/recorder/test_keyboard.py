@@ -3,9 +3,9 @@
 import contextlib
 import os
 import select
-import termios
 
 import pytest
+from cases import by_table
 
 from mukca.recorder.terminal import Keyboard
 
@@ -34,17 +34,6 @@ def test_keys_come_at_once_and_unseen(pty):
     assert not ready, "the terminal echoed the keys"
 
 
-@pytest.mark.parametrize("fails", [False, True])
-def test_the_terminal_is_given_back(pty, fails):
-    _, slave = pty
-    before = termios.tcgetattr(slave)
-    with contextlib.suppress(RuntimeError), Keyboard(slave):
-        assert termios.tcgetattr(slave) != before
-        if fails:
-            raise RuntimeError
-    assert termios.tcgetattr(slave) == before
-
-
 def test_what_was_typed_blindly_does_not_reach_the_shell(pty):
     master, slave = pty
     with Keyboard(slave):
@@ -53,29 +42,15 @@ def test_what_was_typed_blindly_does_not_reach_the_shell(pty):
     assert not select.select([slave], [], [], 0.1)[0]
 
 
-@pytest.mark.parametrize(
-    ("sequence", "names"),
-    [
-        (b"\x1b[A", ["Up"]),
-        (b"\x1bOD", ["Left"]),
-        (b"\x1b[6~", ["PageDown"]),
-        (b"\x1b[15~", ["F5"]),
-        (b"\r", ["Enter"]),
-        (b"A", ["a"]),
-        # no other special key passes for a letter, nor do bytes that are no text
-        (b"\x1b[1;5D", []),
-        (b"\x1ba", []),
-        (b"\x1b[200~", []),
-        (b"\x1b[M", []),
-        (b"\xff\xfe", []),
-        # keys that would freeze the screen are off
-        (b"\x13\x1a", ["\x13", "\x1a"]),
-    ],
-)
+@by_table("sequence", "names")
 def test_special_keys_have_names(pty, sequence, names):
+    """No other special key passes for a letter, nor do bytes that are no text.
+
+    Keys that would freeze the screen are off.
+    """
     master, slave = pty
     with Keyboard(slave) as keyboard:
-        assert pressed(keyboard, master, sequence + b"q") == [*names, "q"]
+        assert pressed(keyboard, master, sequence.encode("latin-1") + b"q") == [*names, "q"]
         os.write(slave, b"seen")
         assert os.read(master, 10) == b"seen"
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from altered import write_rows
 from cases import by_table
+from terminal_session import PATIENCE
 
 from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata
@@ -171,11 +172,11 @@ def test_more_states_than_can_be_looked_at_stop_neither_keys_nor_screen(arm, rec
                 end()
 
     source = arm(places=[PLACES[0]], speed=10_000.0)
-    patience = threading.Timer(30.0, end)
+    patience = threading.Timer(PATIENCE, end)
     patience.start()
     outcome, seen = record_in_real_time(source, "wait=1000000000", Ending())
     patience.cancel()
-    assert outcome.signal == signal.SIGTERM and time.monotonic() - ends[0] < 10
+    assert outcome.signal == signal.SIGTERM and time.monotonic() - ends[0] < 120
     assert len(seen.views) > 3
 
 

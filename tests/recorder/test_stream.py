@@ -18,17 +18,20 @@ def arm(tmp_path):
 
 def test_a_busy_consumer_gets_every_state_in_order(arm):
     """In real time: a thread reads while this one sleeps."""
-    stream = Stream(arm("rate=1000&buffer=5"))
-    begun = time.monotonic()
-    taken = []
+    stream = Stream(arm("rate=1000&buffer=600"))
+    taken, looked = [], []
     while len(taken) < 1000:
         time.sleep(0.15)  # a screen that takes its time
+        now = time.monotonic()
         taken += stream.take()
+        looked += [now] * (len(taken) - len(looked))
     stream.close()
     stamps = [round(state.stamp * 1000) for _, state, _ in taken]
     assert stamps == list(range(len(taken))) and stream.missed == 0
     arrivals = [arrival for arrival, _, _ in taken]
-    assert arrivals == sorted(arrivals) and arrivals[0] - begun < 0.1  # not when it was taken
+    assert arrivals == sorted(arrivals)
+    early = sum(arrival < when for arrival, when in zip(arrivals, looked, strict=True))
+    assert early > 0.9 * len(taken)  # they arrived when they came, not when they were taken
 
 
 def test_what_no_one_takes_is_dropped_from_its_old_end_and_counted(arm, virtual_time):

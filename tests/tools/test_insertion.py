@@ -8,6 +8,7 @@ import subprocess
 import sys
 from contextlib import redirect_stdout
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -35,7 +36,8 @@ def report(shared):
 
     def report(experiment):
         def make(out):
-            result = simulate(*words_of(experiment, out))
+            with patch("mukca.tools.experiments.pictures.INTERVAL", 1.0):  # between frames [s]
+                result = simulate(*words_of(experiment, out))
             assert json.loads((out / "simulation.json").read_text()) == result
 
         return shared(f"simulated-{experiment}", make)

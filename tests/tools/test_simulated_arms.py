@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import by_table
 from imagined import poses
 
 import mukca
@@ -98,17 +99,7 @@ def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda):
     assert np.array_equal(same.values, truth.values)
 
 
-@pytest.mark.parametrize(
-    ("numbers", "words"),
-    [
-        ({"placements": 0}, "placements 0: give a number of at least 1"),
-        ({"samples": 1}, "samples 1"),
-        ({"noise": -1e-3}, "noise -0.001"),
-        ({"rotation": np.nan}, "rotation nan"),
-        ({"distance": 50}, "metres are expected"),
-        ({"seed": -1}, "seed -1"),
-    ],
-)
+@by_table("numbers", "words")
 def test_numbers_that_cannot_be_simulated_are_told(panda, numbers, words):
     with pytest.raises(mukca.MukcaError, match=words):
         mukca.simulate_recordings(panda, **numbers)

@@ -89,7 +89,7 @@ def cluster(tmp_path_factory):
     environment = {
         **os.environ,
         "PYTHONPATH": str(TESTS),
-        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s",
+        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300s",
     }
     started = []
 
@@ -109,7 +109,7 @@ def cluster(tmp_path_factory):
           "--scheduler-file", str(file))  # fmt: skip
     until(lambda: file.exists() and file.read_text().endswith("}"))  # it is there before its text
     address = json.loads(file.read_text())["address"]
-    words = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60s")
+    words = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "600s")
     workers = [start("dask_worker", address, *words) for _ in range(2)]
     yield address, workers
     for process in started:

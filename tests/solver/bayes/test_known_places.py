@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from altered import seats
+from imagined import turned as turned_about
 
 import mukca
 
@@ -66,19 +67,8 @@ def test_exact_sockets_on_a_table_give_every_place_back(name, tmp_path):
     q = held.positions
     true, seen = truth.ball(q), found.ball(q)
     (frame,) = found.document.frames
-    turn, origin = rotation(frame.rpy), np.array(frame.xyz)
+    turn, origin = turned_about(*frame.rpy)[:3, :3], np.array(frame.xyz)
     assert np.abs((seen - origin) @ turn - in_frame(true)).max() < 1e-8
-
-
-def rotation(rpy):
-    """R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    R = np.eye(3)
-    for angle, (i, j) in zip(rpy, ((1, 2), (2, 0), (0, 1)), strict=True):
-        turn = np.eye(3)
-        turn[i, i] = turn[j, j] = np.cos(angle)
-        turn[i, j], turn[j, i] = -np.sin(angle), np.sin(angle)
-        R = turn @ R
-    return R
 
 
 def test_an_anchored_base_is_known_within_its_interval(panda, noisy, tmp_path):
@@ -129,7 +119,7 @@ def test_exact_points_give_the_arm_and_the_frame_back(name):
     found = mukca.calibrate(robot, as_points(truth, poses(robot, 40)), without=WITHOUT)
     q = poses(robot, 50, 5)
     (frame,) = found.document.frames
-    seen = (found.ball(q) - np.array(frame.xyz)) @ rotation(frame.rpy)
+    seen = (found.ball(q) - np.array(frame.xyz)) @ turned_about(*frame.rpy)[:3, :3]
     assert np.abs(seen - in_frame(truth.ball(q))).max() < 1e-8
 
 

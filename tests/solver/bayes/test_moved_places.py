@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from altered import seats, write_rows
+from cases import by_table
 
 import mukca
 from mukca.recorder import Sample
@@ -40,14 +41,7 @@ def told(found):
     return [d.text for d in found.document.checks or () if d.code == "movement"]
 
 
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    [
-        ("base@13:0.5mm", "moved at a change of socket by 0.5"),
-        ("base@13:5mm", "before its sample 13"),
-        ("drift:2mm", "drifted"),
-    ],
-)
+@by_table("fault", "words")
 def test_a_base_that_moves_is_told_and_taken_into_account(panda, fault, words):
     truth, placement = recorded(panda, fault)
     found = mukca.calibrate(panda, placement)

@@ -39,7 +39,7 @@ def found(robot, recorded):
     return mukca.calibrate(robot, placement, zeros=True, sockets_at=at, without=without)
 
 
-def test_joint_offsets_are_found(found):
+def test_joint_offsets_are_found_make_no_arm_longer_and_stand_in_the_urdf(found, recorded):
     values, deviations = coefficients(found, "zero")
     error = np.degrees(values - OFFSETS)
     assert np.abs(error[:4]).max() < 0.3
@@ -48,20 +48,11 @@ def test_joint_offsets_are_found(found):
     (line,) = found.document.choices or ()
     assert line.startswith("joint offsets: shoulder_pan +")
     assert "wrist_roll" in line.rpartition(", ")[2] and line.endswith("(not decided)")
-
-
-def test_a_joint_offset_makes_no_arm_longer(found):
     scale = found.document.scale
     assert abs(scale.value) < 2e-3 and scale.deviation < 5e-3
-
-
-def test_a_urdf_holds_the_joint_offsets(found, recorded):
-    positions = recorded[0].positions
-    assert found.document.deflection == {}
-    assert found.calibrated.geometric_ball(positions) == pytest.approx(
-        found.calibrated.ball(positions)
-    )
-    assert found.calibrated.exported is None
+    q, calibrated = recorded[0].positions, found.calibrated
+    assert found.document.deflection == {} and calibrated.exported is None
+    assert calibrated.geometric_ball(q) == pytest.approx(calibrated.ball(q))
 
 
 def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):

@@ -110,20 +110,6 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session):
     )
 
 
-def test_nothing_is_overwritten_unless_forced(calibration, saved):
-    with pytest.raises(mukca.MukcaError, match="by force=True"):
-        calibration.save(saved)
-    calibration.save(saved, force=True)
-
-
-def test_what_is_trained_on_is_left_out_of_the_test(session, calibration):
-    robot = mukca.load_robot("panda")
-    front, everything = (mukca.read_placements(p) for p in (session / "front", session))
-    again = mukca.calibrate(robot, front[0], test=everything, method="paper")
-    assert [e.role for e in again.errors] == ["train", "test", "test"]
-    assert any("front: trained on, so left out" in line for line in again.document.warnings)
-
-
 @by_table("settings", "words")
 def test_bad_settings_are_told_in_one_line(recordings, settings, words):
     with pytest.raises(mukca.MukcaError) as told:
@@ -167,15 +153,6 @@ def test_what_is_printed_in_a_notebook_is_short(calibration, recordings):
     for value in values:
         assert len(repr(value)) < 2500, type(value)
     assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)
-
-
-@pytest.mark.slow
-def test_what_is_printed_says_what_is_wrong(calibration, recordings):
-    train, test = recordings
-    assert "(as the recording says)" in repr(calibration) and "Verdict: PASS" in repr(calibration)
-    wrong = repr(mukca.calibrate(calibration.robot, train, test=test, distance=0.051))
-    assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
-    assert "error: all placements: the arm comes out" in wrong
 
 
 def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(recordings):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 from mukca.solver.calibration import SolveOptions
@@ -69,17 +70,7 @@ def test_what_does_not_fit_is_said(saved):
         found.flange(q)
 
 
-@pytest.mark.parametrize(
-    ("setup", "said"),
-    [
-        ({"paylod": (1.0, (0, 0, 0))}, "the nearest is 'payload'"),
-        ({"payload": 1.0}, "give its mass and its centre"),
-        ({"payload": (1.0, (0, 0, 50))}, "is this in mm"),
-        ({"near": [[1, 2], [3]]}, "near: .* are no numbers"),
-        ({"prefer": [0.0, 0.0]}, "prefer of shape"),
-        ({"base": np.eye(3)}, "base of shape"),
-    ],
-)
+@by_table("setup", "said")
 def test_words_that_mean_nothing_are_said(saved, setup, said):
     with pytest.raises(mukca.MukcaError, match=said):
         saved[0].command([0.4, 0.0, 0.4], **setup)

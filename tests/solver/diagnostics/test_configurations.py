@@ -23,8 +23,8 @@ def test_near_duplicates_are_those_of_all_pairs():
 
 
 @pytest.mark.slow
-def test_a_hundred_thousand_samples_are_compared():
-    rows = np.random.default_rng(0).uniform(-2, 2, (100_000, 7))
-    rows[70_000] = rows[30_000]
-    assert near_duplicates(rows)[70_000] == 30_000
+def test_many_samples_are_compared():
+    rows = np.random.default_rng(0).uniform(-2, 2, (30_000, 7))
+    rows[20_000] = rows[10_000]
+    assert near_duplicates(rows)[20_000] == 10_000
     assert near_duplicates(np.zeros((3, 1))) == {1: 0, 2: 0}

@@ -4,6 +4,7 @@ from shutil import copytree
 
 import numpy as np
 import pytest
+from cases import by_table
 
 pytestmark = pytest.mark.slow
 
@@ -67,14 +68,7 @@ def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     assert run(*words)[0] == 2
 
 
-@pytest.mark.parametrize(
-    ("counts", "status", "words"),
-    [
-        ((3, 3), 3, "3 samples in socket 0; record 27 more"),
-        ((12, 3), 3, "3 samples in socket 1; record 27 more"),
-        ((12, 0), 1, "only socket 0 has samples, so solve refuses it"),
-    ],
-)
+@by_table("counts", "status", "words")
 def test_too_little_is_told(copy, run, counts, status, words):
     thinned(copy / "front", *counts)
     got, told = run("check", str(copy / "front"), "--robot", "panda")

@@ -8,6 +8,7 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
+from cases import by_table
 
 from mukca.tools.printables import (
     MOUNTS,
@@ -50,15 +51,6 @@ def test_a_cup_holds_a_bought_ball_at_the_same_place():
     assert part.position == printed_parts.BALLS["iso-50-4-m6"].position
 
 
-def test_a_straight_neck_bends_as_a_cantilever():
-    """F L³ / (3 E I), less the part of the lever that lies in the ball."""
-    part = BallPart(ISO, ball=40, neck=18)
-    assert part.root == part.throat
-    start = math.sqrt(20**2 - 9**2)
-    expected = 5 * (part.length**3 - start**3) / (3 * 2500 * math.pi * 18**4 / 64)
-    assert part.bend == pytest.approx(expected, rel=1e-5)
-
-
 def test_a_tapered_neck_bends_as_the_closed_form_says():
     """The integral of x²/(c + k x)⁴ is x³ / (3 c (c + k x)³)."""
     part = BallPart(ISO)
@@ -83,18 +75,7 @@ def test_the_neck_of_the_mesh_is_the_one_that_was_reckoned_with(name):
         assert 2 * reach.max() == pytest.approx(diameter, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("name", "base"),
-    [
-        ("franka-hand", "default"),
-        ("franka-flange", "default"),
-        ("iiwa14", "three"),
-        ("gen3-lite", "long"),
-        ("so101", "default"),
-        ("thick neck", "nearest"),
-        ("iso-50-4-m6 bought", "loose"),
-    ],
-)
+@by_table("name", "base")
 def test_the_ball_part_leans_in_its_socket_without_collision(name, base):
     part, socket_base = printed_parts.BALLS[name], printed_parts.BASES[base]
     fixed, moving = printed_parts.base_mesh(base), envelope(name)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 
@@ -55,9 +56,6 @@ def test_info_shows_what_is_there(recorded, output_of):
         "operator Ada",
     ):
         assert needed in shown, shown
-
-
-def test_info_as_json(recorded, output_of):
     (placement,) = json.loads(output_of("info", str(recorded), "--json"))["placements"]
     assert placement["samples"] == {"0": 1, "1": 1} and placement["taken_back"] == 1
     assert placement["joints"] == ["shoulder", "rail"] and placement["distance"] == 0.05
@@ -86,14 +84,7 @@ def test_info_goes_on_after_an_empty_recording(recorded, output_of):
     assert empty["joints"] == ["shoulder", "rail"]
 
 
-@pytest.mark.parametrize(
-    "metadata",
-    [
-        '{"units": 5, "sessions": 3, "changes": [7, {"distance": 3}]}',
-        '{"units": ["m"], "changes": {"distance": [null, "far"]}}',
-        "{}",
-    ],
-)
+@by_table("metadata")
 def test_info_bears_any_metadata(recorded, output_of, metadata):
     (recorded / "placement.json").write_text(metadata)
     assert "not known" in output_of("info", str(recorded))
@@ -150,14 +141,11 @@ def test_convert_never_mixes_or_overwrites(recorded, tmp_path, output_of, refuse
     refused("", *words, "samples", "--distance", "-1")
 
 
-def test_drivers_are_listed(output_of, answer):
-    assert any(line.startswith("mock") for line in output_of("drivers").splitlines())
-    drivers = answer("drivers")["drivers"]
-    assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])
-
-
-def test_what_some_addresses_need_is_listed(output_of):
+def test_drivers_are_listed_with_what_some_addresses_need(output_of, answer):
     lines = output_of("drivers").splitlines()
+    assert any(line.startswith("mock") for line in lines)
     (kinova,) = [line for line in lines if line.startswith("kinova")]
     assert "ready, with serial; can:// with isotp; " in kinova
     assert kinova.endswith("kortex:// with kortex_api, NOT installed")
+    drivers = answer("drivers")["drivers"]
+    assert {"name", "arms", "needs", "missing", "optional", "broken", "source"} == set(drivers[0])

@@ -3,9 +3,9 @@
 import os
 import signal
 import time
-from pathlib import Path
 
 import pytest
+from plugins import lay_out
 from record_commands import (
     PANDA_HOME,
     assert_true,
@@ -141,13 +141,8 @@ class Slow(Arm):
 
 @pytest.fixture
 def plugged(tmp_path):
-    """An environment with somebody's drivers, as pip would lay them out."""
-    (tmp_path / "plugin_arm.py").write_text(PLUGIN)
-    about = tmp_path / "plugin_arm-0.1.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: plugin-arm\nVersion: 0.1\n")
-    names = "\n".join(f"{name} = plugin_arm:{name.title()}" for name in ("arm", "slow"))
-    (about / "entry_points.txt").write_text(f"[mukca.drivers]\n{names}\n")
+    """An environment with somebody's drivers."""
+    lay_out(tmp_path, "plugin-arm", PLUGIN, {"arm": "Arm", "slow": "Slow"})
     return {"PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
 
 
@@ -158,20 +153,6 @@ def test_an_unexpected_error_restores_the_terminal(hand, tmp_path, plugged):
         terminal.wait_for("TypeError")
         assert terminal.settings == terminal.before
         assert b"\x1b[?1049l" in terminal.output
-
-
-def test_a_lost_stream_is_told_and_comes_back(hand, tmp_path):
-    out = tmp_path / "front"
-    with TerminalSession(command(hand, out, mock="&fault=drop@2+2")) as terminal:
-        terminal.wait_for("PRESS: space captures")
-        terminal.wait_for("! the stream is silent: the simulated arm", "WAIT")
-        terminal.press("a")
-        terminal.wait_for("! refused: the stream is silent")
-        terminal.wait_for("the stream is back after", "connection lost 1x")
-        capture(terminal, "a", "captured sample 1")
-        terminal.press("q")
-        assert terminal.wait() == 0
-    assert len(mukca.read_placements(out)[0].samples) == 1
 
 
 def test_a_full_disk_refuses_and_leaves_a_valid_file(hand, tmp_path, scripted):
@@ -228,29 +209,3 @@ def test_a_simple_terminal_shows_what_to_do(tmp_path):
         terminal.press("q")
         assert terminal.wait() == 0
         assert b"\x1b" not in terminal.output and b"\a" in terminal.output
-
-
-@pytest.mark.skipif(not Path("/proc").exists(), reason="needs /proc")
-def test_a_thousand_states_a_second_reach_the_screen(hand, tmp_path):
-    """A soak in small: the mock forgets what is not read in time, and forgets nothing."""
-    words = command(hand, tmp_path / "front", mock="&buffer=1")
-    with TerminalSession(words) as terminal:
-        terminal.wait_for("PRESS: space captures")
-        process = terminal.process.pid
-        frames, begun, used = count_frames(terminal), time.monotonic(), cpu_seconds(process)
-        time.sleep(3.0)
-        elapsed = time.monotonic() - begun
-        drawn, used = count_frames(terminal) - frames, cpu_seconds(process) - used
-        terminal.wait_for("missed 0")
-        assert drawn / elapsed >= 5
-        assert used / elapsed < 0.9
-
-
-def count_frames(terminal):
-    """Every drawing changes the line with the stream's age."""
-    return terminal.output.count(b"last state")
-
-
-def cpu_seconds(process):
-    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -59,13 +59,6 @@ def test_a_calibration_equals_its_copy_wherever_the_base_frame_is(
     assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)
 
 
-def test_new_data_can_be_named(run, session, calibrated, other):
-    files = [calibrated / "calibration.json", other / "calibration.json"]
-    _, out, _ = run(*files, "--data", session / "right", "--json")
-    (row,) = json.loads(out)["placements"]
-    assert row["name"].endswith("right")
-
-
 def test_where_all_were_trained_nothing_is_said(run, session, calibrated):
     _, out, err = run(calibrated / "calibration.json", "--data", session / "front", "--json")
     result = json.loads(out)
