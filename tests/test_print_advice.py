@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import printed_parts
 import pytest
+from cases import by_table
 
 from mukca.solver.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
@@ -35,17 +36,7 @@ def test_its_mounts_are_those_that_are_made(name):
     assert payload[1:] == _payload(name)
 
 
-@pytest.mark.parametrize(
-    ("page", "mounts"),
-    [
-        ("universal-robots", ["iso-50-4-m6"]),
-        ("franka", ["franka-flange", "franka-hand"]),
-        ("xarm", ["xarm", "strap"]),
-        ("kinova", ["gen3-lite", "strap"]),
-        ("kuka", ["iiwa14"]),
-        ("piper", ["iso-50-4-m6"]),
-    ],
-)
+@by_table("page", "mounts")
 def test_pages_of_arms_say_what_to_tell_the_arm(page, mounts):
     text = " ".join((FOLDER / f"{page}.md").read_text().split())
     told = re.findall(r"weighs (\d+ g),(?: with its centre)? (\d+ mm) be", text)

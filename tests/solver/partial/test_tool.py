@@ -73,22 +73,16 @@ def test_two_more_points_give_the_face(simulated):
     assert R[:, 0] == pytest.approx([1, 0, 0], abs=0.05)
 
 
-def test_an_axis_needs_another_point(simulated):
+def test_what_tells_too_little_is_said(simulated):
+    """Postures alike, one point for a direction, and three touches."""
     touches = simulated.touched(TIP)
-    with pytest.raises(MukcaError, match="tells no direction"):
-        mukca.tool(simulated.calibration, touches, "spike", axis=touches)
-
-
-def test_postures_alike_leave_a_direction_open(simulated):
-    q = simulated.touched(TIP).positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
+    q = touches.positions[:1] + np.linspace(0, 2e-4, 6)[:, None]
     found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("alike", q, [0] * 6))
     assert "turn the tool about two more axes" in found.text[0]
-
-
-def test_too_few_touches_are_refused(simulated):
-    few = simulated.touched(TIP, 3)
+    with pytest.raises(MukcaError, match="tells no direction"):
+        mukca.tool(simulated.calibration, touches, "spike", axis=touches)
     with pytest.raises(MukcaError, match="3 touches; a tip needs 4"):
-        mukca.tool(simulated.calibration, few)
+        mukca.tool(simulated.calibration, simulated.touched(TIP, 3))
 
 
 def written(file, touches):

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from cases import by_table
 from imagined import configurations, rigid
 
 import mukca
@@ -237,34 +238,7 @@ def test_urdf_models_that_mujoco_saved(export, calibrations, tmp_path):
     assert status == 0, err
 
 
-@pytest.mark.parametrize(
-    ("robot", "arm", "old", "new", "said"),
-    [
-        ("panda", "panda", "panda_joint1", "other", "do not match; of panda it lacks panda_joint1"),
-        ("panda", "ur5e", "^", "", "do not match; of panda it lacks panda_joint1"),
-        ("panda", "panda", "(?=name='panda_joint4')", "ref='0.1' ", "`ref`"),
-        ("panda", "panda", "(?=name='panda_joint4')", "pos='0 0 .1' ", "has a `pos`"),
-        ("panda", "panda", ' name="panda_joint4_body"', "", "holds all bodies of the arm"),
-        ("panda", "panda", "</mujoco>", "", "MuJoCo cannot read it"),
-        ("panda", "panda", "<!-- mine -->", "<!-- a -- b -->", "not well-formed XML"),
-        (
-            "panda",
-            "panda",
-            '(?s)(<body  name="panda_joint7.*?</body>)',
-            r"<frame>\1</frame>",
-            "hangs in a <frame>",
-        ),
-        ("ur5e", "ur10e", "^", "", " mm and "),
-        ("ur5e", "ur10e", "^", "", "is not that of"),
-        (
-            "panda",
-            "panda",
-            "(?<=name='panda_joint5' type='hinge' axis=')[^']*",
-            lambda axis: numbers(-np.array(axis[0].split(), float)),
-            "counts its angles otherwise",
-        ),
-    ],
-)
+@by_table("robot", "arm", "old", "new", "said")
 def test_a_model_that_does_not_fit_is_refused(
     refused, calibrations, tmp_path, robot, arm, old, new, said
 ):
@@ -275,6 +249,17 @@ def test_a_model_that_does_not_fit_is_refused(
     words = ("--to", "mjcf", "--like", mine, "--out", out)
     refused(said, "export", calibrations / f"{robot}.json", *words)
     assert not out.exists()
+
+
+def test_an_axis_the_other_way_round_is_told(refused, calibrations, tmp_path):
+    def other_way(axis):
+        return numbers(-np.array(axis[0].split(), float))
+
+    axis = r"(?<=name='panda_joint5' type='hinge' axis=')[^']*"
+    mine = tmp_path / "mine.xml"
+    mine.write_text(re.sub(axis, other_way, model_of(load_robot("panda"))))
+    words = (calibrations / "panda.json", "--to", "mjcf", "--like", mine, "--out", tmp_path / "o")
+    refused("counts its angles otherwise", "export", *words)
 
 
 def test_it_needs_a_model(refused, calibrations, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import by_table
 
 from mukca.drivers.arms import Motion, SimulatedArm
 from mukca.recorder import read_placement
@@ -72,18 +73,7 @@ def test_no_average_goes_across_two_episodes():
     assert rests_of(first + second, [0] * len(first) + [1] * len(second)) == []
 
 
-@pytest.mark.parametrize(
-    "visits",
-    [
-        ("front 0", "front 1", "left 0", "left 1", "right 0", "right 1"),
-        ("right 0", "right 1", "left 0", "left 1", "front 0", "front 1"),
-        ("left 1", "left 0", "front 1", "front 0"),
-        ("front 0", "front 1", "front 0"),
-        ("front 1", "left 0", "front 0", "left 1", "front 1"),
-        ("front 0", "front 1", "front 0", "front 1", "front 0", "front 1"),
-    ],
-    ids=", ".join,
-)
+@by_table("visits")
 def test_sockets_are_told_apart_in_whatever_order_they_were_visited(session, visits):
     """Placements are numbered by their first rest, and the socket of that rest is called 0."""
     robot = load_robot("panda")

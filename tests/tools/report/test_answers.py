@@ -19,11 +19,7 @@ def test_the_task_is_answered_place_by_place(document, report):
     }
     assert [use["rows"][1]["answer"] for use in answers.values()] == ["yes", "mostly", "no"]
     assert all(use["rows"][0]["answer"] == "trained on" for use in answers.values())
-
-
-def test_a_place_whose_distance_is_off_cannot_be_used(document, report):
-    """Small errors do not help where the model has shrunk."""
-    document["placements"][1]["calibrated"]["distance_error"] = -2e-3
+    document["placements"][1]["calibrated"]["distance_error"] = -2e-3  # the model has shrunk there
     rows = report(document)["answers"]["use"]["rows"]
     assert rows[1]["answer"] == "no" and rows[2]["answer"] != "no"
 
