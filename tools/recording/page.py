@@ -88,6 +88,8 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
+    protocol_version = "HTTP/1.1"  # one connection a browser, though it asks again and again
+    timeout = 10.0
 
     def do_GET(self) -> None:
         """Send the page, or the state that it asks for again and again."""
@@ -99,7 +101,8 @@ class _Handler(BaseHTTPRequestHandler):
         body = self.server.state if name else self.server.page
         self.send_response(200)
         kind = "application/json" if name else "text/html; charset=utf-8"
-        for header, value in {"Content-Type": kind, **HEADERS}.items():
+        length = str(len(body))
+        for header, value in {"Content-Type": kind, "Content-Length": length, **HEADERS}.items():
             self.send_header(header, value)
         self.end_headers()
         self.wfile.write(body)

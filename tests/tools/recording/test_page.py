@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 def ask(url, path, method="GET"):
     connection = http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)
-    connection.request(method, path)
+    connection.request(method, path, headers={"Connection": "close"})
     return connection.getresponse()
 
 
