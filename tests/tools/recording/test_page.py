@@ -4,6 +4,7 @@ import http.client
 import json
 import re
 import time
+from contextlib import closing
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -17,15 +18,17 @@ pytestmark = [pytest.mark.slow, pytest.mark.waits]
 
 
 def ask(url, path, method="GET"):
-    connection = http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)
-    connection.request(method, path, headers={"Connection": "close"})
-    return connection.getresponse()
+    """The status, the headers and the body of an answer."""
+    with closing(http.client.HTTPConnection(url.hostname, url.port, timeout=PATIENCE)) as asked:
+        asked.request(method, path)
+        answer = asked.getresponse()
+        return answer.status, answer.headers, answer.read().decode()
 
 
 def awaited(url, condition):
     """The first view that a browser is shown of which a condition is true."""
     end = time.monotonic() + PATIENCE
-    while not condition(view := json.load(ask(url, url.path + "state"))):
+    while not condition(view := json.loads(ask(url, url.path + "state")[2])):
         assert time.monotonic() < end, view
         time.sleep(0.05)
     return view
@@ -38,15 +41,14 @@ def test_the_page_is_live_read_only_and_behind_a_token(hand, tmp_path):
         url = urlsplit(found[0])
         path, token = url.path, url.path.strip("/")
         assert url.hostname == "127.0.0.1" and len(token) >= 20
-        page = ask(url, path)
-        text = page.read().decode()
-        assert page.status == 200 and "fetch" in text
+        status, headers, text = ask(url, path)
+        assert status == 200 and "fetch" in text
         assert not re.search(r"https?:|//[a-z]|src=|@import|url\(|innerHTML", text)
-        assert "default-src 'none'" in str(page.getheader("Content-Security-Policy"))
+        assert "default-src 'none'" in headers["Content-Security-Policy"]
         for wrong in ("/", "/x/", path + "x", "/" + "x" * len(token) + "/", path[:-2] + "/"):
-            assert ask(url, wrong).status == 404
+            assert ask(url, wrong)[0] == 404
         for method in ("POST", "PUT", "DELETE", "OPTIONS"):
-            assert ask(url, path, method).status == 501
+            assert ask(url, path, method)[0] == 501
         capture(terminal, "a", "captured sample 1")
         view = awaited(url, lambda view: view.get("counts") == [1, 0])
         assert view["words"] in ("GOT 1", "MOVE") and (view["socket"], view["target"]) == (0, 30)
