@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
+
 HOLES = {
     "frontcenter": (0, 0),
     "frontleft": (0, -200),
@@ -45,6 +48,11 @@ def write_rows(file, rows, names=()):
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text("\n".join(lines) + "\n")
     return file
+
+
+def write_samples(folder, placement):
+    """Write a placement as the recorder does."""
+    write_files(folder, sample_files(placement))
 
 
 def turned(folder, joint, angle):

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from altered import write_samples
 from worlds import realistic_flaws
 
-from mukca.recorder import sample_files
-from mukca.solver.results import write_files
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.recording import recorded_beside
@@ -43,7 +42,7 @@ def lead(folder):
         read = [replace(s, position=tuple(np.add(s.position, zeros).tolist())) for s in led.samples]
         zero, one = read[: 2 * TURN], read[2 * TURN :]
         turns = (*zero[:TURN], *one[:TURN], *zero[TURN:], *one[TURN:])
-        write_files(folder / name, sample_files(replace(led, samples=turns)))
+        write_samples(folder / name, replace(led, samples=turns))
 
 
 @pytest.mark.slow

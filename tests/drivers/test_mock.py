@@ -7,7 +7,6 @@ from cases import by_table
 from driver_errors import refused
 
 from mukca import MukcaError, open_driver
-from mukca.drivers import clock
 
 pytestmark = pytest.mark.usefixtures("virtual_time")
 
@@ -46,10 +45,10 @@ def test_every_state_comes_once_in_order_along_a_minimum_jerk_path(arm):
     assert max(abs(b - a) for a, b in pairwise(steps)) < 6 / 50**2  # no jump of the velocity
 
 
-def test_states_come_at_the_arm_s_rate(arm):
-    begun = clock.now()
+def test_states_come_at_the_arm_s_rate(arm, virtual_time):
+    begun = virtual_time.now()
     states(arm("&speed=1"), 50)
-    assert clock.now() - begun == pytest.approx(0.49, abs=1e-3)
+    assert virtual_time.now() - begun == pytest.approx(0.49, abs=1e-3)
 
 
 def test_the_noise_is_as_asked_and_the_same_for_a_seed(arm):
@@ -67,13 +66,13 @@ def test_a_fault_may_affect_a_share_of_the_states_and_have_no_end(arm):
     assert 200 < sum(short) < 400
 
 
-def test_a_dropped_connection_comes_back_to_an_arm_that_went_on(arm):
+def test_a_dropped_connection_comes_back_to_an_arm_that_went_on(arm, virtual_time):
     fault = "&fault=drop@0.5+10"
     with refused("UNREACHABLE", match="dropped"):
         states(arm(fault), 10000)
     with pytest.raises(MukcaError, match="does not answer"):
         arm(fault)
-    clock.sleep(0.6)
+    virtual_time.sleep(0.6)
     with arm(fault) as again:
         assert again.read(1.0).stamp > 10.4
     with arm(fault) as anew:

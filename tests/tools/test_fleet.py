@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import turned
+from altered import turned, write_samples
 
 import mukca
-from mukca.recorder import sample_files
 
 pytestmark = pytest.mark.slow
 
@@ -98,10 +97,7 @@ def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):
     for name, seed in (("a", 1), ("b", 2)):
         robot = mukca.load_robot("panda")
         _, (one,) = mukca.simulate_recordings(robot, 1, samples=12, seed=seed, rotation=0.012)
-        folder = tmp_path / "fleet" / "mixed" / name
-        folder.mkdir(parents=True)
-        for file, content in sample_files(one).items():
-            (folder / file).write_bytes(content)
+        write_samples(tmp_path / "fleet" / "mixed" / name, one)
     words = ("--robot", "panda", "--processes", "1", "--out", tmp_path / "out")
     (row,) = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
     (last,) = row["sessions"]

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from altered import write_samples
 
 import mukca
-from mukca.recorder import sample_files
-from mukca.solver.results import write_files
 
 VERBS = {
     "tool": ("tool", "cal", "since"),
@@ -23,7 +22,7 @@ def said(simulated, tmp_path, command, monkeypatch):
         monkeypatch.chdir(tmp_path)
         simulated.calibration.save(tmp_path / "cal")
         placement = mukca.Placement.of_arrays("since", q, sockets, names, distance=0.05)
-        write_files(tmp_path / "since", sample_files(placement))
+        write_samples(tmp_path / "since", placement)
         status, out, error = command(*VERBS[verb])
         return status, out, error
 

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import write_samples
 
 import mukca
 from mukca import MukcaError
-from mukca.recorder import sample_files
-from mukca.solver.results import write_files
 
 pytestmark = pytest.mark.slow
 
@@ -95,7 +94,7 @@ def test_zeros_of_a_servo_arm_that_was_never_calibrated():
 
 
 def test_the_command_says_and_writes_what_was_found(simulated, tmp_path, command):
-    write_files(tmp_path / "since", sample_files(simulated.read({3: 5e-3})))
+    write_samples(tmp_path / "since", simulated.read({3: 5e-3}))
     simulated.calibration.save(tmp_path / "cal")
     words = ("rezero", tmp_path / "cal", tmp_path / "since")
     status, out, _ = command(*words, "--json", "--out", tmp_path / "new")

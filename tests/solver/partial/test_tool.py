@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import write_rows
+from altered import write_rows, write_samples
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca import MukcaError
-from mukca.recorder import sample_files
-from mukca.solver.results import write_files
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
@@ -129,7 +127,7 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     assert all(line in page for line in told.partition("Wrote")[0].splitlines())
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
-    write_files(tmp_path / "front", sample_files(simulated.touched(TIP)))
+    write_samples(tmp_path / "front", simulated.touched(TIP))
     status, out, _ = command(*words[:2], tmp_path / "front" / "samples.csv", "--json")
     assert status == 0 and json.loads(out)["xyz"] == pytest.approx(said["xyz"])
     status, _, error = command(*words[:2], tmp_path / "nothere.csv")

@@ -5,14 +5,13 @@ import json
 
 import numpy as np
 import pytest
+from altered import write_samples
 from msgspec import structs
 
 import mukca
-from mukca.recorder import sample_files
 from mukca.solver.assessment import Options, limits_of, rows_since
 from mukca.solver.calibration import Calibration
 from mukca.solver.data import Metrics, measure
-from mukca.solver.results import write_files
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
@@ -44,7 +43,7 @@ def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated):
 
 @pytest.mark.slow
 def test_the_command_says_what_to_do_next(simulated, tmp_path, command):
-    write_files(tmp_path / "since", sample_files(simulated.read({3: 3e-3})))
+    write_samples(tmp_path / "since", simulated.read({3: 3e-3}))
     simulated.calibration.save(tmp_path / "cal")
     words = ("check", tmp_path / "since", "--calibration", tmp_path / "cal")
     status, out, _ = command(*words)
@@ -72,7 +71,7 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, tmp_path, co
     few = mukca.Placement.of_arrays(
         "few", since.positions[[0, 1, -2, -1]], [0, 0, 1, 1], distance=since.distance
     )
-    write_files(tmp_path / "few", sample_files(few))
+    write_samples(tmp_path / "few", few)
     simulated.calibration.save(tmp_path / "cal")
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "few")
@@ -82,7 +81,7 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, tmp_path, co
 def test_samples_that_were_trained_on_are_known_in_any_form(simulated, tmp_path, command):
     cal = simulated.calibration
     first = cal.document.data[0].placement(cal.robot.joint_names)
-    write_files(tmp_path / "first", sample_files(first))
+    write_samples(tmp_path / "first", first)
     status, _, error = command(
         "convert", tmp_path / "first", "--to", "holes", "--out", tmp_path / "holes"
     )
@@ -127,8 +126,8 @@ def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
     document = structs.replace(old.document, placements=tuple(rows), settings=settings)
     Calibration(document, old.calibrated, old.source).save(tmp_path / "cal")
     pairs = since.positions, since.sockets
-    write_files(tmp_path / "told", sample_files(since))
-    write_files(tmp_path / "untold", sample_files(mukca.Placement.of_arrays("untold", *pairs)))
+    write_samples(tmp_path / "told", since)
+    write_samples(tmp_path / "untold", mukca.Placement.of_arrays("untold", *pairs))
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "untold")
         assert status == 3 and "the distance was not given: 50 mm assumed" in out
