@@ -1,6 +1,8 @@
 """The parts that the tests look at: defaults and extremes, each built once a process."""
 
+import json
 from functools import cache
+from pathlib import Path
 
 from mesh_checks import load_stl
 
@@ -15,25 +17,9 @@ from mukca.tools.printables import (
     grip,
 )
 
-BASES: dict[str, SocketBase] = {
-    "default": SocketBase(),
-    "nearest": SocketBase(distance=36),
-    "long": SocketBase(distance=120),
-    "longest": SocketBase(distance=152),
-    "three": SocketBase(sockets=3),
-    "three nearest": SocketBase(sockets=3, distance=46),
-    "three farthest": SocketBase(sockets=3, distance=152),
-    "small ball": SocketBase(distance=26, ball=10),
-    "three small balls": SocketBase(distance=46, ball=10, sockets=3),
-    "large ball": SocketBase(distance=56, ball=40),
-    "three large balls": SocketBase(distance=120, ball=40, sockets=3),
-    "tight": SocketBase(clearance=0.3),
-    "loose": SocketBase(clearance=1.0),
-    "low": SocketBase(height=23),
-    "high": SocketBase(height=60),
-    "anchored": AnchoredBase(arm="so101", width=80, front=45),
-    "odd": SocketBase(distance=61.803, ball=19.05, clearance=0.37, height=33.3),
-}
+SIZES = json.loads(Path(__file__).with_name("printed_bases.json").read_text())
+BASES: dict[str, SocketBase] = {name: SocketBase(**size) for name, size in SIZES.items()}
+BASES["anchored"] = AnchoredBase(arm="so101", width=80, front=45)
 
 BALLS: dict[str, BallPart] = {
     **{name: BallPart(mount) for name, mount in MOUNTS.items()},

@@ -22,22 +22,7 @@ from mukca.recorder import hole_files, sample_files
 from mukca.tools.cli import main
 
 STORED = Path(__file__).with_name("stored")
-COMMANDS = (
-    "info front left right",
-    "check front left --robot panda --distance 0.05",
-    "solve front --test left --robot panda --distance 0.05 --out solved",
-    "validate calibrated/calibration.json right --distance 0.05",
-    "report calibrated/calibration.json --out reported",
-    "compare calibrated/calibration.json --data right",
-    "crossval front left --robot panda --distance 0.05 --method paper",
-    "export calibrated/calibration.json --to mdh --out mdh.csv",
-    "check right --calibration calibrated/calibration.json",
-    "rezero calibrated/calibration.json right --distance 0.05",
-    "print-parts --out parts --mount none --format svg",
-    "robots",
-    "drivers",
-    "solve front --robot nothing",
-)
+COMMANDS = Path(__file__).with_name("stored_commands.txt").read_text().splitlines()
 FREE = {
     "versions",
     "data_sha256",

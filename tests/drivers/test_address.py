@@ -1,6 +1,5 @@
 """Addresses: what they stand for, and what is said of those that stand for nothing."""
 
-import pytest
 from cases import by_table
 from driver_errors import refused
 
@@ -25,13 +24,7 @@ def test_an_option_that_is_not_known_names_those_that_are():
         open_driver("ur", "host?speed=1")
 
 
-@pytest.mark.parametrize(
-    ("address", "bus"),
-    [
-        ("no_such_can", "socketcan/no_such_can"),
-        ("slcan//dev/no_such_port?bitrate=1000000", "slcan//dev/no_such_port"),
-    ],
-)
+@by_table("address", "bus")
 def test_a_can_bus_that_is_not_there_says_how_to_bring_it_up(address, bus):
     with refused("UNREACHABLE", match=f"CAN bus {bus} .*ip link set can0 up"):
         open_driver("piper", address)

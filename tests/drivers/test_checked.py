@@ -113,23 +113,19 @@ def test_a_silence_says_what_was_thrown_away(clock):
         Scripted().read(1.0)
 
 
-def test_a_connection_is_ended_once_and_gives_nothing_then():
-    driver = Scripted(0.1, 0.2)
+@pytest.mark.parametrize("ends", [None, DriverError(Reason.PROTOCOL, "noise")])
+def test_a_connection_is_ended_once_and_gives_nothing_then(ends):
+    """By its owner, or by an error that cannot be mended."""
+    driver = Scripted(0.1, ends or 0.2, 0.3)
     driver.read(1.0)
-    driver.close()
-    driver.close()
+    if ends:
+        with pytest.raises(DriverError, match="noise"):
+            driver.read(1.0)
+    else:
+        driver.close()
+        driver.close()
     assert driver.closed == 1
     with refused("UNREACHABLE", match="closed"):
-        driver.read(1.0)
-
-
-def test_an_error_that_cannot_be_mended_ends_the_connection():
-    driver = Scripted(0.1, DriverError(Reason.PROTOCOL, "noise"), 0.2)
-    driver.read(1.0)
-    with pytest.raises(DriverError, match="noise"):
-        driver.read(1.0)
-    assert driver.closed == 1
-    with pytest.raises(DriverError, match="closed"):
         driver.read(1.0)
 
 

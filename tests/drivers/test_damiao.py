@@ -11,21 +11,15 @@ from mukca.drivers import clock
 from mukca.drivers.transport import CanBus, parse_can_address
 
 
-def test_an_enabled_motor_is_refused(tmp_path):
-    with emulated("damiao", tmp_path) as emulation:
-        driver = open_driver("damiao", emulation.address)
-        driver.read(1)
-        emulation.emulator.status = 1
-        with driver, refused("WRONG_MODE", match="is enabled: end the program"):
-            driver.read(1)
-
-
-def test_what_troubles_a_motor_is_told(tmp_path):
+def test_what_troubles_a_motor_is_told_and_an_enabled_one_refused(tmp_path):
     with emulated("damiao", tmp_path) as emulation:
         emulation.emulator.status = 9
-        with open_driver("damiao", f"{emulation.address}&ids=2,3") as arm:
-            arm.read(1)
-            assert arm.status == "motor 2: under-voltage, motor 3: under-voltage"
+        with open_driver("damiao", f"{emulation.address}&ids=2,3") as driver:
+            driver.read(1)
+            assert driver.status == "motor 2: under-voltage, motor 3: under-voltage"
+            emulation.emulator.status = 1
+            with refused("WRONG_MODE", match="is enabled: end the program"):
+                driver.read(1)
 
 
 @contextmanager

@@ -43,10 +43,8 @@ def test_efforts_may_lack(effort):
     """As ros2_control's joint_state_broadcaster has it for joints without a torque sensor."""
     state = first_state(joint_state(7) | {"effort": effort})
     assert (state.position, state.effort) == (arm_state(7)[0], None)
-
-
-def test_an_effort_that_lacks_elsewhere_does_no_harm():
-    assert first_state(joint_state(7) | {"effort": [None, 20.0, 10.0, 30.0]}).effort
+    elsewhere = [None, 20.0, 10.0, 30.0]  # at the gripper
+    assert first_state(joint_state(7) | {"effort": elsewhere}).effort
 
 
 def test_headers_without_a_stamp_are_told_and_arrival_times_taken():
@@ -76,18 +74,13 @@ def test_nothing_is_printed_of_a_message_that_is_none():
     assert "Traceback" not in told
 
 
-def test_without_a_model_all_joints_are_read():
-    with rosbridge() as bridge, open_driver("ros", bridge.address) as driver:
-        assert driver.joint_names == NAMES
-
-
-def test_the_topic_is_a_setting():
+def test_the_topic_is_a_setting_and_without_a_model_all_joints_are_read():
     topic = "/left/joint_states"
     with (
         rosbridge(topic=topic) as bridge,
         open_driver("ros", f"ws://{bridge.address}?topic={topic}") as driver,
     ):
-        assert driver.read(PATIENCE).position
+        assert driver.joint_names == NAMES and driver.read(PATIENCE).position
 
 
 ODD = [

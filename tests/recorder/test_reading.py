@@ -60,13 +60,7 @@ def test_windows_line_ends_and_byte_order_mark(tmp_path):
     assert placement.positions[0].tolist() == [1, 2, 3]
 
 
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [
-        ("j3,j1,x,j2\n3,1,9,2\n", "j3,j1,x,j2\n6,4,9,5\n"),
-        ("a,b,c\n1,2,3\n", "a,b,c\n4,5,6\n"),
-    ],
-)
+@by_table("first", "second")
 def test_columns_go_by_known_names_or_by_order(tmp_path, first, second):
     ordered = read(holes(tmp_path, first, second)).for_joints(NAMES)
     assert ordered.positions.tolist() == [[1, 2, 3], [4, 5, 6]]

@@ -54,15 +54,12 @@ def test_duplicates_and_stuck_joints_are_told(look, placements):
     samples = list(front.samples)
     samples[1] = replace(samples[0], position=tuple(np.array(samples[0].position) + 1e-5))
     assert codes(look([replace(front, samples=tuple(samples)), *placements[1:]])) == ["duplicate"]
+    assert codes(look([*placements[:2], replace(front, name="again")])) == ["copies"]  # told once
     stuck = [replace(s, position=(*s.position[:6], 0.1)) for s in front.samples]
     found = [
         f for f in look([replace(front, samples=tuple(stuck))]).diagnostics if f.code == "still"
     ]
     assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
-
-
-def test_a_copy_is_told_once(look, placements):
-    assert codes(look([*placements[:2], replace(placements[0], name="again")])) == ["copies"]
 
 
 def test_a_placement_that_no_model_explains_is_told(look, placements):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from altered import HOLES
+from cases import by_table
 
 import mukca
 from mukca.tools.cli import main
@@ -107,13 +108,7 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "options",
-    [
-        ["--method", "paper", "--regularization", "1e-3", "--fix", "panda_joint1", "*.z"],
-        ["--method", "auto", "--without", "transmission", "--payload", "0.5"],
-    ],
-)
+@by_table("options")
 def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options):
     monkeypatch.chdir(shutil.copytree(session, tmp_path / "session"))
     main(["solve", "front", "--test", "left", "--robot", "panda", *options, "--out", "one"])
