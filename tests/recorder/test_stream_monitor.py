@@ -98,6 +98,17 @@ def test_the_threshold_of_stillness_is_the_one_asked_for(still, share, at_rest):
     assert at_rest or monitor.moving.startswith("still moving: b by")
 
 
+@pytest.mark.parametrize("fault", ["nan", "zeros", "short", "repeat", "jump"])
+def test_a_fault_of_one_state_bars_capture_for_a_window(sent, fault):
+    monitor = StreamMonitor(JOINTS)
+    for moment, state in sent(1.0, f"{fault}@0.5+0.001"):
+        monitor.feed(state, moment)
+        if 0.3 < moment < 0.4995 or moment > 0.83:
+            assert monitor.trouble(moment) is None, moment
+        if 0.4995 < moment < 0.76:
+            assert monitor.trouble(moment) is not None, moment
+
+
 @pytest.mark.slow
 def test_a_jump_that_stays_bars_capture_for_good(sent):
     assert "has not come back" in str(fed(sent(7.0, "jump@0.5+inf")).trouble(7.0))

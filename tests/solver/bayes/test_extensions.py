@@ -97,6 +97,14 @@ def test_gross_outliers_hardly_count():
     assert robust.document.noise.nu < clean.document.noise.nu
 
 
+def test_leaving_one_out_drops_what_does_not_help():
+    robot = mukca.load_robot("ur5e")
+    _, train = mukca.simulate_recordings(robot, 3, seed=7, noise=1e-4)
+    found = mukca.calibrate(robot, train)
+    assert [note.split(":")[0] for note in found.document.choices or ()] == list(EXTENSIONS)
+    assert found.document.deflection == {}
+
+
 def test_of_many_placements_some_are_left_out_at_a_time():
     robot = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(robot, 6, samples=8, seed=3, compliance=3e-4)

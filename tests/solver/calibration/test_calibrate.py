@@ -63,7 +63,7 @@ def test_every_public_name_is_there():
 
 
 @pytest.mark.slow
-def test_errors_are_there_per_placement_and_as_a_table(calibration):
+def test_errors_are_there_per_placement_and_as_a_table(calibration, recordings):
     assert [(e.name.split("/")[-1], e.role) for e in calibration.errors] == [
         ("front", "train"),
         ("left", "test"),
@@ -75,6 +75,12 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration):
     table = str(calibration)
     assert "panda" in table and "left" in table and len(table.splitlines()) < 25
     assert f"{1e3 * left.calibrated.mean_absolute_error:.3f}" in table
+    assert "(as the recording says)" in table and "Verdict: PASS" in table
+    train, test = recordings
+    how = {"distance": 0.051, "method": "paper"}
+    wrong = repr(mukca.calibrate(calibration.robot, train, test=test, **how))
+    assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
+    assert "error: all placements: the arm comes out" in wrong
 
 
 @pytest.mark.slow
@@ -108,6 +114,14 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session):
     assert validated.as_dict()["placements"][1]["calibrated"] == pytest.approx(
         calibration.errors.as_dict()["placements"][1]["calibrated"]
     )
+
+
+def test_what_is_trained_on_is_left_out_of_the_test(session, calibration):
+    robot = mukca.load_robot("panda")
+    front, everything = (mukca.read_placements(p) for p in (session / "front", session))
+    again = mukca.calibrate(robot, front[0], test=everything, method="paper")
+    assert [e.role for e in again.errors] == ["train", "test", "test"]
+    assert any("front: trained on, so left out" in line for line in again.document.warnings)
 
 
 @by_table("settings", "words")

@@ -29,6 +29,12 @@ def test_a_wrong_distance_is_found(look, placements, given, level, words):
     assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
 
 
+def test_samples_that_any_model_fits_accuse_no_placement(look, placements):
+    """Of three in each socket the fit leaves nothing but rounding."""
+    few = [replace(p, samples=(*p.samples[:3], *p.samples[20:23])) for p in placements]
+    assert not [f for one in look(few).placements for f in one.diagnostics if f.level == "error"]
+
+
 def test_a_forgotten_distance_is_found(look, record_at):
     long = record_at([0.5, 0.0, 0.1], 3, distance=0.12)
     assert look([long]).diagnostics == ()
