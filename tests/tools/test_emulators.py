@@ -6,6 +6,7 @@ import socket
 import struct
 
 import pytest
+from cases import by_table
 from emulation import emulated
 
 from mukca import open_driver
@@ -80,15 +81,7 @@ def test_a_client_that_reads_nothing_does_no_harm(name, tmp_path):
             assert driver.read(1)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("feetech", "ffff010202fa"),  # no registers are named
-        ("dynamixel", "fffffd0001030002134e"),
-        ("ur", "000b4f0000000000000001" + "000353"),  # outputs at a rate of 5e-324 Hz
-        ("ur", "000c4f405f40000000000078" + "000353"),  # an output that there is not, and a start
-    ],
-)
+@by_table("name", "message")
 def test_a_request_that_makes_no_sense_does_no_harm(name, message, tmp_path):
     with emulated(name, tmp_path) as emulation:
         host, _, port = emulation.address.partition(":")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 from worlds import realistic_flaws
 
 import mukca
@@ -11,20 +12,9 @@ from mukca.solver.data import STANDARD_LOAD, Load, measure
 from mukca.solver.diagnostics import Given, inspect_all
 from mukca.tools.simulation import perturb, reachable_bases, record
 
-G, SLOPE = 9.80665, 9.80665 / 2**0.5
-
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "gravity", "option"),
-    [
-        ("panda", (0.0, 0.0, G), "--gravity 0 0 9.81"),
-        ("ur5e", (G, 0.0, 0.0), "--gravity 9.81 0 0"),
-        ("panda", (SLOPE, 0.0, -SLOPE), "--gravity 6.93 0 -6.93"),
-        ("panda", (0.0, 0.0, -G), ""),
-        ("ur5e", (0.0, 0.0, -G), ""),
-    ],
-)
+@by_table("name", "gravity", "option")
 def test_gravity_that_was_not_said_is_named(name, gravity, option):
     robot, generator = mukca.load_robot(name), np.random.default_rng([0, 5])
     arm = perturb(robot, generator, 1e-3, 5e-3)
