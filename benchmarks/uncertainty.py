@@ -33,7 +33,7 @@ from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
 from mukca.solver.bayes.results.uncertainty import (
     deviations,
     distance_deviations,
-    prior_deviations,
+    prior_covariance,
 )
 from mukca.solver.calibration import SolveOptions
 from mukca.solver.calibration.fit import fit_robots
@@ -162,7 +162,8 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     if kind != "servos":
         n = found.model.geometry
         deviation = deviations(found)[:n]
-        decided = (deviation > 0) & (deviation < 0.5 * prior_deviations(found)[:n])
+        prior = np.sqrt(np.diag(prior_covariance(found)))[:n]
+        decided = (deviation > 0) & (deviation < 0.5 * prior)
         true = truth.arm.origins.ravel()[found.model.ball.free]
         errors["parameters"] = ((found.values - true)[decided] / deviation[decided]).tolist()
     return {**errors, "extended": [float(bool(found.model.extensions))]}
