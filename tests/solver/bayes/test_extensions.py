@@ -81,19 +81,19 @@ def test_measured_efforts_tell_how_an_arm_bends(panda):
 def test_gross_outliers_hardly_count():
     """A tenth of the balls, 5 to 50 mm off."""
     robot, generator = mukca.load_robot("panda"), np.random.default_rng(9)
-    _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=1, noise=1e-4)
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=20, seed=1, noise=1e-4)
     spoilt = []
     for placement in train:
         q = placement.positions.copy()
-        turns = generator.choice([-1, 1], 6) * generator.uniform(0.02, 0.1, 6)
-        q[np.arange(0, 60, 10), generator.integers(1, 4, 6)] += turns
+        turns = generator.choice([-1, 1], 4) * generator.uniform(0.02, 0.1, 4)
+        q[np.arange(0, 40, 10), generator.integers(1, 4, 4)] += turns
         spoilt.append(moved(placement, q))
     clean, robust = (
         mukca.calibrate(robot, data, test=test, without=EXTENSIONS) for data in (train, spoilt)
     )
     assert held_out(robust) < 1.15 * held_out(clean)
     weights = [s.weight for p in robust.document.data for s in p.samples if s.weight is not None]
-    assert np.sort(weights)[:10].max() < 0.06
+    assert np.sort(weights)[:8].max() < 0.06
     assert robust.document.noise.nu < clean.document.noise.nu
 
 
