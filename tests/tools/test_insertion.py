@@ -36,7 +36,7 @@ def report(shared):
 
     def report(experiment):
         def make(out):
-            with patch("mukca.tools.experiments.pictures.INTERVAL", 1.0):  # between frames [s]
+            with patch("mukca.tools.experiments.pictures.INTERVAL", 2.0):  # between frames [s]
                 result = simulate(*words_of(experiment, out))
             assert json.loads((out / "simulation.json").read_text()) == result
 
