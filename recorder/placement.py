@@ -154,7 +154,8 @@ class Placement:
         return replace(self, samples=picked, joint_names=tuple(joint_names))
 
     def _order(self, joint_names: tuple[str, ...]) -> list[int] | None:
-        where = self.samples[0].where
+        file = self.files[0] if self.files else self.name
+        where = self.samples[0].where or self.name
         columns = self.joint_names
         matched = [] if columns is None else [name for name in joint_names if name in columns]
         if columns is not None and len(matched) == len(joint_names):
@@ -162,7 +163,7 @@ class Placement:
         if matched:
             missing = [name for name in joint_names if name not in matched]
             raise RecordingError(
-                f"{self.files[0]}: the header names {len(matched)} of the robot's "
+                f"{file}: the header names {len(matched)} of the robot's "
                 f"{len(joint_names)} joints; missing: {', '.join(missing)}. Name all of them, "
                 "or none (columns then go by order)"
             )

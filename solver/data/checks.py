@@ -49,9 +49,15 @@ def measure(
     warnings = list(placement.remarks)
     names = placement.joint_names
     if names is not None and not set(names) & set(robot.joint_names):
+        joints = ", ".join(robot.joint_names)
+        if not placement.files:
+            raise MeasurementError(
+                f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
+                f"({', '.join(names)}); give the robot's names, or none for the robot's order"
+            )
         warnings.append(
             f"{placement.files[0]}: no column is called like a joint of the robot "
-            f"({', '.join(robot.joint_names)}); the columns are taken in order"
+            f"({joints}); the columns are taken in order"
         )
     ordered = placement.for_joints(robot.joint_names)
     _check_limits(ordered, robot, warnings)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from mukca.recorder import read_placement
+from mukca.errors import MukcaError
+from mukca.recorder import Placement, read_placement
 from mukca.solver.data import (
     KnownError,
     RobotRecordings,
@@ -57,3 +58,11 @@ def test_bad_known_distances_are_told(text):
 def test_known_distances_need_their_sockets(two, panda, text):
     with pytest.raises(KnownError):
         observe(two, panda, known=[parse_known(text)])
+
+
+@pytest.mark.parametrize("known", [0, 3])
+def test_arrays_whose_joint_names_the_robot_lacks_are_refused(panda, known):
+    names = [*panda.joint_names[:known], *(f"elbow{j}" for j in range(known, 7))]
+    placement = Placement.of_arrays("a", [[0.1] * 7, [0.2] * 7], [0, 1], names)
+    with pytest.raises(MukcaError, match=r"^a: .*panda_joint4"):
+        measure(placement, panda)
