@@ -15,7 +15,6 @@ from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend
 from ..bayes.model.effects import EFFECTS
 from ..data import (
-    WORLD,
     Measurement,
     Pose,
     RobotRecordings,
@@ -165,25 +164,15 @@ def stored_posterior(
     """
     if found.arms[1:] and (found.arms[robot].data.sockets < 0).any():
         return None
-    arm, own, end = found.arms[robot], found.own[robot], len(found.covariance)
-    count, base = len(found.arms), found.scene.bases[robot]
-    frames, first = found.own[-1].stop, end - arm.centres.size
-    rows = [*range(own.start, own.start + arm.model.scalars)]
-    rows += range(frames, first) if count == 1 else ()
+    arm, count = found.arms[robot], len(found.arms)
+    known = found.covariance if count == 1 else arm.covariance
+    size, first = arm.model.size, len(known) - arm.centres.size
     seated = [m for m in recordings.measurements if m.kind == "sockets"]
     named = [(base_name(m, count), s) for m in seated for s in m.sockets]
     kept = [arm.data.labels.index(name) for name in named]
-    slopes = np.zeros((len(rows) + 3 * len(kept), end))
-    slopes[range(len(rows)), rows] = 1.0
-    pose = found.bases[robot]
-    for k, of_socket in zip(kept, slopes[len(rows) :].reshape(-1, 3, end), strict=True):
-        of_socket[:, first + 3 * k : first + 3 * k + 3] = pose.rotation.T
-        if base != WORLD:
-            by_base = pose.slopes(arm.centres[k : k + 1])[0]
-            of_socket[:, frames + 6 * base : frames + 6 * base + 6] = -pose.rotation.T @ by_base
-    used = np.flatnonzero(slopes.any(axis=0))  # none of the curves
-    slopes = slopes[:, used]
-    sigma = slopes @ found.covariance[np.ix_(used, used)] @ slopes.T
+    of_centres = (first + 3 * np.array(kept, dtype=int)[:, None] + np.arange(3)).ravel()
+    rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
+    sigma = known[np.ix_(rows, rows)]
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}

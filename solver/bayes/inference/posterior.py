@@ -25,7 +25,7 @@ class Posterior:
     centres: np.ndarray
     """Socket centres in the robot's base, shape (S, 3) [m]."""
     covariance: np.ndarray
-    """Covariance of x and the centres, shape (size + 3 S, size + 3 S)."""
+    """Covariance of x and the centres, in the robot's base as well, (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
     """The priors, with the widths that the data gave them."""
     noises: Mapping[Kind, Noise]
@@ -151,7 +151,7 @@ class JointPosterior:
     def _arm(self, robot: int) -> Posterior:
         objective, state, own = self.objective, self.state, self.own[robot]
         rows, base = objective.rows.own[robot], objective.rows.base(robot, state.frames)
-        rows_known = np.r_[own, objective.dense : objective.size]
+        centres = state.centres if base is None else base.inverse().apply(state.centres)
         mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
         kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
         noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
@@ -162,8 +162,8 @@ class JointPosterior:
             self.models[robot],
             self.scene.arms[robot],
             state.x[own],
-            state.centres if base is None else base.inverse().apply(state.centres),
-            self.whole[np.ix_(rows_known, rows_known)],
+            centres,
+            self._in_base(robot, centres, self._in_base(robot, centres, self.whole).T),
             tuple(replace(g, members=g.members - own.start) for g in mine),
             noises,
             state.linear.points[rows],
@@ -172,3 +172,16 @@ class JointPosterior:
             tuple(x[own] for x in self.iterates),
             moved,
         )
+
+    def _in_base(self, robot: int, centres: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Return changes of a robot's x and of the centres in its base, by those of all unknowns.
+
+        They have shape (n, k); a change of the base shifts the centres of sockets that stand.
+        """
+        objective, base = self.objective, self.objective.rows.base(robot, self.state.frames)
+        of_x, of_centres = changes[self.own[robot]], changes[objective.dense : objective.size]
+        if base is not None:
+            of_base = changes[objective.of_frame(self.scene.bases[robot])]
+            shifted = of_centres.reshape(-1, 3, changes.shape[1]) - base.slopes(centres) @ of_base
+            of_centres = (base.rotation.T @ shifted).reshape(of_centres.shape)
+        return np.concatenate([of_x, of_centres])

@@ -8,9 +8,14 @@ import pytest
 from worlds import measured_points, recorded_by_both
 
 import mukca
+from mukca.solver.bayes.inference import estimate
+from mukca.solver.bayes.model import extend
+from mukca.solver.bayes.model.effects import JOINT_OFFSET
+from mukca.solver.bayes.results import workspace_errors
 from mukca.solver.calibration import posterior_of
-from mukca.solver.data import Pose, turn
-from mukca.solver.robot import BallModel, rotation_rpy
+from mukca.solver.data import STANDARD_LOAD, Pose, RobotRecordings, measure, observe_all, turn
+from mukca.solver.design import predicted_posterior
+from mukca.solver.robot import BallModel, choose_parameters, rotation_rpy
 from mukca.tools.simulation import Base, perturb
 
 pytestmark = pytest.mark.slow
@@ -87,6 +92,24 @@ def test_noise_makes_errors_as_large_as_stated(noisy, found):
         balls = [found["A"].ball(a.positions), found["B"].ball(b.positions)]
         errors += [pose.apply(balls[1]).mean(axis=0) - balls[0].mean(axis=0)]
     assert np.linalg.norm(errors, axis=1).max() < 3 * told.tool_deviation
+
+
+@pytest.mark.parametrize("extensions", [(), (JOINT_OFFSET.name,)])
+def test_an_arm_is_known_alike_whichever_is_the_first(noisy, extensions):
+    """Its errors in the workspace, where those of samples are alike, too, and after more."""
+    arms = {
+        name: RobotRecordings(robot, [measure(p, robot) for p in noisy.placements[name]], name=name)
+        for name, robot in noisy.robots.items()
+    }
+    errors = []
+    for names in ("AB", "BA"):
+        own = [arms[name] for name in names]
+        models = [extend(one.robot, choose_parameters(one.robot), extensions) for one in own]
+        posterior = estimate(models, observe_all(own)).arms[names.index("B")]
+        more = STANDARD_LOAD.by_socket(arms["B"].robot, arms["B"].measurements[0])
+        both = posterior, predicted_posterior(posterior, more)
+        errors.append([workspace_errors(one, STANDARD_LOAD).median for one in both])
+    assert errors[0] == pytest.approx(errors[1], rel=0.05)
 
 
 def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
