@@ -25,7 +25,7 @@ from ..data import (
 from ..paper import NotConverged
 from ..results import ErrorMap, JointEffect
 from ..robot import Robot, choose_parameters, workspace
-from .information import from_fit
+from .information import from_fit, updated
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -43,18 +43,20 @@ def predicted_posterior(
     positions, shape (N_k, m) [rad], and moments that hold the joints, shape (N_k, 3 m) [N m].
     """
     known = from_fit(posterior)
-    old, first = len(known.covariance), known.sockets
-    known = known.with_sockets(len(by_socket))
-    for k, (q, moments) in enumerate(by_socket, first):
-        known = known.with_samples(q, k, moments)
+    first, new = known.sockets, known.with_sockets(len(by_socket))
+    centres = 3 * len(by_socket)
+    rows = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
     before = next((known for known in posterior.data.known if known.on_base), None)
     if before is not None and len(by_socket) > 1:
         there = posterior.centres[before.second] - posterior.centres[before.first]
         zero, one = (posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2])
         u, v = (offset / np.linalg.norm(offset) for offset in (there, one - zero))
         ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
-        known = known.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
-    return replace(posterior, covariance=known.covariance[:old, :old])
+        rows.append(new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION))
+    # the new centres come first in the factorisation: what follows is free of them
+    A = np.roll(np.concatenate([row.reshape(-1, row.shape[-1]) for row in rows]), centres, axis=1)
+    R = np.linalg.qr(A, mode="r")[centres:, centres:]
+    return replace(posterior, covariance=updated(known.covariance, R))
 
 
 WorkspaceSamples = tuple[np.ndarray, np.ndarray]

@@ -97,7 +97,11 @@ class ParameterCovariance:
     def with_lengths(
         self, ends: Mapping[int, np.ndarray], deviation: float
     ) -> "ParameterCovariance":
-        """Return the same with a measured sum of lengths between sockets.
+        """Return the same with a measured sum of lengths, see :meth:`of_lengths`."""
+        return self._updated(self.of_lengths(ends, deviation))
+
+    def of_lengths(self, ends: Mapping[int, np.ndarray], deviation: float) -> np.ndarray:
+        """Return C^-1/2 A of a measured sum of lengths between sockets, shape (1, n).
 
         Args:
             ends: For each socket, the sum's derivative by its centre, shape (3,): for a distance
@@ -107,7 +111,7 @@ class ParameterCovariance:
         row = np.zeros((1, len(self.covariance)))
         for socket, slope in ends.items():
             row[0, self._centre(socket)] = slope
-        return self._updated(row / deviation)
+        return row / deviation
 
     def with_samples(
         self, q: np.ndarray, socket: int, moments: np.ndarray | None = None

@@ -1,5 +1,7 @@
 """What is forecast comes true, and what is said of joints and places is what they do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,18 @@ def test_a_second_placement_brings_what_was_forecast(panda, recorded, first):
     before, expected, found = (workspace_errors(p, LOAD).median for p in (first, forecast, both))
     assert expected < 0.95 * before
     assert found == pytest.approx(expected, rel=0.15)
+
+
+def test_a_forecast_does_not_hang_on_rounding(panda, recorded, first):
+    """Nothing is known of the new sockets, and much of what their samples tell."""
+    signs = np.random.default_rng(0).choice([-1, 1], len(first.covariance))
+    rounded = first.covariance * (1 + 2e-16 * np.outer(signs, signs))
+    forecasts = [
+        predicted_posterior(replace(first, covariance=one), samples(panda, recorded[1]))
+        for one in (first.covariance, rounded)
+    ]
+    errors = [workspace_errors(one, LOAD).median for one in forecasts]
+    assert errors[1] == pytest.approx(errors[0], rel=1e-10, abs=0)
 
 
 def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first):
