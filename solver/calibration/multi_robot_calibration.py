@@ -1,6 +1,6 @@
 """Several robots that were calibrated together, and calibrations read from files."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,17 +26,20 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     Args:
         calibrations: Of each robot.
         document: Everything that they have in common, as ``arms.json`` holds it.
-        poses: Of the bases in the first one's; those that are not known are missing.
     """
 
     def __init__(
         self,
         calibrations: Mapping[str, Calibration],
         document: results.ArmsDocument,
-        poses: Mapping[str, Pose],
     ) -> None:
         self.document = document
-        self._poses = poses
+        self._poses = {document.robots[0]: IDENTITY}
+        """Of the bases in the first one's; those that are not known are missing."""
+        for name in document.robots[1:]:
+            known = document.between[f"{document.robots[0]}_to_{name}"]
+            if known.xyz and known.rpy:
+                self._poses[name] = Pose.of(Origin(known.xyz, known.rpy))
         self._calibrations: dict[str, Calibration] = {}
         for name, one in calibrations.items():
             own = msgspec.structs.replace(one.document, arm_name=name, arms=document)
@@ -58,6 +61,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         With the calibrated robots it says where one tool stands seen from the other::
 
             arms.pose("right").apply(arms["right"].ball(q_right)) - arms["left"].ball(q_left)
+
+        Raises:
+            UsageError: No such robot, or the recordings do not tell where it stands.
         """
         if name not in self._poses:
             known = self.document.between.get(f"{self.document.robots[0]}_to_{name}")
@@ -103,7 +109,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     ) -> dict[str, str]:
         """Write each robot's files into a folder of its own, ``arms.urdf`` and ``arms.json``.
 
-        Args and errors are those of :meth:`Calibration.save`.
+        Without ``arms.urdf`` where the recordings do not tell where a robot stands. Args and errors
+        are those of :meth:`Calibration.save`.
         """
         folder = Path(folder)
         results.refuse_existing(folder, force=force)
@@ -111,7 +118,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             if refusal := calibration.refusal(accept_distorted):
                 raise DistortedError(refusal)
         document = msgspec.structs.replace(self.document, format=results.ARMS_FORMAT)
-        contents = {"arms.urdf": self.urdf(folder), "arms.json": results.encode(document, indent=1)}
+        contents = {"arms.json": results.encode(document, indent=1)}
+        if len(self._poses) == len(self):
+            contents["arms.urdf"] = self.urdf(folder)
         outputs: dict[str, str] = {}
         for name, calibration in self.items():
             written = calibration.save(
@@ -119,7 +128,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             )
             outputs |= {f"{name}_{kind}": path for kind, path in written.items()}
         results.write_files(folder, contents)
-        return outputs | {"urdf": str(folder / "arms.urdf"), "arms": str(folder / "arms.json")}
+        kinds = {"urdf": "arms.urdf", "arms": "arms.json"}
+        return outputs | {k: str(folder / file) for k, file in kinds.items() if file in contents}
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
@@ -182,12 +192,7 @@ def load_calibration(file: str | Path) -> Calibration | Any:
     if "" in loaded:
         return loaded[""]
     arms = _arms(next(iter(files.values())).parents[1] / "arms.json")
-    poses = {arms.robots[0]: IDENTITY}
-    for name in arms.robots[1:]:
-        known = arms.between[f"{arms.robots[0]}_to_{name}"]
-        if known.xyz and known.rpy:
-            poses[name] = Pose.of(Origin(known.xyz, known.rpy))
-    return MultiRobotCalibration(loaded, arms, poses)
+    return MultiRobotCalibration(loaded, arms)
 
 
 def _arms(file: Path) -> results.ArmsDocument:
@@ -199,9 +204,11 @@ def common_document(
 ) -> results.ArmsDocument:
     """Return everything that robots have in common."""
     first, *others = calibrations
+    relative = {f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(others, 1)}
+    known = [0, *(i for i, one in enumerate(relative.values(), 1) if one.xyz)]
     return results.ArmsDocument(
         robots=tuple(calibrations),
-        between={f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(others, 1)},
+        between=relative,
         frames=frame_poses(posterior),
         arms=tuple(
             results.GivenArm(
@@ -210,16 +217,18 @@ def common_document(
                 options=dict(one.robot.loaded_with),
                 train=tuple(row.folder for row in one.document.data if row.role == "train"),
                 test=tuple(row.folder for row in one.document.data if row.role == "test"),
-                postures=_postures(posterior, i),
+                postures=_postures(posterior, i) if i in known else [],
             )
             for i, (name, one) in enumerate(calibrations.items())
         ),
-        sockets=_visited_sockets(posterior),
+        sockets=_visited_sockets(posterior, known),
     )
 
 
-def _visited_sockets(world: JointPosterior) -> tuple[results.VisitedSocket, ...]:
-    """Return all sockets in the first robot's base, and which robots were there."""
+def _visited_sockets(
+    world: JointPosterior, known: Sequence[int]
+) -> tuple[results.VisitedSocket, ...]:
+    """Return the sockets of robots whose bases are known, in the first one's base."""
     robots = list(zip(world.scene.names, world.scene.arms, strict=True))
     places = zip(world.scene.arms[0].labels, world.arms[0].centres, strict=True)
     return tuple(
@@ -229,6 +238,7 @@ def _visited_sockets(world: JointPosterior) -> tuple[results.VisitedSocket, ...]
             robots=tuple(name for name, arm in robots if k in arm.sockets),
         )
         for k, ((placement, socket), centre) in enumerate(places)
+        if any(k in robots[i][1].sockets for i in known)
     )
 
 

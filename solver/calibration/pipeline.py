@@ -129,9 +129,8 @@ def calibrate(
     if not isinstance(robot, Mapping):
         return calibrations[""]
     assert fits[0].selected is not None  # the paper's method knows one robot
-    posterior = fits[0].selected.full
-    poses = dict(zip(problems, posterior.bases, strict=True))
-    return MultiRobotCalibration(calibrations, common_document(calibrations, posterior), poses)
+    together = common_document(calibrations, fits[0].selected.full)
+    return MultiRobotCalibration(calibrations, together)
 
 
 def _converged(

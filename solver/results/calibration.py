@@ -90,7 +90,7 @@ class GivenArm(Document, kw_only=True, frozen=True):
     """Folders of those held out."""
     postures: list[list[list[float]]]
     """Places of its joints at a sample of each shared socket, seen from the first robot's base,
-    shape (sockets, joints + 1, 3) [m]: base first, ball last."""
+    shape (sockets, joints + 1, 3) [m]: base first, ball last. Empty where its pose is not known."""
 
 
 class VisitedSocket(Document, kw_only=True, frozen=True):

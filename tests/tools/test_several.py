@@ -71,6 +71,15 @@ def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused
         refused(f"name one of {out / 'left'}, {out / 'right'}", *verb.split(), out, "q.csv")
 
 
+def test_arms_that_shared_one_base_are_written_without_where_they_stand(cell, tmp_path, command):
+    own = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
+    out = tmp_path / "out"
+    _, text, told = command("solve", *own, *ROBOTS, "--out", out, "--json")
+    assert json.loads(text)["left_to_right"]["xyz"] is None
+    assert f"Wrote {out / 'arms.json'}, and a folder for each robot" in told
+    assert not (out / "arms.urdf").exists() and (out / "right" / "report.html").is_file()
+
+
 def used_again(out, cell, command):
     """What was written of both is read back by all that reads calibrations."""
     (out / "arms.json").write_text((out / "arms.json").read_text().replace('"format"', '"older"'))

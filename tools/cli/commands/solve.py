@@ -156,7 +156,10 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:
-        return [f"Wrote {outputs['urdf']}, all robots in one URDF, and a folder for each robot."]
+        together = (
+            f"{outputs['urdf']}, all robots in one URDF" if "urdf" in outputs else outputs["arms"]
+        )
+        return [f"Wrote {together}, and a folder for each robot."]
     written = (
         f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
         "holds the same figures for scripts"
