@@ -55,8 +55,8 @@ def predicted_posterior(
         rows.append(new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION))
     # the new centres come first in the factorisation: what follows is free of them
     A = np.roll(np.concatenate([row.reshape(-1, row.shape[-1]) for row in rows]), centres, axis=1)
-    R = np.linalg.qr(A, mode="r")[centres:, centres:]
-    return replace(posterior, covariance=updated(known.covariance, R))
+    R = np.asarray(np.linalg.qr(A, mode="r"))
+    return replace(posterior, covariance=updated(known.covariance, R[centres:, centres:]))
 
 
 WorkspaceSamples = tuple[np.ndarray, np.ndarray]
