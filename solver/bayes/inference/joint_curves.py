@@ -10,6 +10,7 @@ from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
+from .laplace import expectation_propagation
 from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest, samples_around
 from .posterior import JointPosterior
 from .state import State
@@ -132,7 +133,7 @@ def _converged(
     for _ in range(ROUNDS):
         fit = CurveFit(*samples_around(state, readings, coefficients), prior, weights)
         part = given_rest(fit)
-        change, _ = posterior_of_rest(fit.state, fit.rest, part.information)
+        change, _ = _within_bounds(fit, part.information)
         y = np.append(change, 1.0)
         e = part.gain @ y
         weights = fit.weights_at(y, e)
@@ -146,10 +147,26 @@ def _converged(
     nu = state.degrees
     fit = CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5))
     part = given_rest(fit)
-    _, known = posterior_of_rest(state, priors_of_rest(state, widened=True), part.information)
+    _, known = _within_bounds(fit, part.information, widened=True)
     whole = with_curves(fit, part, known)
     fitted = replace(fit, weights=weights * nu / (nu + 3))
     return _posterior(found, fitted, coefficients, whole, log_evidence)
+
+
+def _within_bounds(
+    fit: CurveFit, information: np.ndarray, *, widened: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return as :func:`posterior_of_rest`, by the moments of what is never negative."""
+    state = fit.state
+    b = np.flatnonzero(state.bounded & state.free)
+    precision, gradient = map(np.copy, priors_of_rest(state, widened=widened))
+    if len(b):
+        change, covariance = posterior_of_rest(state, fit.rest, information)
+        x, sigma = state.x[b], covariance[np.ix_(b, b)]
+        bounds, pulled, _ = expectation_propagation(x + change[b], sigma)
+        precision[b, b] += bounds
+        gradient[b] += bounds * x - pulled
+    return posterior_of_rest(state, (precision, gradient), information)
 
 
 def _posterior(
