@@ -43,7 +43,7 @@ wheel: $(VENV)/.release  ## dist/: wheel and sdist, checked, and tried in an emp
 	rm -rf dist build/lib build/bdist.*
 	$(BIN)/python -m build
 	$(BIN)/twine check --strict dist/*
-	$(BIN)/python tests/try_wheel.py dist/*.whl $(PYTHONS)
+	$(BIN)/python packaging/try_wheel.py dist/*.whl $(PYTHONS)
 
 install: $(VENV)/.tests  ## .venv with the project in it, editable, and all that its tests need
 

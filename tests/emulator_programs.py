@@ -71,10 +71,7 @@ def emulated_program(name, folder, *options, command=(sys.executable, "-m", "muk
     """Run ``mukca emulate`` as a program of its own, in real time."""
     words, journal = emulator_words(name, folder, options)
     process = subprocess.Popen(
-        [*command, "emulate", *words],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
+        [*command, "emulate", *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     running = _Program(process)
     try:

@@ -23,15 +23,8 @@ from mukca.tools.cli import main
 
 STORED = Path(__file__).with_name("stored")
 COMMANDS = Path(__file__).with_name("stored_commands.txt").read_text().splitlines()
-FREE = {
-    "versions",
-    "data_sha256",
-    "deflection",
-    "settings",
-    "metadata",
-    "parameters",
-    "probabilities",
-}
+FREE = {"versions", "data_sha256", "deflection", "settings", "metadata"}
+FREE |= {"parameters", "probabilities"}
 """Whose keys are names of other things."""
 
 

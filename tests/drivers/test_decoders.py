@@ -97,12 +97,10 @@ def rejected(decode, *arguments):
         decode(*arguments)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", DECODERS)
 @hostile
 @given(
-    st.lists(st.tuples(st.integers(0, 4096), st.integers(0, 255)), max_size=6),
-    st.integers(-20, 20),
+    st.lists(st.tuples(st.integers(0, 4096), st.integers(0, 255)), max_size=6), st.integers(-20, 20)
 )
 def test_a_changed_message_is_refused_or_plausible(name, places, longer):
     decode, good, largest = DECODERS[name]
@@ -230,7 +228,6 @@ messages = st.fixed_dictionaries(
 )
 
 
-@pytest.mark.slow
 @hostile
 @given(messages | json_values)
 def test_ros_takes_no_odd_message(message):

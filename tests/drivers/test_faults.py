@@ -12,7 +12,6 @@ from mukca.drivers import DriverError, Reason, Reconnecting, clock, open_driver
 pytestmark = pytest.mark.waits
 
 STATES = 600
-MESSAGE_FAULTS = ("drop:0.03", "reorder:0.03", "duplicate:0.03", "truncate:0.03", "garble:0.03")
 
 
 def options(*faults):
@@ -44,19 +43,10 @@ def assert_were_sent(states, sent, tolerance=1e-6):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "version", "faults"),
-    [
-        ("franka", "5", (*MESSAGE_FAULTS, "stranger:0.03")),
-        ("franka", "10", (*MESSAGE_FAULTS, "stranger:0.03")),
-        ("kuka", "1.15", (*MESSAGE_FAULTS, "stranger:0.03")),
-        ("kuka", "2.7", (*MESSAGE_FAULTS, "stranger:0.03")),
-        ("ur", "5.11", ("drop:0.03", "reorder:0.03", "duplicate:0.03")),
-        ("piper", "1", MESSAGE_FAULTS),
-    ],
-)
+@by_table("name", "version", "faults")
 def test_what_is_read_was_sent(name, version, faults, tmp_path):
-    with emulated(name, tmp_path, "--version", version, *options(*faults)) as emulation:
+    words = options(*(f"{fault}:0.03" for fault in faults.split()))
+    with emulated(name, tmp_path, "--version", version, *words) as emulation:
         with open_driver(name, emulation.address) as driver:
             states = read_states(driver, STATES)
             counts = driver.missed, driver.rejected
@@ -116,11 +106,7 @@ def test_a_silence_is_told_and_survived(name, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("again", [False, True], ids=["same connection", "new connection"])
-@pytest.mark.parametrize(
-    ("name", "version", "tolerance"),
-    [("feetech", "so101", 1e-3), ("dynamixel", "vx300s", 1e-3), ("damiao", "openarm", 2e-4),
-     ("kinova", "serial", 1e-5), ("kinova", "can", 1e-5)],
-)  # fmt: skip
+@by_table("name", "version", "tolerance")
 def test_a_line_that_stalls_and_then_delivers_all_gives_no_old_angles(
     name, version, tolerance, again, tmp_path
 ):
@@ -186,10 +172,7 @@ def test_franka_serves_one_client_at_a_time(tmp_path):
 
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur"])
 def test_a_version_that_cannot_be_read_is_told(name, tmp_path):
-    with (
-        emulated(name, tmp_path, *options("version")) as emulation,
-        refused("PROTOCOL") as caught,
-    ):
+    with emulated(name, tmp_path, *options("version")) as emulation, refused("PROTOCOL") as caught:
         open_driver(name, emulation.address)
     if name == "franka":
         assert "99" in str(caught.value)
@@ -208,9 +191,6 @@ def test_kuka_leaves_a_session_that_commands(version, start, tmp_path):
         assert len(emulation.received()) == replies, "a reply to a commanding session"
     assert caught.value.reason is Reason.WRONG_MODE
     assert (replies == 0) == (start == "0")
-
-
-SCALE = r"motor 1 on .* counts to 3\.14159 rad, not 12\.5"
 
 
 @by_table("name", "settings", "odd", "reason", "told")

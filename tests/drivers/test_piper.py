@@ -6,6 +6,7 @@ import threading
 
 import can
 import pytest
+from cases import by_table
 from terminal_session import PATIENCE
 
 from mukca import open_driver
@@ -79,29 +80,9 @@ def read_up_to(driver, last):
     return turns
 
 
-@pytest.mark.parametrize(
-    ("frames", "turns", "missed"),
-    [
-        (whole(1, 2, 3), [1, 2, 3], 0),
-        ([(5, 1), (7, 1), *whole(2)], [2], 1),
-        ([(6, 1), (7, 1), *whole(2)], [2], 1),
-        ([(5, 1), (6, 1), *whole(2)], [2], 1),
-        ([(5, 1), (5, 1), (6, 1), (7, 1), *whole(2)], [1, 2], 1),
-        ([(5, 1), (7, 1), (6, 1), *whole(2, 3)], [2, 3], 1),
-        ([*whole(1), (7, 2), *whole(3)], [1, 3], 1),
-        ([(5, 1), 1.5, (6, 1), (7, 1), *whole(2)], [2], 1),
-        ([*whole(1), 5.0, *whole(2), 0.005, *whole(3)], [1, 2, 3], 0),  # the clock is set
-        ([*whole(1), -5.0, *whole(2), 0.005, *whole(3)], [1, 2, 3], 0),
-        ([(5, 1), (6, 1), 0.004, (7, 1), *whole(2)], [2], 1),
-        ([(5, 1), 0.005, (6, 2), (7, 2), 0.005, *whole(3)], [3], 1),
-        (
-            [*whole(1), 0.005, (6, 2), (7, 2), 0.005, (5, 3), 0.005, (6, 4), (7, 4), *whole(5)],
-            [1, 5],
-            2,
-        ),
-    ],
-)
+@by_table("frames", "turns", "missed")
 def test_a_state_is_one_turn(driver, arm, frames, turns, missed):
+    """A pause of 5 s, forwards or back, is a clock that was set."""
     arm(*frames)
     assert read_up_to(driver, turns[-1]) == turns
     assert driver.missed == missed

@@ -92,10 +92,7 @@ DYNAMIXEL |= {"joints": (1, 2, 4, 6, 7, 8), "register": 132, "size": 4, "torque"
 def client(script, *arguments):
     """Run a client and return what it prints."""
     done = subprocess.run(
-        [sys.executable, "-c", script, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
+        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])

@@ -13,6 +13,7 @@ from math import inf
 from subprocess import PIPE
 
 import pytest
+from cases import by_table
 from driver_errors import refused
 from emulator_programs import emulated_program, own_host
 from terminal_session import PATIENCE
@@ -128,19 +129,8 @@ def hang_after(packages, listener, controller, hung, left):
 
 @needs_ur_rtde
 @pytest.mark.waits
-@pytest.mark.parametrize(
-    ("packages", "number", "status"),
-    [
-        (0, signal.SIGINT, 130),
-        (1, signal.SIGTERM, -signal.SIGTERM),
-        (2, signal.SIGKILL, -signal.SIGKILL),
-        (3, signal.SIGINT, 130),
-        (4, signal.SIGKILL, -signal.SIGKILL),
-        (5, signal.SIGTERM, -signal.SIGTERM),
-    ],
-    ids=["connected", "version", "controller", "outputs", "started", "streaming"],
-)
-def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status, controller):
+@by_table("packages", "after", "stop", "status")
+def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, after, stop, status, controller):
     """The package's own connection hangs after the driver's; no process is left, either."""
     hung, left, host = threading.Event(), threading.Event(), own_host()
     with socket.create_server((host, 30004)) as listener:
@@ -149,8 +139,8 @@ def test_a_stop_is_obeyed_wherever_the_controller_hangs(packages, number, status
         words = [sys.executable, "-m", "mukca", "stream", "--json", "--driver", f"ur-rtde:{host}"]
         with subprocess.Popen(words, stdout=PIPE, stderr=PIPE) as program:
             try:
-                assert hung.wait(PATIENCE), "the package never connected"
-                program.send_signal(number)
+                assert hung.wait(PATIENCE), f"the package was never {after}"
+                program.send_signal(getattr(signal, stop))
                 assert program.wait(PATIENCE) == status
             finally:
                 program.kill()

@@ -18,36 +18,14 @@ import pytest
 from mukca.drivers.arms.franka import decode_state
 
 INCLUDES = [path for path in os.environ.get("MUKCA_LIBFRANKA_COMMON", "").split(":") if path]
-PROGRAM = """
-#include <cstdio>
-#include <cstring>
-#include <research_interface/robot/rbk_types.h>
-
-int main() {
-  research_interface::robot::RobotState state;
-  for (int number = 1; number <= 10000; number++) {
-    std::memset(static_cast<void*>(&state), 0, sizeof state);
-    state.message_id = number;
-    for (int joint = 0; joint < 7; joint++) {
-      state.q[joint] = (number % 613 - 306) / 64.0 / (joint + 1);
-      state.tau_J[joint] = number % 997 / 16.0 - joint;
-      state.theta[joint] = 9.0;
-    }
-    state.errors[number % 37] = true;
-    state.robot_mode = static_cast<decltype(state.robot_mode)>(number % 7);
-    state.control_command_success_rate = 0.5;
-    std::fwrite(&state, sizeof state, 1, stdout);
-  }
-}
-"""
+PROGRAM = Path(__file__).with_name("states.cpp")
 
 
 @pytest.mark.skipif(not INCLUDES or not shutil.which("g++"), reason="no MUKCA_LIBFRANKA_COMMON")
 @pytest.mark.parametrize("include", INCLUDES or [""])
 def test_states_that_libfranka_s_structs_hold_are_read_bit_for_bit(include, tmp_path):
-    source, program = tmp_path / "states.cpp", tmp_path / "states"
-    source.write_text(PROGRAM)
-    subprocess.run(["g++", "-std=c++17", f"-I{Path(include)}", source, "-o", program], check=True)
+    program = tmp_path / "states"
+    subprocess.run(["g++", "-std=c++17", f"-I{Path(include)}", PROGRAM, "-o", program], check=True)
     data = subprocess.run([program], check=True, capture_output=True).stdout
     size = len(data) // 10_000
     for number in range(1, 10_001):

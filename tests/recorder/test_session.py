@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from cases import by_table
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,20 +37,9 @@ def test_counts_are_those_of_a_list_per_socket(keys):
     assert [s.number for s in session.samples] == list(range(1, keys.count("a") + 1))
 
 
-@pytest.mark.parametrize(
-    ("position", "told"),
-    [
-        ((0.2, 0.2), None),
-        ((1.0 + math.radians(2.9), 0.2), None),
-        ((1.0 + math.radians(3.1), 0.2), "shoulder reads 60.4°, outside its limits -57.3°"),
-        ((0.2, 0.506), "rail reads 506.0 mm, outside its limits 0.0 mm to 500.0 mm"),
-        ((math.radians(0.9), 0.0019), "nearly the same configuration as sample 1"),
-        ((math.radians(1.1), 0.0), None),
-        ((0.0, 0.0021), None),
-    ],
-)
-def test_what_is_refused_at_the_same_socket(position, told):
-    refusal = captured(Session(JOINTS), 0.0, 0.0).refusal(position)
+@by_table("degrees", "rail", "told")
+def test_what_is_refused_at_the_same_socket(degrees, rail, told):
+    refusal = captured(Session(JOINTS), 0.0, 0.0).refusal((math.radians(degrees), rail))
     assert refusal is None if told is None else told in str(refusal)
 
 

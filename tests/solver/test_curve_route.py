@@ -7,13 +7,7 @@ import pytest
 
 from mukca.solver.bayes.model import Noise, extend
 from mukca.solver.bayes.model.effects import curve_values, random_curves
-from mukca.solver.design import (
-    CurveAnnealing,
-    Reach,
-    from_prior,
-    plan_poses,
-    workspace_of,
-)
+from mukca.solver.design import CurveAnnealing, Reach, from_prior, plan_poses, workspace_of
 from mukca.solver.robot import choose_parameters, load_robot, workspace
 
 pytestmark = pytest.mark.slow

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.solver.bayes.model import Noise, extend
-from mukca.solver.design import (
-    Reach,
-    from_prior,
-    plan_poses,
-    workspace_of,
-)
+from mukca.solver.design import Reach, from_prior, plan_poses, workspace_of
 from mukca.solver.robot import choose_parameters, load_robot, workspace
 
 

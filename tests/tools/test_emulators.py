@@ -41,8 +41,7 @@ def leave(name, address, messages):
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["franka", "ur", "xarm", "kuka", "feetech", "dynamixel", "kinova", "damiao", "piper"],
+    "name", ["franka", "ur", "xarm", "kuka", "feetech", "dynamixel", "kinova", "damiao", "piper"]
 )
 def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
     source = random.Random(7)

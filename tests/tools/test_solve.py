@@ -173,9 +173,6 @@ def edited(session, to, hole_0):
     return str(to)
 
 
-GOOD = "0.1,0.2,0.3,-1.5,0.1,1.5,0.2\n"
-
-
 @by_table("hole_0", "told")
 def test_bad_recordings_get_one_line(refused, session, tmp_path, hole_0, told):
     words = ("solve", edited(session, tmp_path / "bad", hole_0), "--robot", "panda")

@@ -70,7 +70,6 @@ def test_curves_are_found_in_sockets(in_sockets):
     assert np.abs(again.ball(test.positions) - found.ball(test.positions)).max() < 1e-12
 
 
-@pytest.mark.slow
 def test_elasticity_that_the_curves_hid_is_found_beside_them():
     robot = mukca.load_robot("ur5e")
     truth, placements = mukca.simulate_recordings(robot, 5, seed=3, curves=3e-4, compliance=3e-5)

@@ -158,12 +158,7 @@ def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_p
 
 
 def test_what_is_printed_in_a_notebook_is_short(calibration, recordings):
-    values = (
-        calibration.robot,
-        recordings[0][0],
-        calibration,
-        calibration.calibrated,
-    )
+    values = (calibration.robot, recordings[0][0], calibration, calibration.calibrated)
     for value in values:
         assert len(repr(value)) < 2500, type(value)
     assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)

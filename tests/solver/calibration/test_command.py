@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 
 import mukca
 from mukca.solver.calibration import CommandError, FullModel
@@ -151,22 +152,7 @@ def test_jumps_and_poses_not_reached_are_refused(bent_panda):
             table.checked()
 
 
-@pytest.mark.parametrize(
-    ("pose", "setup", "said"),
-    [
-        (np.eye(3), {}, "a rotation alone; give the pose"),
-        (3 * np.eye(3), {}, "pose 0: not reached"),
-        (np.eye(4)[:2], {}, "shape"),
-        (2 * np.eye(4), {}, "no"),
-        (np.diag([1, 1, -1, 1]), {}, "mirrored"),
-        (np.full(3, np.nan), {}, "finite"),
-        ("there", {}, "no numbers"),
-        (np.eye(4), {"tool": "panda_link3"}, "stand still"),
-        (np.eye(4), {"tool": "gripper"}, "gripper"),
-        (np.eye(4), {"tool": (0, 0, 1)}, "tool of shape"),
-        (np.eye(4), {"payload": (-1, (0, 0, 0))}, "payload"),
-    ],
-)
+@by_table("pose", "setup", "said")
 def test_what_is_no_pose_is_said(bent_panda, pose, setup, said):
     with pytest.raises(mukca.MukcaError, match=said) as stopped:
         bent_panda.command(pose, **setup)
@@ -197,7 +183,7 @@ delta_alpha = [ 1e-3, -2e-3, 1e-3, 5e-4, -1e-3, 0]
 UR10E = np.array([[0.1807, 0, 0, 0.17415, 0.11985, 0.11655], [0, -0.6127, -0.57155, 0, 0, 0]])
 
 
-def by_table(q):
+def by_denavit_hartenberg(q):
     """The flange of a UR10e with that calibration: Denavit and Hartenberg, written out."""
     rows = [
         np.array(line.split("[")[1].strip("]").split(","), float) for line in CONF.split("\n")[1:5]
@@ -226,7 +212,7 @@ def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path):
     )
     file.write_text(CONF)
     sent = model.corrected_pose(model.flange(q), q, controller=file)
-    assert np.abs(sent - by_table(q)).max() < 1e-9
+    assert np.abs(sent - by_denavit_hartenberg(q)).max() < 1e-9
     for name, text, said in (
         ("ur10e", "", "six numbers delta_theta"),
         ("panda", CONF, "one of UR3,"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import by_table
 
 from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames, turn
 
@@ -44,14 +45,9 @@ def test_frames_are_placed_one_by_the_other(points):
     assert found[2].translation == pytest.approx(second.translation)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: 1e3 * p, "f:0: .* millimetres"),
-        (lambda p: p * [1, -1, 1], "f:0: .* mirrored .left-handed.: swap two axes"),
-        (lambda p: p + 2.0 * (np.arange(12) == 7)[:, None], "f:7: .* m from where the nominal"),
-    ],
-)
-def test_coordinates_that_cannot_be_are_refused(points, change, words):
+@by_table("factors", "shift_of_one", "words")
+def test_coordinates_that_cannot_be_are_refused(points, factors, shift_of_one, words):
+    wrong = pose(6).apply(points) * factors
+    wrong[7] += shift_of_one
     with pytest.raises(FrameError, match=words):
-        place_frames([landmarks(points, "world"), landmarks(change(pose(6).apply(points)))])
+        place_frames([landmarks(points, "world"), landmarks(wrong)])

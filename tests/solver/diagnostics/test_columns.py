@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 
 from mukca import MukcaError
 from mukca.solver.data import measure
@@ -12,11 +13,6 @@ from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
 pytestmark = pytest.mark.slow
-
-
-EYE = np.eye(7)
-RIGHT, SWAPPED = list(range(7)), [0, 1, 4, 3, 2, 5, 6]
-FLIPPED = 1 - 2 * EYE[2]
 
 
 def flipped(joint):
@@ -78,28 +74,18 @@ def test_only_a_flipped_last_joint_looks_flipped(name, change):
         record(arm, base, generator, samples=20, noise=1e-4)
         for base in reachable_bases(robot, generator, 2)
     ]
-    for placements, codes in (
-        (data, []),
-        ([change(p, flipped(last)) for p in data], ["sign"]),
-    ):
+    for placements, codes in ((data, []), ([change(p, flipped(last)) for p in data], ["sign"])):
         measured = [measure(p, robot) for p in placements]
         found = inspect_all(robot, measured).diagnostics
         assert [f.code for f in found] == codes
 
 
-@pytest.mark.parametrize(
-    ("order", "flips", "offsets", "code", "words"),
-    [
-        (RIGHT, 1, 0.1 * EYE[1] - 0.15 * EYE[3], "zero", "joints 2 and 4 ("),
-        (RIGHT, FLIPPED, 0.1 * EYE[3], "sign", "looks sign-flipped and joint 4"),
-        (SWAPPED, 1, 0.12 * EYE[1], "swap", "look swapped and joint 2"),
-    ],
-)
+@by_table("order", "signs", "offsets", "code", "words")
 def test_two_mistakes_are_told_together(
-    look, placements, change, order, flips, offsets, code, words
+    look, placements, change, order, signs, offsets, code, words
 ):
     """And before the distance: two offsets make the arm come out too large."""
-    off = change(placements[0], lambda q: ((q + offsets) * flips)[order])
+    off = change(placements[0], lambda q: ((q + offsets) * signs)[order])
     (found,) = [d for d in look([off]).diagnostics if d.level == "error"]
     assert found.code == code and words in found.text, found.text
     assert found.text.count("taken off") == 1

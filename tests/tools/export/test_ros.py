@@ -18,14 +18,9 @@ xacro = pytest.importorskip("xacro", reason="xacro is not installed")
 yaml = pytest.importorskip("yaml", reason="PyYAML comes with xacro")
 pinocchio = pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
 
-UR = {
-    "shoulder_pan_joint": "k['kinematics']['shoulder']",
-    "shoulder_lift_joint": "k['kinematics']['upper_arm']",
-    "elbow_joint": "k['kinematics']['forearm']",
-    "wrist_1_joint": "k['kinematics']['wrist_1']",
-    "wrist_2_joint": "k['kinematics']['wrist_2']",
-    "wrist_3_joint": "k['kinematics']['wrist_3']",
-}
+KEYS = {"shoulder_pan": "shoulder", "shoulder_lift": "upper_arm", "elbow": "forearm"}
+KEYS |= {f"wrist_{i}": f"wrist_{i}" for i in (1, 2, 3)}
+UR = {f"{name}_joint": f"k['kinematics']['{key}']" for name, key in KEYS.items()}
 FRANKA = {f"_joint{i}": f"k['joint{i}']['kinematic']" for i in range(1, 9)}
 MY_ROBOT = Path(__file__).with_name("my_robot.yaml")
 """A file as ur_calibration writes it for a UR5e."""
@@ -88,16 +83,11 @@ def check_yaml(file, calibration, format_, endings, export, folder):
     assert "mukca" in yaml.safe_load(out.read_text())
 
 
-@pytest.mark.parametrize("name", ["panda", "fr3"])
-def test_frankas_kinematics_yaml(export, calibrations, tmp_path, name):
+@pytest.mark.parametrize("name", ["panda", "fr3", "ur3e", "ur5e", "ur10e"])
+def test_kinematics_yaml_of_frankas_and_of_universal_robots(export, calibrations, tmp_path, name):
     file = calibrations / f"{name}.json"
-    check_yaml(file, load_calibration(file), "franka", FRANKA, export, tmp_path)
-
-
-@pytest.mark.parametrize("name", ["ur3e", "ur5e", "ur10e"])
-def test_universal_robots_kinematics_yaml(export, calibrations, tmp_path, name):
-    file = calibrations / f"{name}.json"
-    check_yaml(file, load_calibration(file), "ur", UR, export, tmp_path)
+    format_, endings = ("ur", UR) if name.startswith("ur") else ("franka", FRANKA)
+    check_yaml(file, load_calibration(file), format_, endings, export, tmp_path)
 
 
 def renamed(file, out, words):

@@ -12,10 +12,11 @@ import mukca
 from mukca.tools.cli import main
 from mukca.tools.recording import ZeroSelector
 
+pytestmark = pytest.mark.slow
+
 TIP = np.array([0.03, -0.02, 0.2])
 
 
-@pytest.mark.slow
 def test_poses_are_led_to_that_tell_the_zeros_best():
     simulated = simulate()
     taken = simulated.later.samples
@@ -28,7 +29,6 @@ def test_poses_are_led_to_that_tell_the_zeros_best():
     assert end.enough and end.target is None and end.predicted > 1.1 * then.goal
 
 
-@pytest.mark.slow
 def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(tmp_path, scripted, capsys):
     simulated = simulate()
 

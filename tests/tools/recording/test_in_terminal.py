@@ -6,14 +6,7 @@ import time
 
 import pytest
 from plugins import lay_out
-from record_commands import (
-    PANDA_HOME,
-    assert_true,
-    capture,
-    command,
-    configurations,
-    fast,
-)
+from record_commands import PANDA_HOME, assert_true, capture, command, configurations, fast
 from terminal_session import PATIENCE, TerminalSession
 
 import mukca

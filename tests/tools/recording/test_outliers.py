@@ -12,7 +12,6 @@ from record_commands import fast, read
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
 from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
-from mukca.solver.data import STANDARD_LOAD, Load
 from mukca.solver.robot import gravity_moments, load_robot
 from mukca.tools.recording import SessionAlarms, joints_of
 
@@ -26,24 +25,16 @@ def hand_of(folder, *samples):
     return folder
 
 
-@pytest.mark.parametrize(
-    ("load", "more", "fault", "told"),
-    [
-        (STANDARD_LOAD, [], "", False),
-        (STANDARD_LOAD, [], "&fault=push@0+inf", True),
-        (Load((0.0, 9.81, 0.0), 0.0), [], "", True),
-        (Load((0.0, 9.81, 0.0), 0.0), ["--gravity", "0", "9.81", "0"], "", False),
-    ],
-)
+@by_table("gravity", "words", "fault", "told")
 def test_a_hand_is_noticed_by_efforts_beyond_gravity(
-    panda, session, tmp_path, scripted, load, more,
-    fault, told):  # fmt: skip
+    panda, session, tmp_path, scripted, gravity, words, fault, told
+):
     first = read(session / "front").samples[0]
-    torques = gravity_moments(panda, read(session / "front").positions[:1], load.gravity)[0, :7]
+    torques = gravity_moments(panda, read(session / "front").positions[:1], gravity)[0, :7]
     sample = Sample(first.position, 0, tuple(torques.tolist()), number=1)
     hand, out = hand_of(tmp_path / "hand", sample), tmp_path / "front"
     driver = fast(hand, out)[fast(hand, out).index("--driver") + 1] + fault
-    done = scripted(out, "a q", "--driver", driver, *more)
+    done = scripted(out, "a q", "--driver", driver, *words)
     assert done.status == 0, done.errors
     assert ("while the arm was pushed (panda_joint" in done.output) == told
     assert len(read(out).efforts[0]) == 7

@@ -85,16 +85,6 @@ def extended(document):
     for row in document["data"]:
         for sample in row["samples"]:
             sample["weight"] = 0.25 if sample is row["samples"][0] else 1.0
-    document["coefficients"] = [
-        {
-            "name": f"panda_joint{i}.{kind}",
-            "unit": unit,
-            "value": value * i,
-            "standard_deviation": 0.2 * value,
-        }
-        for i in range(1, 8)
-        for kind, unit, value in (("compliance", "rad/(N m)", 2e-5), ("sin1", "rad", 1e-4))
-    ]
     for summary in document["summary"].values():
         summary["geometric"] = dict(summary["calibrated"], mean_absolute_error=2e-4)
     return document

@@ -1,6 +1,6 @@
 """Install a wheel with nothing else in an empty environment, and do the main job there.
 
-    python tests/try_wheel.py dist/mukca-*.whl [PYTHON ...]
+    python packaging/try_wheel.py dist/mukca-*.whl [PYTHON ...]
 
 For each Python: a new environment, the wheel and what it names, `mukca demo`, `mukca solve` from
 two CSV files, and a look into the report. Says what was installed and how much it weighs.
