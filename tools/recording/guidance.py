@@ -225,6 +225,7 @@ class PoseSelector:
         pools = {k: self._candidates(samples, k) for k in dict.fromkeys(order)}
         reached = [pool for pool in pools.values() if len(pool)]
         if not reached:
+            self._route = None
             return None, 0.0
         # a socket without a sample is near the others
         pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
@@ -258,10 +259,11 @@ class PoseSelector:
 
     def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
         """Return new poses with the ball in a socket, shape (N, m); none before its first."""
+        centre = self._centre(samples, socket)
+        if centre is None:
+            self._poses.pop(socket, None)  # where samples lay that were taken back tells nothing
+            return np.zeros((0, len(self._robot.actuated)))
         if socket not in self._poses:
-            centre = self._centre(samples, socket)
-            if centre is None:
-                return np.zeros((0, len(self._robot.actuated)))
             poses = self._reach.poses(centre, CANDIDATES)
             near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
             self._poses[socket] = poses[near] if near.any() else poses

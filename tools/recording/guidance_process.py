@@ -60,7 +60,7 @@ class WorkerProcess:
             while self.trouble is None and self._pipe.poll(wait):
                 newest, wait, self._busy = self._pipe.recv(), 0.0, False
         except (EOFError, OSError):
-            self.trouble = f"it ended with status {self._process.exitcode}"
+            self.trouble = "its process ended"
         return newest
 
     def close(self) -> None:

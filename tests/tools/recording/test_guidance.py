@@ -95,6 +95,17 @@ def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples):
     assert turned.last_error != pytest.approx(whole.last_error, rel=1e-3)
 
 
+def test_poses_are_proposed_anew_after_a_first_sample_that_was_taken_back(panda, samples):
+    """Wherever that lay: it may have been taken back because the ball was in no socket."""
+    wrong, right = replace(samples[0], position=samples[-1].position), samples[1]
+    taught = PoseSelector(panda, 0.05)
+    assert taught.advise([wrong], 0).target is not None
+    assert taught.advise([], 0).target is None
+    q = np.array([wrong.position, right.position, taught.advise([right], 0).target])
+    away, there, target = BallModel(panda, []).points(np.zeros(0), q)
+    assert np.linalg.norm(target - there) < 1e-6 < np.linalg.norm(away - there)
+
+
 def test_the_goal_is_enough_but_not_with_too_few(panda, samples):
     easy = PoseSelector(panda, 0.05, goal=1.0)
     few = [s for s in samples if s.number <= 6 or 12 < s.number <= 18]
@@ -204,4 +215,4 @@ def test_a_process_beside_the_recorder_answers(background, samples, coach):
 def test_a_process_that_dies_is_told(background):
     os.kill(background.pid, signal.SIGKILL)
     assert background.answer(wait=PATIENCE) is None
-    assert "it ended" in str(background.trouble) and not background.idle
+    assert "process ended" in str(background.trouble) and not background.idle
