@@ -101,6 +101,8 @@ class Zeros:
         if not self.decided:
             may = "changed" if self.unchanged < 1 - SURE else "may have changed"
             none = [f"Some zero {may}, and it cannot be told which: record more samples."]
+            if not (self.unchanged or any(zero.changed for zero in self.joints)):
+                return (*changed, f"No zeros explain it: {_still_off(self.system)}", *self.untold)
         return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
 
     def as_dict(self) -> dict[str, Any]:
@@ -168,22 +170,32 @@ def rezero(
             f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
         )
     system, unchanged, found = find_zeros(task, [names.index(joint) for joint in joints])
-    off, usual = float(np.sqrt(np.mean(system.residuals**2))), prior.noise.space
+    off, usual = _off(system), prior.noise.space
     most = OTHER_MODEL
     if isinstance(arm, Calibration):
         most = OTHER_ARM * usual if any(zero.offset for zero in found) else ANOTHER
     if off > most:
-        raise UsageError(
-            f"the samples are still {1e3 * off:.2f} mm off, and {1e3 * usual:.2f} are usual: is "
-            "--distance right, is it another arm's calibration or model, or did more than zeros "
-            "change (mukca check --calibration)?"
-        )
+        raise UsageError(_still_off(system))
     if not new:
         found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None
     named = [one for one in found if not joints or one.joint in joints]
     open_zeros = (_how_to_identify(prior.robot, one, stood) for one in named if not one.told)
     other, noise = another_arm(system) if isinstance(arm, Robot) else (), system.state.noise.place
     return Zeros(arm, found, unchanged, noise, (*open_zeros, *other), system, new, bool(other))
+
+
+def _off(system: System) -> float:
+    return float(np.sqrt(np.mean(system.residuals**2)))
+
+
+def _still_off(system: System) -> str:
+    """Return that zeros leave the samples far off, and what else may be wrong."""
+    usual = system.task.prior.noise.space
+    return (
+        f"the samples are still {1e3 * _off(system):.2f} mm off, and {1e3 * usual:.2f} are usual: "
+        "is --distance right, is it another arm's calibration or model, or did more than zeros "
+        "change (mukca check --calibration)?"
+    )
 
 
 def _how_to_identify(robot: Robot, zero: JointZero, stood: str) -> str:

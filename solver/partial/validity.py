@@ -59,8 +59,8 @@ LEAST_SHOWN = 0.01
 _NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
-    "everything": "No single joint explains it: is it another arm's calibration? Else record "
-    "placements, and calibrate again.",
+    "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
+    "is it another arm's calibration? If not, record placements, and calibrate again.",
 }
 
 

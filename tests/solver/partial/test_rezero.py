@@ -47,6 +47,15 @@ def test_another_arms_samples_and_too_few_are_refused(simulated):
     assert not any(zero.told for zero in mukca.rezero(simulated.calibration, alike).joints)
 
 
+def test_more_samples_are_not_asked_for_where_the_distance_is_another(simulated):
+    """As of files that say none, where the base is not the paper's."""
+    found = mukca.rezero(simulated.calibration, simulated.read({}), distance=0.1)
+    assert not found.decided and not found.changed
+    (line,) = (line for line in found.text if "No zeros explain it" in line)
+    assert "is --distance right" in line
+    assert not any("record more samples" in line for line in found.text)
+
+
 def test_where_the_base_still_stands_one_socket_tells_the_first_joint(simulated):
     trained = simulated.calibration.document.data[0]
     q = np.array([s.position for s in trained.samples if s.socket == 0][:8])

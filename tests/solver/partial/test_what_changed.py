@@ -23,6 +23,14 @@ def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     assert repr(found) == "\n".join((found.text, *found.odds))
 
 
+def test_several_zeros_at_once_are_left_to_rezero(simulated):
+    """Which finds them, while no single joint is named."""
+    since = simulated.read({1: 4e-3, 5: -6e-3})
+    found = mukca.what_changed(simulated.calibration, since)
+    assert found.likeliest == "everything" and "mukca rezero says" in found.text
+    assert len(mukca.rezero(simulated.calibration, since).changed) == 2
+
+
 def test_a_tool_that_was_moved_is_told(simulated):
     arm = simulated.with_tip(simulated.truth.model.origins(simulated.truth.values)[-1, :3] + 4e-3)
     found = mukca.what_changed(simulated.calibration, simulated.recorded_by(arm))
