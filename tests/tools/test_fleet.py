@@ -103,4 +103,14 @@ def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):
     (last,) = row["sessions"]
     assert last["status"] == "fail"
     assert "See what is wrong" in row["again"] and "Most probable cause" in row["again"]
-    assert ("worse than before" in row["again"]) == (last["calibrated"] > last["nominal"])
+    assert ("Worse than before" in row["again"]) == (last["calibrated"] > last["nominal"])
+
+
+def test_what_to_do_goes_with_its_reason(session, tmp_path, answer):
+    """The page does not show the command that would tell it."""
+    shutil.copytree(session / "front", tmp_path / "fleet/arm-1/front")
+    (tmp_path / "fleet/arm-1/front/placement.json").unlink()
+    words = ("--robot", "panda", "--method", "paper", "--out", tmp_path / "out")
+    (row,) = answer("fleet", tmp_path / "fleet", *words, "--processes", "1", status=3)["arms"]
+    assert row["again"].startswith("Measure the sockets' distance, and type what you read. The ")
+    assert "50 mm assumed" in row["again"]

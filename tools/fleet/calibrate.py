@@ -158,13 +158,11 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
     last = sessions[-1]
     if last.status == "refused":
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
-    if last.status == "fail":
-        worse = f"worse than before, {mm(last.nominal)} > {mm(last.calibrated)}; "
-        cause = last.text.partition(": ")[2].partition(". ")[0]
-        todo = last.todo.text if last.todo else "Look at its report"
-        return f"{todo}: {worse if last.calibrated > last.nominal else ''}{cause}"
     if last.status != "pass":
-        return last.todo.text if last.todo else last.text
+        cause = last.text.partition(": ")[2].partition(". ")[0]
+        if last.status == "fail" and last.calibrated > last.nominal:
+            cause = f"Worse than before, {mm(last.nominal)} > {mm(last.calibrated)}; {cause}"
+        return f"{last.todo.text if last.todo else 'Look at its report'}. {cause}"
     if last.drift is not None and last.drift.status == "fail":
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
         return (
