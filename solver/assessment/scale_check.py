@@ -21,7 +21,8 @@ _SOURCES = {
     "given": "as given",
     "recording": "as the recording says",
     "located": "by the sockets' coordinates",
-    "default": "the default, since nothing says otherwise: measure it, and give it by --distance",
+    "default": "the default, since nothing says that it was measured: measure it, and give it by "
+    "--distance or mukca info --set-distance",
 }
 
 

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ...solver.assessment import Limits, Verdict, mm
+from ...solver.assessment import RESOLUTION, Limits, Verdict, mm
 from ..cli import table
 from .figures import ReportDocument, Step
 
@@ -68,6 +68,8 @@ def show_verdict(console: Console, verdict: Verdict, limits: Limits, todo: Itera
         console.print(Text(f"   Expected: {step.expected}."))
     if limits.repeatability is not None:
         words = f"{1e3 * limits.repeatability:g} mm ({limits.repeatability_source})"
+        if limits.repeatability < RESOLUTION:
+            words += f"; limits go by the {1e3 * RESOLUTION:g} mm that a printed socket resolves"
         console.print(Text(f"The arm's repeatability: {words}."))
 
 

@@ -197,6 +197,15 @@ def test_play_leaves_the_mean_of_a_socket_no_better_than_a_sample(document, repo
     assert report(document)["limits"]["distance_error"]["value"] == pytest.approx(times * 1e-4)
 
 
+def test_a_repeatability_below_what_a_socket_resolves_is_not_ignored_unsaid(
+    document, written, command, tmp_path
+):
+    words = ("report", written(document), "--out", tmp_path / "out", "--repeatability-mm")
+    told = "limits go by the 0.1 mm that a printed socket resolves"
+    assert told in " ".join(command(*words, "0.03")[1].split())
+    assert told not in " ".join(command(*words, "0.1", "--force")[1].split())
+
+
 @by_table("name", "arm")
 def test_an_arm_is_known_by_its_name(document, written, name, arm):
     document["model"]["name"] = document["model"]["source"] = name

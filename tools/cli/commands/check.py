@@ -177,7 +177,9 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     errors, notes = found.errors, list[str]()
     show_errors(errors, terminal)
     if errors.summary.train is not None:
-        notes.append("Placements with role `train` were fitted: their errors prove little.")
+        notes.append(
+            "The calibration was trained on some of these placements: their errors prove little."
+        )
     if found.verdict.exit_status == 1:
         notes.append("mukca check --calibration tells what changed, and how sure that is.")
     terminal.say(found.text, *notes)
