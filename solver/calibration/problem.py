@@ -80,10 +80,13 @@ def problems_of(
         if empty := [name for name, own in training.items() if not own]:
             known = ", ".join(robot)
             raise UsageError(f"{empty[0]}: no placement to train on; the robots are {known}")
-        return {
+        problems = {
             name: replace(_prepare(own, training[name], held_out[name], options), name=name)
             for name, own in robot.items()
         }
+        # one arm's samples taken for another's as well would fit both
+        check_distinct([m for p in problems.values() for m in (*p.measurements, *p.test)])
+        return problems
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
     return {"": _prepare(robot, as_list(train), as_list(test), options)}

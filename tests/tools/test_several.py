@@ -136,3 +136,9 @@ def test_two_arms_of_one_type_need_no_extension():
     robots = {name: load_robot("panda") for name in ("left", "right")}
     found = mukca.calibrate(robots, dict(zip(robots, recorded, strict=True)), distance=0.05)
     assert set(found) == set(robots)
+
+
+def test_the_samples_of_one_arm_are_not_those_of_another(cell, refused):
+    left = cell / "left"
+    two = ("--robot", "left=panda", "--robot", "right=panda")
+    refused("are the same placement", "solve", f"left:{left}", f"right:{left}", *two)
