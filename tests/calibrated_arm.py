@@ -1,15 +1,31 @@
-"""A simulated arm, its calibration, and what it would record since."""
+"""A simulated arm, its calibration, and what it would record since; and two arms face to face."""
 
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
+from worlds import recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
+from mukca.solver.data import Pose, turn
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import Origin
 from mukca.tools.simulation import Base, Imperfection, reachable_bases, record
+
+HOME = Pose(np.eye(3), np.zeros(3))
+FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
+BASES = [
+    Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0.0, 0.0])),
+    Base("left", np.array([0.55, 0.35, 0.3]), np.array([np.cos(1), np.sin(1), 0.0])),
+]
+"""Where two arms stand face to face, and the bases that both visit."""
+
+
+def recorded_face_to_face(arms, generator, samples=8, noise=0.0):
+    """Return what each of two arms recorded at the bases, a list of placements for each."""
+    poses = [HOME, FACING]
+    return recorded_by_both(arms, poses, BASES, generator, samples=samples, noise=noise)
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,12 @@ def edited(file, out, change):
     return out
 
 
+def slopes(function, x, step=1e-6):
+    """Central differences of a function by each column of its argument, along a last axis."""
+    steps = step * np.eye(x.shape[-1])
+    return np.stack([(function(x + s) - function(x - s)) / (2 * step) for s in steps], axis=-1)
+
+
 def turned(x=0.0, y=0.0, z=0.0):
     """The turn about x, then y, then z, as the roll, pitch and yaw of a URDF, shape (4, 4)."""
     T = np.eye(4)

@@ -33,6 +33,9 @@ class Named(DriverContract):
 class Emulated(Named):
     """The contract over one emulator a class."""
 
+    emulator = ""
+    """Its name, where it is not the driver's."""
+    run = staticmethod(emulated)
     options: tuple[str, ...] = ()
 
     losses: tuple[str, ...] = ("--fault", "drop:0.05")
@@ -41,12 +44,16 @@ class Emulated(Named):
     @pytest.fixture(scope="class", autouse=True)
     @classmethod
     def emulation(cls, tmp_path_factory):
-        with emulated(cls.name, tmp_path_factory.mktemp(cls.name), *cls.options) as emulation:
+        name, folder = cls.emulator or cls.name, tmp_path_factory.mktemp(cls.name)
+        with cls.run(name, folder, *cls.options) as emulation:
             yield emulation
+
+    def address_of(self, emulation):
+        return emulation.address
 
     @pytest.fixture
     def address(self, emulation):
-        return emulation.address
+        return self.address_of(emulation)
 
     @pytest.fixture
     def sent(self, emulation):
@@ -57,8 +64,9 @@ class Emulated(Named):
         if not self.losses:
             yield None
             return
-        with emulated(self.name, tmp_path, *self.options, *self.losses) as emulation:
-            yield emulation.address, lambda: states_of(emulation)
+        words = (self.emulator or self.name, tmp_path, *self.options, *self.losses)
+        with self.run(*words) as emulation:
+            yield self.address_of(emulation), lambda: states_of(emulation)
 
 
 def states_of(emulation):
@@ -108,35 +116,22 @@ globals().update(
 
 
 @pytest.mark.slow
-class TestUrRtde(Named):
+@pytest.mark.skipif(
+    find_spec("rtde_receive") is None, reason="ur-rtde has no wheel for this Python"
+)
+class TestUrRtde(Emulated):
     """In real time: ur-rtde reads in a thread of its own, and holds on to the interpreter."""
 
     name = "ur-rtde"
+    emulator = "ur"
+    run = staticmethod(emulated_program)
     joints = 6
     nobody = own_host()
     wrong = "127.0.0.1?rate=fast"
     keeps_all = False  # its receive interface keeps the latest state alone
 
-    @pytest.fixture(scope="class", autouse=True)
-    @classmethod
-    def emulation(cls, tmp_path_factory):
-        if find_spec("rtde_receive") is None:
-            pytest.skip(f"ur-rtde has no wheel for this Python {sys.version_info[:2]}")
-        with emulated_program("ur", tmp_path_factory.mktemp("ur-rtde")) as emulation:
-            yield emulation
-
-    @pytest.fixture
-    def address(self, emulation):
+    def address_of(self, emulation):
         return emulation.host
-
-    @pytest.fixture
-    def sent(self, emulation):
-        return lambda: states_of(emulation)
-
-    @pytest.fixture
-    def lossy(self, tmp_path):
-        with emulated_program("ur", tmp_path, *Emulated.losses) as emulation:
-            yield emulation.host, lambda: states_of(emulation)
 
 
 class TestKinovaSerial(Emulated):

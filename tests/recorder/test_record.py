@@ -341,23 +341,16 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand):
 BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
 BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
 FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
+ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN)}
 
 
-@pytest.mark.parametrize(
-    ("alarm", "key", "left", "moved"),
-    [
-        (BASE, "n", [(1, 0)], [2, 3]),
-        (BASE, "k", [(1, 0), (2, 0), (3, 0)], []),
-        (BALL, "x", [(1, 0), (3, 0)], []),
-        (BALL, "n", [(1, 0)], [2, 3]),
-        (FORGOTTEN, "s", [(1, 0), (2, 1), (3, 1)], []),
-    ],
-)
-def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, alarm, key, left, moved):
+@by_table("cause", "key", "left", "moved")
+def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, cause, key, left, moved):
+    alarm = ALARMS[cause]
     adviser = Guidance({}, {}, {}, {"alarms": (alarm,), "enough": True})
     typed = (0.5, "a"), (2.2, "a"), (3.8, "a"), (5.2, key), (5.6, "q")
     outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, sound=True)
-    assert [(s.number, s.socket) for s in outcome.session.live] == left
+    assert [[s.number, s.socket] for s in outcome.session.live] == left
     assert [s.number for s in outcome.moved] == moved
     assert outcome.new_placement == bool(moved)
     assert f"{alarm.words}: {alarm.text}" in seen.alarms and seen.bells >= 1 + 3 + 1 + 2

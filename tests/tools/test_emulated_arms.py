@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 from emulation import emulated
 from emulator_programs import emulated_program
 from terminal_session import MUKCA, TerminalSession
@@ -29,29 +30,15 @@ WINDOW = 0.25  # s
 OFTEN = {"franka": 0.1, "ur": 0.1}  # so many states a second that less is enough
 FARTHER = {"so101": 3}  # so many times as far from its model as a cobot, as such arms are
 
-ARMS = [
-    ("franka", "panda", "5"),
-    ("kuka", "iiwa14", "2.7"),
-    ("ur", "ur5e", "5.11"),
-    ("kinova", "gen3_lite", "serial"),
-    ("piper", "piper", "1"),
-    ("xarm", "xarm6", "xarm6"),
-    ("damiao", "openarm", "openarm"),
-    ("feetech", "so101", "so101"),
-    ("dynamixel", "vx300s", "vx300s"),
-]
 
-
-@pytest.fixture
-def placements(request, tmp_path):
+def write_placements(robot, folder):
     """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
     generator = np.random.default_rng(5)
-    worse = FARTHER.get(request.param, 1)
-    arm = perturb(load_robot(request.param), generator, 2e-3 * worse, 5e-3 * worse)
+    worse = FARTHER.get(robot, 1)
+    arm = perturb(load_robot(robot), generator, 2e-3 * worse, 5e-3 * worse)
     for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
         placement = record(arm, base, generator, samples=40, noise=2e-5)
-        write_holes(replace(placement, samples=tuple(short_steps(placement))), tmp_path / name)
-    return tmp_path
+        write_holes(replace(placement, samples=tuple(short_steps(placement))), folder / name)
 
 
 def short_steps(placement):
@@ -65,28 +52,24 @@ def short_steps(placement):
             yield last
 
 
-@pytest.mark.parametrize(
-    ("name", "robot", "version", "placements"),
-    [(*arm, arm[1]) for arm in ARMS],
-    indirect=["placements"],
-    ids=[arm[0] for arm in ARMS],
-)
-def test_the_truth_is_found(name, robot, version, placements, tmp_path, capsys):
+@by_table("name", "robot", "version")
+def test_the_truth_is_found(name, robot, version, tmp_path, capsys):
+    write_placements(robot, tmp_path)
     keys = tmp_path / "keys.txt"
     keys.write_text(f"a*{SAMPLES} s a*{SAMPLES} q")
     window = OFTEN.get(name, WINDOW)
     motion = ("--hold", str(2.4 * window), "--move", str(2 * window), *NOISY)
-    recording = ("--recording", str(placements / "train"), *motion)
+    recording = ("--recording", str(tmp_path / "train"), *motion)
     with emulated(name, tmp_path, "--version", version, *recording) as emulation:
         assert main(words(robot, f"{name}:{emulation.address}", tmp_path, window)) == 0
     capsys.readouterr()
 
     recorded = read_placement(tmp_path / "recorded")
-    truth = read_placement(placements / "train")
+    truth = read_placement(tmp_path / "train")
     tolerance = 5 * NOISE / np.sqrt(RATES.get(name, STATES)) + ROUNDING.get(name, 0.0)
     assert np.abs(recorded.positions - truth.positions).max() < tolerance
-    errors = solve(tmp_path / "recorded", robot, placements / "test", capsys)
-    best = solve(placements / "train", robot, placements / "test", capsys)
+    errors = solve(tmp_path / "recorded", robot, tmp_path / "test", capsys)
+    best = solve(tmp_path / "train", robot, tmp_path / "test", capsys)
     assert errors["calibrated"] < 0.4 * errors["nominal"]
     slack = 2e-5 + LEVER * ROUNDING.get(name, 0.0)
     assert errors["calibrated"] < 1.3 * best["calibrated"] + slack

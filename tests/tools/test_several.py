@@ -5,13 +5,12 @@ import shlex
 
 import numpy as np
 import pytest
-from worlds import recorded_by_both
+from calibrated_arm import recorded_face_to_face
 
 import mukca
 from mukca.recorder import write_holes
-from mukca.solver.data import Pose, turn
 from mukca.solver.robot import load_robot
-from mukca.tools.simulation import Base, perturb
+from mukca.tools.simulation import perturb
 
 pytestmark = pytest.mark.slow
 
@@ -26,12 +25,7 @@ def cell(true_panda, shared):
     def make(folder):
         generator = np.random.default_rng(11)
         arms = [true_panda, perturb(load_robot("ur5e"), generator, 2e-3, 5e-3)]
-        poses = [Pose(np.eye(3), np.zeros(3)), Pose(turn([0, 0, np.pi]), np.array([1.2, 0, 0]))]
-        bases = [
-            Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0, 0])),
-            Base("side", np.array([0.55, 0.35, 0.3]), np.array([0, 1.0, 0])),
-        ]
-        recorded = recorded_by_both(arms, poses, bases, generator, samples=8, noise=1e-4)
+        recorded = recorded_face_to_face(arms, generator, noise=1e-4)
         for name, placements in zip(("left", "right"), recorded, strict=True):
             for placement in placements:
                 write_holes(placement, folder / name / placement.name)
@@ -127,12 +121,7 @@ def test_two_arms_of_one_type_need_no_extension():
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)
     arms = [perturb(load_robot("panda"), generator, 2e-3, 5e-3) for _ in range(2)]
-    poses = [Pose(np.eye(3), np.zeros(3)), Pose(turn([0, 0, np.pi]), np.array([1.2, 0, 0]))]
-    bases = [
-        Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0, 0])),
-        Base("side", np.array([0.55, 0.35, 0.3]), np.array([0, 1.0, 0])),
-    ]
-    recorded = recorded_by_both(arms, poses, bases, generator, samples=12, noise=1e-4)
+    recorded = recorded_face_to_face(arms, generator, samples=12, noise=1e-4)
     robots = {name: load_robot("panda") for name in ("left", "right")}
     found = mukca.calibrate(robots, dict(zip(robots, recorded, strict=True)), distance=0.05)
     assert set(found) == set(robots)

@@ -21,7 +21,8 @@ from mukca.tools.parallel import Workers
 
 pytestmark = pytest.mark.slow
 
-TESTS = Path(__file__).parents[1]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+"""In which a program finds the work."""
 
 
 def until(condition, seconds=PATIENCE):
@@ -66,7 +67,7 @@ def test_nothing_outlives_the_one_who_asked(how, tmp_path):
     (tmp_path / "ask.py").write_text(code)
     asking = subprocess.Popen(
         [sys.executable, str(tmp_path / "ask.py"), str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": str(TESTS)},
+        env=ENVIRONMENT,
         stderr=subprocess.PIPE,
         start_new_session=True,
     )
@@ -86,11 +87,7 @@ def cluster(tmp_path_factory):
     """A scheduler's address, and its two workers."""
     pytest.importorskip("distributed")
     folder = tmp_path_factory.mktemp("dask")
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(TESTS),
-        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300s",
-    }
+    environment = ENVIRONMENT | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "300s"}
     started = []
 
     def start(*words):
@@ -122,7 +119,7 @@ def ran(*words):
     """Run Python with words; Dask stays out of this process, where every warning is an error."""
     return subprocess.run(
         [sys.executable, *map(str, words)],
-        env={**os.environ, "PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"},
+        env=ENVIRONMENT | {"OPENBLAS_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
         check=False,

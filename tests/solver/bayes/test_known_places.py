@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from altered import seats
+from cases import by_table
 from imagined import turned as turned_about
 
 import mukca
@@ -156,18 +157,12 @@ def test_stated_deviations_are_those_that_gaussian_noise_leaves(panda):
     )
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: (1e3 * p[0], 1e3 * p[1], 1e3 * p[2]), "millimetres"),
-        (lambda p: (p[0], -p[1], p[2]), "mirrored"),
-        (lambda _: (0.1, 0.2, 0.3), "are all the same"),
-    ],
-)
-def test_points_in_other_units_or_hands_are_refused(panda, change, words):
+@by_table("factors", "words")
+def test_points_in_other_units_or_hands_are_refused(panda, factors, words):
     truth, _ = mukca.simulate_recordings(panda, 1, samples=2, seed=4)
     points = as_points(truth, poses(panda, 30))
-    wrong = tuple(replace(s, point=change(s.point)) for s in points.samples)
+    places = [tuple(np.multiply(s.point, factors).tolist()) for s in points.samples]
+    wrong = tuple(replace(s, point=p) for s, p in zip(points.samples, places, strict=True))
     with pytest.raises(mukca.MukcaError, match=words):
         mukca.calibrate(panda, replace(points, samples=wrong), without=WITHOUT)
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import measured_points, recorded_by_both
+from calibrated_arm import FACING, HOME, recorded_face_to_face
+from worlds import measured_points
 
 import mukca
 from mukca.solver.bayes.inference import estimate
@@ -13,19 +14,13 @@ from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.bayes.results import workspace_errors
 from mukca.solver.calibration import posterior_of
-from mukca.solver.data import STANDARD_LOAD, Pose, RobotRecordings, measure, observe_all, turn
+from mukca.solver.data import STANDARD_LOAD, Pose, RobotRecordings, measure, observe_all
 from mukca.solver.design import predicted_posterior
 from mukca.solver.robot import BallModel, choose_parameters, rotation_rpy
-from mukca.tools.simulation import Base, perturb
+from mukca.tools.simulation import perturb
 
 pytestmark = pytest.mark.slow
 
-HOME = Pose(np.eye(3), np.zeros(3))
-FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
-BASES = [
-    Base(name, np.array(centre), np.array([np.cos(i), np.sin(i), 0.0]))
-    for i, (name, centre) in enumerate((("front", [0.6, 0, 0.15]), ("left", [0.55, 0.35, 0.3])))
-]
 WITHOUT = ["compliance", "tilt", "transmission", "joint-noise"]
 
 
@@ -36,7 +31,7 @@ class Pair:
         generator = np.random.default_rng(6)
         self.robots = {"A": mukca.load_robot("panda"), "B": mukca.load_robot("ur5e")}
         self.truth = [perturb(robot, generator, 2e-3, 5e-3) for robot in self.robots.values()]
-        own = recorded_by_both(self.truth, [HOME, FACING], BASES, generator, samples=8, noise=noise)
+        own = recorded_face_to_face(self.truth, generator, noise=noise)
         self.placements = dict(zip(self.robots, own, strict=True))
 
     def fit(self, names=("front", "left"), **options):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imagined import configurations
+from imagined import configurations, slopes
 
 import mukca
 
@@ -50,12 +50,6 @@ class Model:
             )
             assert function != "command" or status == 0
         return out
-
-
-def moved(function, q, step=1e-6):
-    """Central differences by each joint, shape (N, size, m)."""
-    steps = step * np.eye(q.shape[1])
-    return np.stack([(function(q + s) - function(q - s)) / (2 * step) for s in steps], axis=2)
 
 
 @pytest.mark.slow
@@ -103,9 +97,9 @@ def check_flange(model, robot, calibration, q):
     found = T[:, :3, :3] @ place + T[:, :3, 3]
     assert np.abs(found - calibration.calibrated.ball(q)).max() < 1e-12
     J = model("jacobian", q, 6 * m).reshape(-1, 6, m)
-    slopes = moved(lambda x: model("flange", x, 16), q).reshape(-1, 4, 4, m)
-    assert np.abs(J[:, :3] - slopes[:, :3, 3]).max() < 1e-8
-    W = np.einsum("nikj,nlk->nilj", slopes[:, :3, :3], T[:, :3, :3])
+    change = slopes(lambda x: model("flange", x, 16), q).reshape(-1, 4, 4, m)
+    assert np.abs(J[:, :3] - change[:, :3, 3]).max() < 1e-8
+    W = np.einsum("nikj,nlk->nilj", change[:, :3, :3], T[:, :3, :3])
     spin = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=1)
     assert np.abs(J[:, 3:] - spin).max() < 1e-8
 

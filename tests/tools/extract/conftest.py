@@ -43,6 +43,14 @@ class Session:
             if not arm.shows("silent", moment)
         ]
 
+    def read_back(self, folder, within=4e-5):
+        """Return a placement that holds all samples of the session, and nothing else."""
+        placement, rests = read_placement(folder), zip(self.places, self.sockets, strict=True)
+        expected = [(q, socket) for q, socket in rests if socket is not None]
+        assert placement.sockets.tolist() == [socket for _, socket in expected]
+        assert np.abs(placement.positions - [q for q, _ in expected]).max() < within
+        return placement
+
 
 @pytest.fixture(scope="session")
 def moves(session):

@@ -13,14 +13,6 @@ pytestmark = pytest.mark.slow
 NAMES = tuple(f"panda_joint{i}" for i in range(1, 8))
 
 
-def check(placement, moves, within=4e-5):
-    """All samples of the session, and nothing else."""
-    read = mukca.read_placements(placement)[0]
-    expected = [(q, s) for q, s in zip(moves.places, moves.sockets, strict=True) if s is not None]
-    assert read.sockets.tolist() == [socket for _, socket in expected]
-    assert np.abs(read.positions - [q for q, _ in expected]).max() < within
-
-
 def finite(moves):
     return [state for state in moves.states if np.isfinite(state.position).all()]
 
@@ -45,7 +37,7 @@ def test_a_foreign_csv_log(extract, moves, tmp_path):
     words = ("--robot", "panda", "--out", tmp_path / "out")
     status, _, err = extract(tmp_path / "log.csv", *words)
     assert status == 0, err
-    check(tmp_path / "out" / "placement_1", moves)
+    moves.read_back(tmp_path / "out" / "placement_1")
 
 
 def plain(file, moves, head="t", scale=1.0, step=1.0):
@@ -69,8 +61,8 @@ def test_a_csv_log_that_cannot_be_used(refused, moves, tmp_path, given, words, s
 
 def data_set(folder, moves, version, values, names):
     """A data set of two episodes, one for each socket, as lerobot lays it out."""
-    import pyarrow
-    from pyarrow import parquet
+    pyarrow = pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
+    parquet = pytest.importorskip("pyarrow.parquet")
 
     states = finite(moves)
     fps = 40
@@ -111,7 +103,6 @@ def data_set(folder, moves, version, values, names):
 
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
 def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
-    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     angles = np.degrees([state.position for state in finite(moves)])
     values = np.hstack([angles, np.full((len(angles), 1), 50.0)])
     suffix = ".pos" if version == "v3.0" else ""
@@ -124,20 +115,14 @@ def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     assert not (tmp_path / "out").exists()
     status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
     assert status == 0 and "2 episodes" in shown
-    check(tmp_path / "out" / "placement_1", moves)
+    moves.read_back(tmp_path / "out" / "placement_1")
 
 
 def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
-    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     # as drivers/arms/servos/joint_maps.py has it, in true ticks
+    same = {"homing_offset": 7, "range_min": 10}
     motors = {
-        name: {
-            "id": i,
-            "drive_mode": i % 2,
-            "homing_offset": 7,
-            "range_min": 10,
-            "range_max": 4000 + i,
-        }
+        name: {**same, "id": i, "drive_mode": i % 2, "range_max": 4000 + i}
         for i, name in enumerate(NAMES)
     }
     (tmp_path / "arm.json").write_text(json.dumps(motors))
@@ -162,7 +147,6 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
 
 def test_servos_with_coarse_encoders(extract, moves, tmp_path):
     """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
-    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     rng = np.random.default_rng(1)
     true = np.array([state.position for state in finite(moves)])
     ticks = np.round(true * 4096 / (2 * np.pi) + rng.normal(0, 0.35, true.shape))
@@ -172,11 +156,10 @@ def test_servos_with_coarse_encoders(extract, moves, tmp_path):
     words = ("--units", "degrees", "--out", tmp_path / "out")
     status, _, err = extract(tmp_path / "set", "--robot", "panda", *words)
     assert status == 0, err
-    check(tmp_path / "out" / "placement_1", moves, within=2e-3)
+    moves.read_back(tmp_path / "out" / "placement_1", within=2e-3)
 
 
 def test_a_damaged_data_set(refused, moves, tmp_path):
-    pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     values = np.degrees([state.position for state in finite(moves)])
     data_set(tmp_path / "set", moves, "v2.1", values, list(NAMES))
     words = (tmp_path / "set", "--robot", "panda", "--units", "degrees")

@@ -1,4 +1,4 @@
-"""What the pages say, word for word: reports, a comparison, a fleet."""
+"""What the pages say, word for word: reports and a comparison."""
 
 import shutil
 
@@ -47,16 +47,3 @@ def test_the_report_of_two_arms(session, tmp_path):
     without = ["--without", "compliance", "tilt", "transmission", "joint-noise"]
     main(["solve", *folders, *robots, *without, "--out", str(tmp_path / "out")])
     says("arms", (tmp_path / "out/right/report.html").read_text())
-
-
-def test_the_fleet(session, tmp_path):
-    """One arm is recorded twice, and a joint of it slips in between; the other's file is bad."""
-    for place in ("arm-1/May", "arm-1/June"):
-        for name in ("front", "left"):
-            shutil.copytree(session / name, tmp_path / "arms" / place / name)
-    turned(tmp_path / "arms/arm-1/May", 3, 0.01)
-    shutil.copytree(session / "front", tmp_path / "arms/arm-2/front")
-    (tmp_path / "arms/arm-2/front/hole_1.csv").write_text("a,b\n1,2\n")
-    words = [str(tmp_path / "arms"), "--robot", "panda", "--method", "paper", "--processes", "1"]
-    assert main(["fleet", *words, "--out", str(tmp_path / "out")]) == 1
-    says("fleet", (tmp_path / "out/fleet.html").read_text())
