@@ -17,7 +17,10 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def fleet(session, tmp_path_factory):
-    """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file."""
+    """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file.
+
+    Each arm's base is turned, so that no two have the same samples.
+    """
     folder = tmp_path_factory.mktemp("fleet") / "arms"
     for arm in ("arm-1", "arm-2"):
         for date in ("2026-05-02", "2026-06-01"):
@@ -25,6 +28,8 @@ def fleet(session, tmp_path_factory):
                 shutil.copytree(session / name, folder / arm / date / name)
     turned(folder / "arm-2/2026-06-01", 3, 0.01)
     shutil.copytree(session / "front", folder / "arm-3/front")
+    for turns in (2, 3):
+        turned(folder / f"arm-{turns}", 0, 0.1 * turns)
     (folder / "arm-3/front/hole_1.csv").write_text("a,b\n1,2\n")
     (folder / "notes").mkdir()
     return folder
@@ -84,15 +89,29 @@ def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, command):
     points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
     if not points.exists():
         pytest.skip("needs the shared tracker recordings")
-    for arm in ("a", "b"):
+    for arm, order in (("a", 1), ("b", -1)):
         (tmp_path / "fleet" / arm / "points").mkdir(parents=True)
         rows = points.read_text().splitlines(keepends=True)
-        (tmp_path / "fleet" / arm / "points/points.csv").write_text("".join(rows[:1] + rows[1::8]))
+        (tmp_path / "fleet" / arm / "points/points.csv").write_text(
+            "".join(rows[:1] + rows[1::8][::order])
+        )
     words = ["fleet", tmp_path / "fleet", "--out", tmp_path / "out", "--robot", "ur10", "--json"]
     words += ["--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1"]
     (pair,) = json.loads(command(*words)[1])["curves"]
     assert (pair["a"], pair["b"]) == ("a", "b")
-    assert all(row["difference"] == 0 for row in pair["joints"])
+    assert all(row["difference"] < 1e-7 for row in pair["joints"])
+
+
+def test_arms_with_the_samples_of_another_do_not_pass(fleet, session, tmp_path, answer):
+    """Nobody can tell whose the samples are; the third arm is calibrated all the same."""
+    for name in ("arm-1/front", "arm-2/July/front"):
+        shutil.copytree(session / "front", tmp_path / "fleet" / name)
+    shutil.copytree(fleet / "arm-2/2026-05-02", tmp_path / "fleet/arm-3")
+    words = ("--robot", "panda", "--method", "paper", "--processes", "1", "--out", tmp_path / "out")
+    one, two, three = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
+    assert not one["sessions"] and "are those of arm arm-2: copied?" in one["error"]
+    assert not two["sessions"] and "are those of arm arm-1: copied?" in two["again"]
+    assert "error" not in three and len(three["sessions"]) == 1
 
 
 def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):

@@ -4,6 +4,7 @@ from .calibrate import calibrate_arm as calibrate_arm
 from .calibrate import compare_curves as compare_curves
 from .calibrate import compare_parameters as compare_parameters
 from .calibrate import find_arms as find_arms
+from .calibrate import find_copies as find_copies
 from .calibrate import last_sessions as last_sessions
 from .document import FORMAT as FORMAT
 from .document import FleetArm as FleetArm

@@ -1,8 +1,9 @@
 """All of one arm: its sessions calibrated one by one, and how each held at the next."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
@@ -32,6 +33,8 @@ class ArmFolder:
     robot: Mapping[str, Any]
     """Arguments of :func:`mukca.load_robot`."""
     settings: SolveOptions
+    copied: str | None = None
+    """The reason not to calibrate it: it has samples of another arm."""
 
 
 def find_arms(folder: Path) -> list[Path]:
@@ -60,6 +63,24 @@ def find_sessions(arm: Path) -> dict[str, list[Path]]:
     return {name: placements for name, placements in sessions.items() if placements}
 
 
+def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
+    """Return the arms with a file of samples that another arm has too, each with its message."""
+    holders: dict[bytes, dict[Path, Path]] = {}
+    for arm in arms:
+        for placement in chain.from_iterable(find_sessions(arm).values()):
+            for file in sorted(placement.glob("*.csv")):
+                with suppress(OSError):  # told by the arm that it stops
+                    rows = file.read_bytes().partition(b"\n")[2].strip()  # below a header, if any
+                    holders.setdefault(rows, {}).setdefault(arm, file)
+    copied: dict[Path, str] = {}
+    for files in (files for rows, files in holders.items() if rows and len(files) > 1):
+        for arm, file in files.items():
+            other = next(one for one in files if one != arm)
+            text = f"{file}: the samples are those of arm {other.name}: copied? {files[other]}"
+            copied.setdefault(arm, text)
+    return copied
+
+
 def _inside(folder: Path) -> list[Path]:
     return sorted(child for child in folder.iterdir() if child.is_dir())
 
@@ -71,7 +92,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     that cannot be calibrated says why in :attr:`FleetArm.error`, and stops no other.
     """
     sessions: list[FleetSession] = []
-    error: str | None = None
+    error = arm.copied
     model, arguments = arm.folder / MODEL, dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
@@ -81,7 +102,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     try:
         robot = load_robot(**arguments)
         before: tuple[str, Calibration] | None = None
-        for name, folders in find_sessions(arm.folder).items():
+        for name, folders in find_sessions(arm.folder).items() if error is None else ():
             placements = [read_placement(folder) for folder in folders]
             first, *rest = placements
             calibration = calibrate(robot, [first, *rest[:-1]], test=rest[-1:], **settings)

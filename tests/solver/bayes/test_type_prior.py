@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import write_rows
+from altered import turned, write_rows
 from imagined import held_out
 
 import mukca
@@ -84,11 +84,15 @@ def test_an_effect_that_is_not_to_be_tried_is_not_told_either(panda, recorded, o
 
 
 def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
-    """As means weighted by precision; two arms alike are known better than one."""
+    """As means weighted by precision; two arms alike are known better than one.
+
+    The second arm's base is turned.
+    """
     for arm in ("a", "b"):
         for k in (0, 1):
             rows = [s.position for s in recorded[1][0].samples if s.socket == k]
             write_rows(tmp_path / "arms" / arm / "front" / f"hole_{k}.csv", rows)
+    turned(tmp_path / "arms/b", 0, 0.1)
     words = ["fleet", str(tmp_path / "arms"), "--robot", "panda", "--processes", "1"]
     assert main([*words, "--distance", "0.05", "--out", str(tmp_path / "out")]) in (0, 1, 3)
     capsys.readouterr()
@@ -97,7 +101,7 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
     (file, *_) = sorted((tmp_path / "out").rglob("calibration.json"))
     one = {c["name"]: c for c in json.loads(file.read_text())["coefficients"]}
     for c in entry["coefficients"]:
-        assert c["value"] == pytest.approx(one[c["name"]]["value"], rel=1e-6)
+        assert c["value"] == pytest.approx(one[c["name"]]["value"], rel=1e-3)
         expected = one[c["name"]]["standard_deviation"] / 2**0.5
         assert c["standard_deviation"] == pytest.approx(expected, rel=1e-3, abs=1e-9)
 

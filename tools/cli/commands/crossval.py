@@ -155,7 +155,9 @@ class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
 def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     """Calibrate all arms, and write the page."""
     options.check_out()
-    items = [_arm(options, folder) for folder in fleet.find_arms(options.folder)]
+    folders = fleet.find_arms(options.folder)
+    copied = fleet.find_copies(folders)
+    items = [_arm(options, folder, copied.get(folder)) for folder in folders]
     with terminal.progress(len(items)) as progress:
         arms = options.workers.map(
             fleet.calibrate_arm, items, lambda i: progress(items[i].folder.name)
@@ -187,10 +189,9 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     return assessment.worst(arm.exit_status for arm in arms)
 
 
-def _arm(options: _FleetOptions, folder: Path) -> "fleet.ArmFolder":
+def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.ArmFolder":
     robot = options.model_arguments()
     if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
         robot["robot"] = str(Path(options.robot).resolve())
-    return fleet.ArmFolder(
-        folder.resolve(), (options.out / folder.name).resolve(), robot, options.calibration
-    )
+    out = (options.out / folder.name).resolve()
+    return fleet.ArmFolder(folder.resolve(), out, robot, options.calibration, copied)
