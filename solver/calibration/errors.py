@@ -87,7 +87,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
                     name = f"{row.name}{_kind(row)}"
                     rows += _rows(row, name, "+".join(map(str, row.samples)))
             if summary is not None:
-                removed = f"{100 * data.removed_share(summary.nominal, summary.loaded):.1f} % less"
+                removed = f"{100 * summary.removed_when_loaded:.1f} % less"
                 rows += _rows(summary, f"= {title}", removed)
         return rows
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ...recorder import Placement, Sample
-from ..data import Metrics
+from ..data import Metrics, removed_share
 from .files import Document
 
 Role = Literal["train", "test"]
@@ -63,6 +63,11 @@ class Summary(Document, kw_only=True, frozen=True):
     def loaded(self) -> Metrics:
         """By ``calibrated.urdf``, which is what a user loads."""
         return self.geometric or self.calibrated
+
+    @property
+    def removed_when_loaded(self) -> float:
+        """1 - loaded / nominal, of the mean absolute error."""
+        return removed_share(self.nominal, self.loaded)
 
 
 class Summaries(Document, kw_only=True, frozen=True):
