@@ -79,12 +79,20 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
     moving = set(robot.joint_names)
     first = next((joint for joint in robot.joints if joint.name in keys), None)
     full = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
-    if first is None or not (first.parent.endswith(vendor.root) and full and moving <= set(keys)):
+    fits = first is not None and full and moving <= set(keys)
+    if first is not None and fits and first.parent.endswith(vendor.root):
+        return keys
+    if first is None or not fits or request.format == "xarm":  # joint1 .. are many makers' names
         raise ExportError(
             f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
         )
-    return keys
+    prefix = first.name.removesuffix(next(k for k in vendor.keys if first.name.endswith(k)))
+    raise ExportError(
+        f"--to {request.format}: the parent of {first.name} is {first.parent}, in {vendor.makes} "
+        f"{prefix}{vendor.root}; solve by a model with that link and --base {prefix}{vendor.root}; "
+        "--to xacro works for any arm"
+    )
 
 
 def _number(value: float) -> str:

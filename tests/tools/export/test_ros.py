@@ -192,3 +192,11 @@ def test_a_file_of_another_robot_is_refused(refused, calibrations, tmp_path):
     file.write_text(text.partition("  hash")[0])
     refused("no `hash`", "export", calibrations / "ur5e.json", *words)
     assert not (tmp_path / "a.yaml").exists()
+
+
+def test_another_first_link_is_told_with_the_one_that_is_needed(calibrations, tmp_path, refused):
+    file = tmp_path / "calibration.json"
+    file.write_text((calibrations / "panda.json").read_text().replace("panda_link0", "foot"))
+    words = ("export", file, "--to", "franka", "--out", tmp_path / "a.yaml")
+    line = refused("the parent of panda_joint1 is foot, in a Franka arm panda_link0", *words)
+    assert "--base panda_link0" in line
