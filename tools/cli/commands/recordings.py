@@ -33,8 +33,8 @@ def run_info(options: _InfoOptions, terminal: Terminal) -> int:
         for folder in folders:
             before = recorder.set_distance(folder, options.set_distance)
             if not options.json:
-                to = f"to {_length(options.set_distance)} in {folder / recorder.METADATA}"
-                terminal.say(f"distance changed from {_length(before)} {to}")
+                change = _change(before, options.set_distance, "changed from")
+                terminal.say(f"distance {change} in {folder / recorder.METADATA}")
     placements = [_describe(folder) for folder in folders]
     terminal.emit({"placements": placements})
     for placement in placements if not options.json else []:
@@ -104,6 +104,13 @@ def _length(distance: Any) -> str:
     return "not known" if distance is None else str(distance)
 
 
+def _change(before: Any, after: Any, words: str = "from") -> str:
+    """Change of a distance; the same one given again was assumed before, and is measured now."""
+    if before == after:
+        return f"of {_length(after)} measured, no longer assumed"
+    return f"{words} {_length(before)} to {_length(after)}"
+
+
 def _told(row: Any) -> str:
     """Correction of a distance and its time, or a session's facts."""
     if not isinstance(row, dict):
@@ -111,8 +118,9 @@ def _told(row: Any) -> str:
     known = cast("dict[str, Any]", row)
     if "distance" not in known:
         return ", ".join(f"{key} {value}" for key, value in known.items())
-    changed = " to ".join(map(_length, _listed(known["distance"])))
-    return f"distance from {changed}, {known.get('time', 'at an unknown time')}"
+    changes = _listed(known["distance"])
+    changed = _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
+    return f"distance {changed}, {known.get('time', 'at an unknown time')}"
 
 
 def _joint_lines(facts: dict[str, Any]) -> list[str]:
