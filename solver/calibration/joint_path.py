@@ -14,6 +14,8 @@ DETOUR = (0.02, 0.1)
 half the way itself [m], [rad]."""
 FAR = 20.0
 """No arm is this large [m]."""
+BEYOND = 0.1
+"""Distance left [m] from which a pose is out of the arm's reach, not only of the start."""
 FARTHEST = 0.1
 """Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 
@@ -31,7 +33,7 @@ class CommandError(MukcaError):
         """The joint that stands at its limit there; empty for none."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class JointPath(Solutions):
     """Joint positions for N poses, each near those before."""
 
@@ -43,6 +45,13 @@ class JointPath(Solutions):
     jumps: tuple[int, ...]
     """Poses to which the joints cannot go straight from the pose before: the tool would leave the
     way."""
+
+    def __repr__(self) -> str:
+        at_limit = sum(map(bool, self.at_limit))
+        return (
+            f"JointPath({len(self.positions)} poses: {self.reached.sum()} reached, "
+            f"{len(self.jumps)} jumps, {at_limit} with a joint at its limit)"
+        )
 
     def checked(self) -> np.ndarray:
         """Return the positions, shape (N, m) [rad].
@@ -97,6 +106,11 @@ def check_nearby(found: Solutions, rows: np.ndarray) -> None:
 def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandError:
     """Return the error that says how far a pose is from being reached."""
     cure, left = "give a pose within reach, or start near another posture", found.left[row]
+    if left[0] > BEYOND:
+        cure = (
+            "the pose is out of the arm's reach, its joints' limits kept: give one that is that "
+            "much nearer; poses are those of the tool, or of the flange, in the base's frame"
+        )
     if left[0] > FAR:
         cure = "poses are in metres: is this one in millimetres?"
     return CommandError(

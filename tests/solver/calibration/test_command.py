@@ -95,6 +95,7 @@ def test_what_is_out_of_reach_is_said_with_the_nearest_positions(bent_panda):
     place = bent_panda.flange(stopped.value.positions)[:3, 3]
     left = np.linalg.norm(place - [3.0, 0.0, 0.3])
     assert stopped.value.left[0] == pytest.approx(left) and 2.0 < left < 2.3
+    assert "out of the arm's reach" in str(stopped.value)
 
 
 def test_the_joint_at_its_limit_is_named(bent_panda):
@@ -147,6 +148,7 @@ def test_jumps_and_poses_not_reached_are_refused(bent_panda):
     poses[1, :3, 3] = 3.0
     lost = bent_panda.command_path(poses, one)
     assert path.jumps == (1,) and lost.reached.tolist() == [True, False]
+    assert repr(lost).startswith("JointPath(2 poses: 1 reached, 1 jumps, ")
     for table, words in ((path, "jump"), (lost, "not reached")):
         with pytest.raises(CommandError, match=f"pose 1: .*{words}"):
             table.checked()
