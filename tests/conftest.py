@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calibrated_arm import simulate
 from hypothesis import settings
 from virtual_time import VirtualTime
 
@@ -175,6 +176,11 @@ def chromium():
 def true_panda(panda):
     """A Panda whose true kinematics differ from its URDF."""
     return perturb(panda, np.random.default_rng(7), 2e-3, 5e-3)
+
+
+@pytest.fixture(scope="session")
+def simulated():
+    return simulate()
 
 
 @pytest.fixture(scope="session")

@@ -28,17 +28,10 @@ def imagine(robot, template, off=2e-3, size=2e-5):
         nominals = (*joint.origin.xyz, *joint.origin.rpy)
         for component, nominal in zip(COMPONENTS, nominals, strict=True):
             change, other = rng.normal(0, off, 2).tolist()
-            values.append(
-                {
-                    **by_component[component],
-                    "name": f"{joint.name}.{component}",
-                    "joint": joint.name,
-                    "nominal": nominal,
-                    "calibrated": nominal + change,
-                    "change": change,
-                    "exported": nominal + change + 0.1 * other,
-                }
-            )
+            called = {"name": f"{joint.name}.{component}", "joint": joint.name}
+            found = {"nominal": nominal, "calibrated": nominal + change, "change": change}
+            exported = {"exported": nominal + change + 0.1 * other}
+            values.append(by_component[component] | called | found | exported)
     m = len(robot.joint_names)
     corrections = {key: rng.uniform(0, size, m * n).tolist() for key, n in SIZES.items()}
     samples = [

@@ -1,4 +1,4 @@
-"""Opening a driver by one string, and how connections and states print."""
+"""Opening a driver by one string, what addresses mean, and how connections and states print."""
 
 import pytest
 from cases import by_table
@@ -47,3 +47,27 @@ def test_a_state_and_a_connection_print_on_one_line(hand):
     assert repr(JointState(0.0, (1.0,), (2.0,))) == "JointState(0.000 s: 1.0000, with effort)"
     with open_driver(f"mock:{hand}") as driver:
         assert repr(driver) == "Mock(2 joints, missed 0, rejected 0)"
+
+
+@by_table("address", "told")
+def test_a_host_its_port_and_options_are_taken_apart(address, told):
+    with refused("UNREACHABLE", match=told):
+        open_driver("franka", address)
+
+
+@by_table("name", "address")
+def test_addresses_that_mean_nothing(name, address):
+    with refused("BAD_ADDRESS") as caught:
+        open_driver(name, address)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_option_that_is_not_known_names_those_that_are():
+    with refused("BAD_ADDRESS", match="there are: rate, effort"):
+        open_driver("ur", "host?speed=1")
+
+
+@by_table("address", "bus")
+def test_a_can_bus_that_is_not_there_says_how_to_bring_it_up(address, bus):
+    with refused("UNREACHABLE", match=f"CAN bus {bus} .*ip link set can0 up"):
+        open_driver("piper", address)

@@ -7,6 +7,7 @@ import termios
 import tty
 
 import pytest
+from cases import by_table
 from driver_errors import reason_of, refused
 from emulation import VirtualBus, emulated, reading
 from kortex_stand_in import TORQUES, kortex_arm
@@ -72,16 +73,7 @@ def test_kortex_that_is_not_installed_says_how_to_get_it():
         open_driver("kinova", "kortex://192.168.1.10")
 
 
-@pytest.mark.parametrize(
-    ("told", "truth"),
-    [
-        ([350.0, 5.0, 350.0], [-10, 5, -10]),
-        ([10.0, 359.0, 2.0], [10, -1, 2]),
-        ([170.0, 180.5, 190.0, 179.0], [170, 180.5, 190, 179]),
-        ([180.5, 179.0], [-179.5, -181]),
-        ([20.0 * step % 360 for step in range(60)], [20.0 * step for step in range(60)]),
-    ],
-)
+@by_table("told", "truth")
 def test_kortex_angles_are_centred_and_go_on_through_turns(told, truth):
     with kortex_arm() as arm, open_driver("kinova", f"{arm.address}?rate=1000") as driver:
         angles = []

@@ -45,6 +45,10 @@ class Controller:
             free.bind((self.client, 0))
             self.port = free.getsockname()[1]
 
+    @property
+    def address(self):
+        return f"{self.socket.getsockname()[0]}:{self.port}?bind={self.client}"
+
     def send(self, sequence, session=2, multiplier=1, joints=Q, stamp=None):
         """The stamp is in ms, by default the sequence number."""
         stamp = sequence if stamp is None else stamp
@@ -70,8 +74,7 @@ def controller():
 @pytest.fixture
 def driver(controller, virtual_time):
     virtual_time.peers.append(Every(virtual_time, 0.2, lambda: controller.send(0)))
-    host = controller.socket.getsockname()[0]
-    with open_driver("kuka", f"{host}:{controller.port}?bind={controller.client}") as driver:
+    with open_driver("kuka", controller.address) as driver:
         virtual_time.peers.clear()
         driver.read(1)
         controller.replies()
@@ -135,9 +138,8 @@ def test_a_session_without_joint_angles_is_told(controller, virtual_time):
     sequence = count()
     send = Every(virtual_time, 0.1, lambda: controller.send(next(sequence), 0, 1, ()))
     virtual_time.peers.append(send)
-    host = controller.socket.getsockname()[0]
     with refused("WRONG_MODE", match="idle, excellent and tells no joint angles"):
-        open_driver("kuka", f"{host}:{controller.port}?bind={controller.client}")
+        open_driver("kuka", controller.address)
 
 
 @pytest.mark.parametrize("count", [1, 6, 8])

@@ -82,35 +82,29 @@ def body_of(code):
 
 
 BROKEN = {
-    "raises": "raise RuntimeError('no licence')",
-    "leaves": "raise SystemExit(3)",
-    "lacks": "import a_package_that_is_nowhere",
-    "empty": "",
-    "other": "Arm = dict",
-    "taken": "",  # the name of an arm that mukca brings, which comes first
+    "raises": ("raise RuntimeError('no licence')", "no licence"),
+    "leaves": ("raise SystemExit(3)", "SystemExit(3)"),
+    "lacks": ("import a_package_that_is_nowhere", "a_package_that_is_nowhere"),
+    "empty": ("", "has no attribute 'Arm'"),
+    "other": ("Arm = dict", "is no subclass of Driver"),
 }
+"""The code of each, and what is told of it."""
 
 
 @pytest.fixture(scope="module")
 def broken(tmp_path_factory):
     """Plug-ins, each broken in its own way, as pip would lay them out."""
     folder = tmp_path_factory.mktemp("broken")
-    for name, code in BROKEN.items():
-        called = "franka" if name == "taken" else f"broken-{name}"
-        lay_out(folder, f"plugin-{name}", code, {called: "Arm"})
+    for name, (code, _) in BROKEN.items():
+        lay_out(folder, f"plugin-{name}", code, {f"broken-{name}": "Arm"})
+    lay_out(folder, "plugin-taken", "", {"franka": "Arm"})  # an arm that mukca brings
     return folder
 
 
 def test_broken_plugins_are_named_and_stop_no_other(broken):
     drivers, warnings = listed(broken)
     assert drivers["ur"]["broken"] is drivers["mock"]["broken"] is None
-    for name, expected in {
-        "raises": "no licence",
-        "leaves": "SystemExit(3)",
-        "lacks": "a_package_that_is_nowhere",
-        "empty": "has no attribute 'Arm'",
-        "other": "is no subclass of Driver",
-    }.items():
+    for name, (_, expected) in BROKEN.items():
         assert f"plugin-{name} 0.1" in drivers[f"broken-{name}"]["broken"]
         (warning,) = [line for line in warnings if f"'broken-{name}'" in line]
         assert expected in warning

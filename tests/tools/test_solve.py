@@ -15,6 +15,8 @@ import mukca
 
 pytestmark = pytest.mark.slow
 
+WRITTEN = {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
+
 
 @pytest.fixture
 def run(command, monkeypatch, session):
@@ -64,12 +66,7 @@ def test_outputs_are_written_and_validate_reads_them_back(run, tmp_path):
     status, text, _ = run(*words)
     assert status == 0
     assert "camera extrinsics" in text and "robot_state_publisher" in text
-    assert {file.name for file in out.iterdir()} == {
-        "calibrated.urdf",
-        "calibration.json",
-        "report.html",
-        "report.json",
-    }
+    assert {file.name for file in out.iterdir()} == WRITTEN
     _, text, _ = run("validate", f"{out}/calibration.json", "front", "left", "right", "--json")
     validated = json.loads(text)
     document = json.loads((out / "calibration.json").read_text())
@@ -239,8 +236,7 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path):
     assert json.loads(text)["scale"]["value"] == pytest.approx(0.09, abs=0.01)
     assert 5e-4 < json.loads(text)["scale"]["deviation"] < 5e-3
     assert json.loads(text)["verdict"]["status"] == "fail"
-    written = {file.name for file in (tmp_path / "c").iterdir()}
-    assert written == {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
+    assert {file.name for file in (tmp_path / "c").iterdir()} == WRITTEN
     report = json.loads((tmp_path / "c/report.json").read_text())
     assert report["verdict"]["status"] == "fail"
     assert "55 mm (as given)" in err and "55 mm (as given)" in report["distance_text"]

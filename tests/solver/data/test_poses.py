@@ -83,8 +83,6 @@ def test_the_tool_and_the_frame_are_found_from_anywhere(panda):
 
 
 def test_wrong_columns_of_quaternions_are_named(panda):
-    from mukca.solver.calibration import quaternion_of
-
     _, R, _ = poses(panda)
     X = turn(np.array([0.3, -2, 1]))
     given = quaternion_of(X.T @ R)
@@ -118,8 +116,6 @@ def test_the_turns_of_the_link_are_its_derivatives(panda):
 @pytest.mark.slow
 def test_poses_calibrate_and_judge_places_and_turns(true_panda):
     """The instrument stands anywhere, and its probe is turned by 100 degrees on the flange."""
-    from mukca.solver.calibration import quaternion_of
-
     generator = np.random.default_rng(3)
     model, none = BallModel(true_panda, []), np.zeros(0)
     q = workspace(true_panda, 70, seed=3)

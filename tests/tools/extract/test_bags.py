@@ -53,26 +53,28 @@ class Bag:
         moment = round((START + stamp + 0.003) * 1e9)
         self.writer.write(connection, moment, serialize(message, TYPE))
 
-    def close(self):
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
         self.writer.close()
 
 
 def busy_bag(path, kind, moves):
     """A bag as a lab's: grippers, another arm, names in another order, half messages."""
-    bag = Bag(path, kind)
-    shuffled = [3, 6, 0, 1, 5, 4, 2]
-    for i, state in enumerate(moves.states):
-        names = [NAMES[k] for k in shuffled] + ["panda_finger_joint1"]
-        position = [state.position[k] for k in shuffled] + [0.04]
-        if i % 7 == 0:  # another publisher on the same topic, and in another order
-            names, position = names[::-1], position[::-1]
-        bag.write("/joint_states", state.stamp, names, position, [0.1] * 8)
-        if i % 5 == 0:
-            bag.write("/joint_states", state.stamp + 1e-3, ["panda_finger_joint1"], [0.04])
-            bag.write("/joint_states", state.stamp + 2e-3, NAMES[:5], state.position[:5])
-        if i % 10 == 0:  # the same, now and then, on a topic of its own
-            bag.write("/franka/joint_states", state.stamp, NAMES, state.position)
-    bag.close()
+    with Bag(path, kind) as bag:
+        shuffled = [3, 6, 0, 1, 5, 4, 2]
+        for i, state in enumerate(moves.states):
+            names = [NAMES[k] for k in shuffled] + ["panda_finger_joint1"]
+            position = [state.position[k] for k in shuffled] + [0.04]
+            if i % 7 == 0:  # another publisher on the same topic, and in another order
+                names, position = names[::-1], position[::-1]
+            bag.write("/joint_states", state.stamp, names, position, [0.1] * 8)
+            if i % 5 == 0:
+                bag.write("/joint_states", state.stamp + 1e-3, ["panda_finger_joint1"], [0.04])
+                bag.write("/joint_states", state.stamp + 2e-3, NAMES[:5], state.position[:5])
+            if i % 10 == 0:  # the same, now and then, on a topic of its own
+                bag.write("/franka/joint_states", state.stamp, NAMES, state.position)
 
 
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap"])
@@ -92,10 +94,9 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
 
 
 def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path):
-    bag = Bag(tmp_path / "session", "mcap")
-    for state in moves.states:
-        bag.write("/joint_states", state.stamp, NAMES, state.position)
-    bag.close()
+    with Bag(tmp_path / "session", "mcap") as bag:
+        for state in moves.states:
+            bag.write("/joint_states", state.stamp, NAMES, state.position)
     bare = next((tmp_path / "session").glob("*.mcap"))
     assert extract(bare, "--robot", "panda", "--out", tmp_path / "out")[0] == 0
     robot = mukca.load_robot("panda")
@@ -115,12 +116,11 @@ def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_p
 
 
 def test_two_arms_in_one_message(extract, refused, moves, tmp_path):
-    bag = Bag(tmp_path / "two", "db3")
-    names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
-    for state in moves.states:
-        both = [value for left in state.position for value in (-left, left)]
-        bag.write("/joint_states", state.stamp, names, both, header=False)
-    bag.close()
+    with Bag(tmp_path / "two", "db3") as bag:
+        names = [f"{side}_{name}" for name in NAMES for side in ("right", "left")]
+        for state in moves.states:
+            both = [value for left in state.position for value in (-left, left)]
+            bag.write("/joint_states", state.stamp, names, both, header=False)
     refused("--joints 'right_*'", "extract", tmp_path / "two", "--robot", "panda")
     words = ("--joints", "left_*", "--out", tmp_path / "out")
     assert extract(tmp_path / "two", "--robot", "panda", *words)[0] == 0
@@ -129,10 +129,9 @@ def test_two_arms_in_one_message(extract, refused, moves, tmp_path):
 
 
 def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path):
-    bag = Bag(tmp_path / "one", "db3")
-    for state in moves.states[:1500]:
-        bag.write("/joint_states", state.stamp, NAMES, state.position, np.arange(7.0))
-    bag.close()
+    with Bag(tmp_path / "one", "db3") as bag:
+        for state in moves.states[:1500]:
+            bag.write("/joint_states", state.stamp, NAMES, state.position, np.arange(7.0))
     words = ("--efforts", "--out", tmp_path / "out")
     assert extract(tmp_path / "one", "--robot", "panda", *words)[0] == 0
     efforts = mukca.read_placements(tmp_path / "out" / "placement_1")[0].efforts
@@ -140,25 +139,22 @@ def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path):
 
 
 def write_other(path):
-    bag = Bag(path, "db3")
-    types = bag.types
-    text = types.types["std_msgs/msg/String"]("hello")
-    connection = bag.topic("/chatter", "std_msgs/msg/String")
-    bag.writer.write(connection, 1, types.serialize_cdr(text, "std_msgs/msg/String"))
-    bag.close()
+    with Bag(path, "db3") as bag:
+        types = bag.types
+        text = types.types["std_msgs/msg/String"]("hello")
+        connection = bag.topic("/chatter", "std_msgs/msg/String")
+        bag.writer.write(connection, 1, types.serialize_cdr(text, "std_msgs/msg/String"))
 
 
 def write_names(path):
-    bag = Bag(path, "db3")
-    bag.write("/joint_states", 0.0, ["shoulder", "elbow"], [0.1, 0.2])
-    bag.close()
+    with Bag(path, "db3") as bag:
+        bag.write("/joint_states", 0.0, ["shoulder", "elbow"], [0.1, 0.2])
 
 
 def write_torn(path):
-    bag = Bag(path, "mcap")
-    for i in range(2000):
-        bag.write("/joint_states", 0.02 * i, NAMES, [0.1] * 7)
-    bag.close()
+    with Bag(path, "mcap") as bag:
+        for i in range(2000):
+            bag.write("/joint_states", 0.02 * i, NAMES, [0.1] * 7)
     file = next(path.glob("*.mcap"))
     file.write_bytes(file.read_bytes()[:5000])
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from altered import write_rows
-from calibrated_arm import simulate
 from record_commands import read
 from terminal_session import PATIENCE, TerminalSession
 
@@ -64,11 +63,6 @@ def lead_on(steps, to=()):
     """Lead the arm to its next configuration, or to one that is given [rad]."""
     with steps.open("a") as file:
         file.write(",".join(map(repr, to)) + "\n")
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    return simulate()
 
 
 def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated, tmp_path):

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from altered import write_rows
-from calibrated_arm import simulate
 
 import mukca
 from mukca.tools.cli import main
@@ -17,8 +16,7 @@ pytestmark = pytest.mark.slow
 TIP = np.array([0.03, -0.02, 0.2])
 
 
-def test_poses_are_led_to_that_tell_the_zeros_best():
-    simulated = simulate()
+def test_poses_are_led_to_that_tell_the_zeros_best(simulated):
     taken = simulated.later.samples
     selector = ZeroSelector(simulated.calibration, 0.05, target=6)
     first = selector.advise(taken[:1], 0)
@@ -29,9 +27,7 @@ def test_poses_are_led_to_that_tell_the_zeros_best():
     assert end.enough and end.target is None and end.predicted > 1.1 * then.goal
 
 
-def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(tmp_path, scripted, capsys):
-    simulated = simulate()
-
+def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, scripted, capsys):
     def recorded(name, rows, keys, *more, status=0, said=""):
         hand = write_rows(tmp_path / f"{name}.csv", rows.tolist())
         words = ["--distance", "0.05", "--no-guide", *more]

@@ -87,8 +87,7 @@ def test_the_page_shows_the_figures_of_the_json(run, calibrated, other, tmp_path
 def test_other_robots_and_twice_the_same_are_refused(run, refused, calibrated, document, written):
     file = calibrated / "calibration.json"
     assert run(file, file)[0] == 2
-    names = ("nominal_urdf", "calibrated_urdf")
-    for key in names:
+    for key in ("nominal_urdf", "calibrated_urdf"):
         document["model"][key] = document["model"][key].replace("panda_joint3", "elbow")
     for row in document["parameters"]:
         row["name"] = row["name"].replace("panda_joint3", "elbow")
