@@ -154,6 +154,13 @@ def recordings():
 
 
 @pytest.fixture(scope="session")
+def ur10_points():
+    """The file of points of a UR10 that a laser tracker measured."""
+    file = ROOT.parent / "shared/tracker/ur10/points.csv"
+    return file if file.is_file() else pytest.skip(f"no points of a laser tracker at {file}")
+
+
+@pytest.fixture(scope="session")
 def panda():
     return load_robot("panda")
 

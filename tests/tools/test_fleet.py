@@ -85,16 +85,12 @@ def test_a_folder_that_is_no_fleet_is_told(fleet, tmp_path, refused, place, told
     assert not (tmp_path / "out").exists()
 
 
-def test_error_curves_of_arms_of_one_type_are_compared(tmp_path, command):
-    points = Path(__file__).parents[3] / "shared" / "tracker" / "ur10" / "points.csv"
-    if not points.exists():
-        pytest.skip("needs the shared tracker recordings")
+def test_error_curves_of_arms_of_one_type_are_compared(ur10_points, tmp_path, command):
+    head, *rows = ur10_points.read_text().splitlines(keepends=True)
     for arm, order in (("a", 1), ("b", -1)):
         (tmp_path / "fleet" / arm / "points").mkdir(parents=True)
-        rows = points.read_text().splitlines(keepends=True)
-        (tmp_path / "fleet" / arm / "points/points.csv").write_text(
-            "".join(rows[:1] + rows[1::8][::order])
-        )
+        file = tmp_path / "fleet" / arm / "points/points.csv"
+        file.write_text("".join([head, *rows[::8][::order]]))
     words = ["fleet", tmp_path / "fleet", "--out", tmp_path / "out", "--robot", "ur10", "--json"]
     words += ["--flange", "tool0", "--ball", "0", "0", "0.05", "--processes", "1"]
     (pair,) = json.loads(command(*words)[1])["curves"]

@@ -1,7 +1,6 @@
 """Joint error curves: found where they are and held out where nothing shows them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +30,6 @@ from mukca.solver.results import (
 pytestmark = pytest.mark.slow
 
 _PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
-UR10 = Path(__file__).parents[4] / "shared" / "tracker" / "ur10" / "points.csv"
 
 
 def test_the_splines_have_the_covariance_of_the_process():
@@ -107,11 +105,8 @@ def test_curves_are_compared_where_both_are_known():
 
 
 @pytest.fixture
-def ur10(tmp_path):
-    """Points of a UR10 that a laser tracker measured."""
-    if not UR10.is_file():
-        pytest.skip("needs the shared tracker recordings")
-    (tmp_path / "points.csv").write_bytes(UR10.read_bytes())
+def ur10(ur10_points, tmp_path):
+    (tmp_path / "points.csv").write_bytes(ur10_points.read_bytes())
     return mukca.read_placements(tmp_path)[0]
 
 

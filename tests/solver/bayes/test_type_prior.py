@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import turned, write_rows
+from altered import turned
 from imagined import held_out
 
 import mukca
+from mukca.recorder import write_holes
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -89,9 +90,7 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
     The second arm's base is turned.
     """
     for arm in ("a", "b"):
-        for k in (0, 1):
-            rows = [s.position for s in recorded[1][0].samples if s.socket == k]
-            write_rows(tmp_path / "arms" / arm / "front" / f"hole_{k}.csv", rows)
+        write_holes(recorded[1][0], tmp_path / "arms" / arm / "front")
     turned(tmp_path / "arms/b", 0, 0.1)
     words = ["fleet", str(tmp_path / "arms"), "--robot", "panda", "--processes", "1"]
     assert main([*words, "--distance", "0.05", "--out", str(tmp_path / "out")]) in (0, 1, 3)

@@ -37,38 +37,30 @@ def test_a_base_that_moved_is_found_and_can_be_split(look, record_at, placements
     assert split_at(seen.placements[1].measured, seen.placements[1].changes).counts == (20, 20)
 
 
-def test_samples_in_the_wrong_socket_or_far_away_are_told(look, placements):
+def test_samples_in_the_wrong_socket_or_far_away_are_told(look, change, placements):
     front = placements[0]
-    samples = list(front.samples)
+    samples = list(change(front, lambda q: q + 0.03 * np.eye(7)[1], slice(7, 8)).samples)
     samples[3] = replace(samples[3], socket=1)
-    q = np.array(samples[7].position)
-    q[1] += 0.03
-    samples[7] = replace(samples[7], position=tuple(q.tolist()))
     seen = look([replace(front, samples=tuple(samples)), *placements[1:]])
     assert sorted(codes(seen)) == ["far", "mislabelled"]
     assert "lies in socket 0" in " ".join(map(str, seen.placements[0].diagnostics))
 
 
-def test_duplicates_and_stuck_joints_are_told(look, placements):
+def test_duplicates_and_stuck_joints_are_told(look, change, placements):
     front = placements[0]
     samples = list(front.samples)
     samples[1] = replace(samples[0], position=tuple(np.array(samples[0].position) + 1e-5))
     assert codes(look([replace(front, samples=tuple(samples)), *placements[1:]])) == ["duplicate"]
     assert codes(look([*placements[:2], replace(front, name="again")])) == ["copies"]  # told once
-    stuck = [replace(s, position=(*s.position[:6], 0.1)) for s in front.samples]
-    found = [
-        f for f in look([replace(front, samples=tuple(stuck))]).diagnostics if f.code == "still"
-    ]
-    assert "panda_joint7" in found[0].text and "did not move at all" in found[0].text
+    stuck = change(front, lambda q: np.append(q[:6], 0.1))
+    (found,) = (f for f in look([stuck]).diagnostics if f.code == "still")
+    assert "panda_joint7" in found.text and "did not move at all" in found.text
 
 
-def test_a_placement_that_no_model_explains_is_told(look, placements):
+def test_a_placement_that_no_model_explains_is_told(look, change, placements):
     generator = np.random.default_rng(2)
-    loose = [
-        replace(s, position=tuple((np.array(s.position) + generator.normal(0, 2e-3, 7)).tolist()))
-        for s in placements[0].samples
-    ]
-    seen = look([replace(placements[0], samples=tuple(loose)), *placements[1:]])
+    loose = change(placements[0], lambda q: q + generator.normal(0, 2e-3, 7))
+    seen = look([loose, *placements[1:]])
     assert "floor" in [finding.code for finding in seen.placements[0].diagnostics]
 
 

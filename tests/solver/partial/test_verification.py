@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import moved
 
 import mukca
 from mukca.tools.simulation import Base, record
@@ -22,9 +23,9 @@ def ten(placement, joint=0, offset=0.0):
     """The first ten poses of socket 0, a joint's zero shifted."""
     shift = np.zeros(placement.positions.shape[1])
     shift[joint] = offset
-    poses = [s for s in placement.samples if s.socket == 0][:10]
-    moved = [replace(s, position=tuple((np.array(s.position) + shift).tolist())) for s in poses]
-    return replace(placement, samples=tuple(moved))
+    poses = tuple(s for s in placement.samples if s.socket == 0)[:10]
+    q = placement.positions[placement.sockets == 0][:10] + shift
+    return moved(replace(placement, samples=poses), q)
 
 
 @pytest.fixture(scope="module")

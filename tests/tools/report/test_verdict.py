@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import moved
 from cases import by_table
 
 import mukca
@@ -66,18 +67,16 @@ def test_without_held_out_data_nothing_is_validated(document, rows):
     assert "Held-out error (MAE): no placement was held out" in text
 
 
-def moved(placement, shift):
+def copied(placement):
     """The same rows in another order, a bit off."""
-    rows = [
-        replace(s, position=tuple(q + shift for q in s.position)) for s in placement.samples[::-1]
-    ]
-    return replace(placement, name="session/again", samples=tuple(rows), files=())
+    rows = moved(placement, placement.positions + 9e-4).samples[::-1]
+    return replace(placement, name="session/again", samples=rows, files=())
 
 
 @pytest.mark.parametrize(
     ("parts", "words"),
     [
-        (lambda p: (p, moved(p, 9e-4)), "session/again is a copy of session/front"),
+        (lambda p: (p, copied(p)), "session/again is a copy of session/front"),
         (
             lambda p: (
                 replace(p, samples=p.samples[::2]),
@@ -403,8 +402,8 @@ def test_each_step_says_what_it_should_bring(extended, report):
 
 def test_no_step_is_to_train_on_what_is_wrong(document, report):
     where = "/home/me/session/left/hole_1.csv:3"
-    moved = {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
-    document["checks"] = [moved]
+    wrong = {"level": "error", "code": "moved", "text": "it moved", "advice": "", "where": where}
+    document["checks"] = [wrong]
     texts = [step["text"] for step in report(document, "--limit-mae-mm", "0.001")["todo"]]
     assert not [text for text in texts if text.startswith("Train on left")]
     assert [text for text in texts if text.startswith("Train on right")]
@@ -449,11 +448,7 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
     sound = mukca.calibrate(panda, train, test=left, method="paper").verdict
     assert judged(sound)["drift"] == "pass" and "drift_held_out" not in judged(sound)
     for turn, said in ((5e-4, "pass"), (1e-3, "not enough"), (2e-3, "not enough")):
-        creeping = [
-            replace(s, position=(s.position[0] + turn * i / 24, *s.position[1:]))
-            for i, s in enumerate(train.samples)
-        ]
-        crept = replace(train, samples=tuple(creeping))
+        crept = moved(train, train.positions + turn * np.outer(np.arange(24) / 24, np.eye(7)[0]))
         trained = mukca.calibrate(panda, crept, test=left, method="paper").verdict
         assert judged(trained)["drift"] == said and (said == "pass" or trained.status != "pass")
     found = mukca.calibrate(panda, left, test=crept, method="paper")
