@@ -38,21 +38,14 @@ def imagine(robot, template, off=2e-3, size=2e-5):
         {"socket": i % 2, "position": q, "effort": None}
         for i, q in enumerate(configurations(robot, 20).tolist())
     ]
-    model = {
-        "name": robot.name,
-        "source": robot.source,
-        "base": robot.base,
-        "tip": robot.tip,
-        "joint_names": list(robot.joint_names),
-        "nominal_urdf": robot.text.data.decode(),
-    }
+    model = {key: getattr(robot, key) for key in ("name", "source", "base", "tip")}
+    model |= {"joint_names": list(robot.joint_names), "nominal_urdf": robot.text.data.decode()}
+    data = {"name": "a/b", "role": "train", "distance": 0.05, "files": [], "samples": samples}
     return {
         **template,
         "parameters": values,
         "deflection": corrections if size else {},
-        "data": [
-            {"name": "a/b", "role": "train", "distance": 0.05, "files": [], "samples": samples}
-        ],
+        "data": [data],
         "model": {**template["model"], **model},
     }
 

@@ -46,14 +46,9 @@ WINDOWS_HAS_NOT = (*MACOS_HAS_NOT, "SIGHUP", "SIGQUIT", "SIGWINCH", "SIGALRM", "
 
 def run_without(absent, names, *words, cwd):
     lists = (",".join(absent), ",".join(names) or "nothing")
-    return subprocess.run(
-        [sys.executable, "-c", WITHOUT, *lists, *words],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-    )
+    command = [sys.executable, "-c", WITHOUT, *lists, *words]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
 
 
 def test_solve_and_report_need_no_extra_and_no_posix(session, tmp_path):

@@ -277,12 +277,8 @@ def test_the_contract_runs_on_hardware(tmp_path):
     with emulated_program("ur", tmp_path) as emulation:
         command = [sys.executable, "-m", "pytest", __file__, "-k", "TestHardware", "-q"]
         command += ["-p", "no:xdist", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
-        done = subprocess.run(
-            [*command, "--hardware", f"ur={emulation.address}"],
-            capture_output=True,
-            text=True,
-            cwd=ROOT,
-        )
+        command += ["--hardware", f"ur={emulation.address}"]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         emulation.stop()
         assert "11 passed, 5 skipped" in done.stdout, done.stdout
         assert len(emulation.sent()) > 100

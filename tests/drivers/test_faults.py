@@ -22,11 +22,17 @@ def read_states(driver, count):
     """Read states; a silence between them is no trouble."""
     states = []
     while len(states) < count:
-        try:
-            states.append(driver.read(5))
-        except DriverError as error:
-            assert error.reason is Reason.SILENT
+        states += read_one(driver, 5)
     return states
+
+
+def read_one(driver, timeout):
+    """Return the next state in a list, which is empty where the driver tells a silence."""
+    try:
+        return [driver.read(timeout)]
+    except DriverError as error:
+        assert error.reason is Reason.SILENT
+        return []
 
 
 def assert_were_sent(states, sent, tolerance=1e-6):
@@ -95,10 +101,7 @@ def test_a_silence_is_told_and_survived(name, tmp_path):
         start, silent = clock.now(), 0.0
         while clock.now() < start + 60 and not silent:
             asked = clock.now()
-            try:
-                driver.read(0.4)
-            except DriverError as error:
-                assert error.reason is Reason.SILENT
+            if not read_one(driver, 0.4):
                 silent = clock.now() - asked
         assert 0.3 < silent < 5, "the timeout was not kept"
         assert read_states(driver, 5)
@@ -118,10 +121,7 @@ def test_a_line_that_stalls_and_then_delivers_all_gives_no_old_angles(
         with Reconnecting(lambda: open_driver(name, emulation.address), silence=silence) as driver:
             end = clock.now() + 5
             while clock.now() < end:
-                try:
-                    states.append(driver.read(0.2))
-                except DriverError as error:
-                    assert error.reason is Reason.SILENT
+                states += read_one(driver, 0.2)
             assert bool(driver.drops) == again
         emulation.stop()
         sent = list(emulation.sent().values())
@@ -141,10 +141,7 @@ def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
         end = clock.now() + 60
         while not driver.drops:
             assert clock.now() < end
-            try:
-                driver.read(1)
-            except DriverError as error:
-                assert error.reason is Reason.SILENT
+            read_one(driver, 1)
         assert "ended the connection" in driver.trouble or "closed" in driver.trouble
         assert read_states(driver, 5)
         assert driver.drops == 1

@@ -91,13 +91,9 @@ def cluster(tmp_path_factory):
     started = []
 
     def start(*words):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
-            env=environment,
-            cwd=folder,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]]
+        quiet = dict.fromkeys(("stdout", "stderr"), subprocess.DEVNULL)
+        process = subprocess.Popen(command, env=environment, cwd=folder, **quiet)
         started.append(process)
         return process
 
@@ -117,13 +113,9 @@ def cluster(tmp_path_factory):
 
 def ran(*words):
     """Run Python with words; Dask stays out of this process, where every warning is an error."""
-    return subprocess.run(
-        [sys.executable, *map(str, words)],
-        env=ENVIRONMENT | {"OPENBLAS_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, *map(str, words)]
+    environment = ENVIRONMENT | {"OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
 
 
 def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(cluster, recordings, tmp_path):

@@ -30,11 +30,8 @@ def test_the_better_one_is_named_with_its_lead_beyond_the_noise(run, calibrated,
     assert status == 0
     result = json.loads(out)
     assert [m["name"] for m in result["models"]] == ["nominal", "calibrated", "ball_only"]
-    assert [row["name"].split("/")[-1] for row in result["placements"]] == [
-        "front",
-        "left",
-        "right",
-    ]
+    names = [row["name"].split("/")[-1] for row in result["placements"]]
+    assert names == ["front", "left", "right"]
     assert result["fair"] == [2]
     assert [m["trained_on"] for m in result["placements"][0]["models"]] == [False, True, False]
     assert [m["trained_on"] for m in result["placements"][1]["models"]] == [False, False, True]
