@@ -198,10 +198,10 @@ def find_zeros(
     if named:
         probability, unchanged, changed = np.isin(np.arange(count), named) * 1.0, None, list(named)
         system = fit_with_zeros(task, changed)
-        deviations = _alone(system, task)
+        deviations = zero_deviations(system, task)
     else:
         about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
-        deviations = _alone(about, task)
+        deviations = zero_deviations(about, task)
         sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
         odds = probabilities(about, sets) if converged else np.zeros(len(sets))
         probability = odds @ [[j in one.joints for j in range(count)] for one in sets]
@@ -217,7 +217,7 @@ def find_zeros(
     return system, unchanged, tuple(JointZero(*row) for row in rows)
 
 
-def _alone(system: System, task: Task) -> np.ndarray:
+def zero_deviations(system: System, task: Task) -> np.ndarray:
     """Return the standard deviation of each joint's zero, if it were the only one unknown."""
     A = system.slopes[:, task.prior.zeros]
     C = replace(system, task=task).covariance(system.state.noise, gaussian=True)

@@ -18,6 +18,8 @@ BALL_ELSEWHERE = 0.1
 
 SIMILAR = 0.2
 """Largest range of a joint over the samples of a socket whose postures are similar [rad], [m]."""
+FEWEST_SAMPLES = 10
+"""New samples below which there is no verdict."""
 ANY_ARM = 20.0
 """Factor on the tolerances of a nominal arm that is known by its samples alone."""
 
@@ -84,6 +86,28 @@ def similar_postures(data: Sequence[Measurement]) -> bool:
         for m in data
         for q in np.split(m.positions, np.cumsum(m.counts)[:-1])
     )
+
+
+def too_few(data: Sequence[Measurement], *, unchanged: bool) -> str:
+    """Return why there are too few samples; empty where there are enough.
+
+    Similar postures are too few where nothing seems to have changed (``unchanged``).
+    """
+    count = sum(len(m.positions) for m in data)
+    if count < FEWEST_SAMPLES:
+        return f"{count} samples say too little; record 6 in each of two sockets."
+    if not unchanged or not similar_postures(data):
+        return ""
+    return (
+        f"{count} samples in postures alike say too little; record 6 in each of two sockets, all "
+        "joints moved from one to the next."
+    )
+
+
+def thinned(measured: Measurement, every: int) -> Measurement:
+    """Return every such sample of a placement."""
+    some = measured.placement.samples[::every]
+    return replace(measured, placement=replace(measured.placement, samples=some))
 
 
 def new_samples(

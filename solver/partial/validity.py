@@ -32,20 +32,20 @@ from .evidence import (
     EVERYTHING,
     LENGTHS,
     NOTHING,
+    UNIDENTIFIABLE,
     NearestCause,
     explanations,
     fit_with_zeros,
     linear_about,
     probabilities,
+    zero_deviations,
 )
 from .fit import fit, next_step
-from .sockets import prior_by_all_samples, similar_postures, socket_task
+from .sockets import prior_by_all_samples, socket_task, thinned, too_few
 
 CHANGED = 0.7
 """Probability from which a change is reported: in fewer than 2 of 100 cases where nothing changed,
 and in 95 of 100 where a joint moved by 1 mrad."""
-FEWEST_SAMPLES = 10
-"""New samples below which there is no verdict."""
 MOST_SAMPLES = 150
 """Samples that are compared at most; with more, the model's own misfit would show."""
 WORSE = 1.5
@@ -74,6 +74,8 @@ class Changes:
     """The joint that changed; None for another change."""
     ball: float | None = None
     """Distance by which a remounted ball moved [m]; None where it did not."""
+    untold: tuple[str, ...] = ()
+    """Joints whose zeros the samples do not identify; empty where something else is to be said."""
 
     @property
     def likeliest(self) -> str:
@@ -110,7 +112,7 @@ class Validity(Changes):
         return f"Verdict: {self.verdict.title}: {' '.join(filter(None, self.said))}"
 
     def __repr__(self) -> str:
-        return "\n".join((self.text, *self.odds))
+        return "\n".join((self.text, *self.odds, *self.not_shown))
 
     @property
     def odds(self) -> tuple[str, ...]:
@@ -118,6 +120,16 @@ class Validity(Changes):
         by_size = sorted(self.probabilities.items(), key=lambda one: -one[1])
         words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN)
         return (f"Changed since, by the evidence: {words}.",) if words else ()
+
+    @property
+    def not_shown(self) -> tuple[str, ...]:
+        """A sentence on the zeros whose change would not show, where nothing changed."""
+        if not self.untold:
+            return ()
+        return (
+            f"Zeros whose change would not show in such samples: {', '.join(self.untold)}; mukca "
+            "rezero says what to record for them.",
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict by name."""
@@ -165,8 +177,8 @@ def what_changed(
     rows, causes = rows_since(*samples, zeros=zeros, compared=compared)
     if new is None:
         reason = f"not known; {rows[0].reason}."
-    elif few := _too_few(changes, measured):
-        reason = few
+    elif few := too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed):
+        reason, changes = few, replace(changes, untold=())
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
     else:
         then = document.summary.test or document.summary.train
@@ -194,7 +206,7 @@ def _changes_since(
     if any(m.kind == "points" for m in data):
         return Changes({}), None
     every = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
-    prior, data = prior_by_all_samples(calibration), [_thinned(m, every) for m in data]
+    prior, data = prior_by_all_samples(calibration), [thinned(m, every) for m in data]
     again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
     task = replace(socket_task(prior, data, stood), free=again)
     each = explanations(task)
@@ -206,6 +218,9 @@ def _changes_since(
     odds = probabilities(system, each).tolist()
     changes = Changes({one.name: p for one, p in zip(each, odds, strict=True)})
     joints = prior.robot.joint_names
+    if changes.likeliest == NOTHING:
+        wide_open = zero_deviations(system, task) >= UNIDENTIFIABLE
+        changes = replace(changes, untold=tuple(np.array(joints)[wide_open].tolist()))
     if changes.changed and changes.likeliest in joints:
         j = joints.index(changes.likeliest)
         system, own = fit_with_zeros(task, [j]), prior.zeros.start + j
@@ -226,24 +241,6 @@ def _changes_since(
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     left = np.linalg.norm(system.residuals, axis=1)
     return changes, Metrics(float(left.mean()), float(left.max()), None)
-
-
-def _too_few(changes: Changes, data: Sequence[Measurement]) -> str:
-    """Return why there are too few samples; empty where there are enough."""
-    count = sum(len(m.positions) for m in data)
-    if count < FEWEST_SAMPLES:
-        return f"{count} samples say too little; record 6 in each of two sockets."
-    if changes.changed or not changes.probabilities or not similar_postures(data):
-        return ""
-    return (
-        f"{count} samples in postures alike say too little; record 6 in each of two sockets, all "
-        "joints moved from one to the next."
-    )
-
-
-def _thinned(measured: Measurement, every: int) -> Measurement:
-    some = measured.placement.samples[::every]
-    return replace(measured, placement=replace(measured.placement, samples=some))
 
 
 def _states_lengths(measured: Measurement) -> bool:

@@ -20,7 +20,18 @@ def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     assert found.likeliest == likeliest and found.probabilities[likeliest] > 0.6
     assert sum(found.probabilities.values()) == pytest.approx(1)
     assert found.verdict.exit_status == (1 if offsets else 0)
-    assert repr(found) == "\n".join((found.text, *found.odds))
+    assert repr(found) == "\n".join((found.text, *found.odds, *found.not_shown))
+
+
+def test_joints_whose_change_would_not_show_are_named(simulated):
+    """The first one's, unless the base stands where it stood; rezero names the same."""
+    since = simulated.read({0: 5e-3})
+    found = mukca.what_changed(simulated.calibration, since)
+    names = [one.joint for one in mukca.rezero(simulated.calibration, since).joints if not one.told]
+    assert found.likeliest == "nothing" and list(found.untold) == names and names[0].endswith("1")
+    assert f"would not show in such samples: {names[0]}" in found.not_shown[0]
+    other = mukca.what_changed(simulated.calibration, simulated.read({3: 3e-3}))
+    assert other.not_shown == ()
 
 
 def test_several_zeros_at_once_are_left_to_rezero(simulated):

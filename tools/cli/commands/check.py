@@ -49,14 +49,14 @@ def _check_since(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> 
     since = calibration.load_calibration(cli.one_arm(file))
     placements = cli.read_data(options.data, options.settings)
     found = _what_changed(since, placements, options.settings, terminal, options.stood)
-    terminal.say(*found.odds, found.text)
+    terminal.say(*found.odds, found.text, *found.not_shown)
     result = {
         "robot": since.document.robot,
         "probabilities": found.probabilities,
         "likeliest": found.likeliest,
         "verdict": found.as_dict(),
     }
-    emit_with_page(options, terminal, (found.text, *found.odds), result)
+    emit_with_page(options, terminal, (found.text, *found.odds, *found.not_shown), result)
     return found.verdict.exit_status
 
 
@@ -174,7 +174,7 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
         terminal.warn(*beyond)
     found = _what_changed(calibrated, placements, settings, terminal)
-    errors, notes = found.errors, list[str]()
+    errors, notes = found.errors, list(found.not_shown)
     show_errors(errors, terminal)
     if errors.summary.train is not None:
         notes.append(
