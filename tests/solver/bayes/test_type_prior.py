@@ -9,7 +9,6 @@ from altered import turned
 from imagined import held_out
 
 import mukca
-from mukca.recorder import write_holes
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -90,7 +89,11 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
     The second arm's base is turned.
     """
     for arm in ("a", "b"):
-        write_holes(recorded[1][0], tmp_path / "arms" / arm / "front")
+        (tmp_path / "arms" / arm / "front").mkdir(parents=True)
+        for k in (0, 1):
+            rows = recorded[1][0].positions[recorded[1][0].sockets == k]
+            file = tmp_path / "arms" / arm / f"front/hole_{k}.csv"
+            np.savetxt(file, rows, delimiter=",", fmt="%.17g")
     turned(tmp_path / "arms/b", 0, 0.1)
     words = ["fleet", str(tmp_path / "arms"), "--robot", "panda", "--processes", "1"]
     assert main([*words, "--distance", "0.05", "--out", str(tmp_path / "out")]) in (0, 1, 3)
