@@ -1,6 +1,5 @@
 """Arms made of servos: joint offsets of degrees, and backlash in the gears."""
 
-
 import numpy as np
 import pytest
 from altered import coefficients, moved, seats, with_efforts
