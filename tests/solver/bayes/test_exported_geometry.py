@@ -39,7 +39,7 @@ def test_few_samples_leave_it_between_theirs_and_the_full_models(panda):
     _, (train,) = mukca.simulate_recordings(panda, 1, seed=1, noise=7e-5, **ELASTIC)
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (200, 7))
     alone = mukca.calibrate(panda, train, method="paper").calibrated.ball(q)
-    full = mukca.calibrate(panda, train, without=("transmission",))
+    full = mukca.calibrate(panda, train, without="transmission")
     exported = full.calibrated.geometric_ball(q)
     sizes = [
         np.linalg.norm(

@@ -1,8 +1,10 @@
 """Arms made of servos: joint offsets of degrees, and backlash in the gears."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from altered import coefficients, moved, seats, with_efforts
+from altered import coefficients, moved, seats, with_efforts, write_samples
 
 import mukca
 from mukca.tools.cli import main
@@ -86,10 +88,8 @@ def test_offsets_need_angles_that_are_free(robot, recorded):
 def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path, capsys):
     """Readings off by degrees are an error, unless offsets may be."""
     for name, first in (("a", 0), ("b", 1)):
-        (tmp_path / name).mkdir()
-        for k in (0, 1):
-            rows = recorded[0].positions[first::2][recorded[0].sockets[first::2] == k]
-            np.savetxt(tmp_path / name / f"hole_{k}.csv", rows, delimiter=",", fmt="%.17g")
+        every_other = replace(recorded[0], samples=recorded[0].samples[first::2])
+        write_samples(tmp_path / name, every_other)
     words = [str(tmp_path), "--robot", "so101", "--distance", "0.15"]
     told = []
     for verb in ("check", "crossval"):

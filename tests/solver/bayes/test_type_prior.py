@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import turned
+from altered import moved, write_samples
 from imagined import held_out
 
 import mukca
@@ -70,9 +70,9 @@ def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
 def test_solve_says_how_much_it_counts(panda, recorded, other):
     documents = [
         mukca.calibrate(panda, recorded[1][2], type_prior=words).document
-        for words in ((), ("none",), (other,))
+        for words in ((), "none", (other,))
     ]
-    assert documents[0].settings["type_prior"] == ["shipped"]
+    assert [d.settings["type_prior"] for d in documents[:2]] == [["shipped"], ["none"]]
     counts = [any("type prior: counts by" in c for c in d.choices or ()) for d in documents]
     assert counts == [True, False, True]
 
@@ -88,13 +88,10 @@ def test_a_fleet_writes_what_its_arms_tell(recorded, other, tmp_path, capsys):
 
     The second arm's base is turned.
     """
-    for arm in ("a", "b"):
-        (tmp_path / "arms" / arm / "front").mkdir(parents=True)
-        for k in (0, 1):
-            rows = recorded[1][0].positions[recorded[1][0].sockets == k]
-            file = tmp_path / "arms" / arm / f"front/hole_{k}.csv"
-            np.savetxt(file, rows, delimiter=",", fmt="%.17g")
-    turned(tmp_path / "arms/b", 0, 0.1)
+    front = recorded[1][0]
+    for arm, turn in (("a", 0.0), ("b", 0.1)):
+        q = front.positions + turn * np.eye(7)[0]
+        write_samples(tmp_path / "arms" / arm / "front", moved(front, q))
     words = ["fleet", str(tmp_path / "arms"), "--robot", "panda", "--processes", "1"]
     assert main([*words, "--distance", "0.05", "--out", str(tmp_path / "out")]) in (0, 1, 3)
     capsys.readouterr()

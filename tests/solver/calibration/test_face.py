@@ -5,7 +5,6 @@ import pytest
 from cases import by_table
 
 import mukca
-from mukca.solver.calibration import SolveOptions
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +32,6 @@ def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(saved)
     with pytest.raises(mukca.MukcaError, match=r"force=True") as stopped:
         found.save(folder)
     assert str(folder) in str(stopped.value)
-
-
-def test_a_word_in_place_of_several_stands_for_itself():
-    found = SolveOptions(type_prior="none", without="tilt").validated()
-    assert (found.type_prior, found.without) == (("none",), ("tilt",))
 
 
 def test_errors_are_found_by_the_placements_name(saved):

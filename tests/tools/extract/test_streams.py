@@ -1,4 +1,4 @@
-"""Streams that the recorder keeps, read back; extract finds in them what was captured."""
+"""Streams that the recorder keeps, read back."""
 
 import base64
 
@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from full_disk import full_disk
 
-import mukca
 from mukca.drivers import JointState
 from mukca.recorder import StreamLog, next_log_file, read_stream_log
-from mukca.tools.cli import main
 
 
 def test_a_kept_stream_reads_back(tmp_path):
@@ -130,24 +128,3 @@ def test_a_day_of_1_khz_fits_on_a_laptop(tmp_path):
     kept.close()
     a_day = (tmp_path / "a.stream").stat().st_size / 5 * 86_400
     assert a_day < 2e9
-
-
-@pytest.mark.slow
-def test_what_was_captured_can_be_looked_at_again(
-    extract, refused, session, tmp_path, virtual_time
-):
-    keys, out = tmp_path / "keys", tmp_path / "front"
-    keys.write_text("a*12 s a*12 q")
-    driver = f"mock:{session / 'front'}?rate=100&hold=1&move=0.8"
-    words = ["record", "--robot", "panda", "--driver", driver, "--out", str(out)]
-    assert main([*words, "--keys", str(keys), "--keep-stream"]) == 0
-    assert {file.name for file in out.iterdir()} >= {"samples.csv", "states_1.stream"}
-    status, _, err = extract(out, "--robot", "panda", "--out", tmp_path / "again")
-    assert status == 0, err
-    captured, found = mukca.read_placements(out)[0], mukca.read_placements(tmp_path / "again")[0]
-    assert found.sockets.tolist() == captured.sockets.tolist()
-    # each the mean of some 30 states with 2e-5 rad of noise
-    assert np.abs(found.positions - captured.positions).max() < 5 * 2e-5 / np.sqrt(15)
-    refused("it has panda_joint1", "extract", out / "states_1.stream", "--robot", "ur5e")
-    (out / "states_1.stream").write_bytes(b"something else\n")
-    refused("not a stream of states", "extract", out, "--robot", "panda")
