@@ -19,6 +19,9 @@ LARGEST, HALVES = 0.3, 1.6
 STEP, SPAN = 0.04, 11
 """Step of the logarithm of the noise over which it is averaged, and steps each side of the best of
 the former trials."""
+TINY = 0.1
+"""Largest joint position, below which another unit is likely [rad]: 4 rad, taken for degrees, are
+0.07."""
 REFINED = 3
 """Candidates of each kind whose evidence is refined."""
 
@@ -50,6 +53,8 @@ class Candidate:
         """Return it in words."""
         kind, p = self.kind, dict(self.parameters)
         advice = kind.advice.format(**p)
+        if all(np.abs(m.positions).max() < TINY for m in self.scene.measurements):
+            advice += f"; or are the angles in another unit? none is beyond {TINY:g} rad"
         return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
 
     @property

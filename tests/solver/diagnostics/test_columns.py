@@ -49,6 +49,13 @@ def test_what_no_single_mistake_explains_is_told(look, change, placements):
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
     (finding,) = [f for f in look(wild).diagnostics if f.level == "error"]
     assert finding.code == "model" and "is it this robot's model" in finding.advice
+    assert "unit" not in finding.advice
+
+
+def test_angles_that_were_converted_twice_are_asked_for_their_unit(look, change, placements):
+    twice = [change(placement, np.deg2rad) for placement in placements]
+    advice = [f.advice for f in look(twice).diagnostics if f.level == "error"]
+    assert advice and "are the angles in another unit?" in advice[0]
 
 
 def test_a_sign_that_leaves_the_limits_is_told(look, change, placements):
