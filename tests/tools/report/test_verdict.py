@@ -397,7 +397,8 @@ def test_each_step_says_what_it_should_bring(extended, report):
     assert more["expected"].endswith(f"falls from 0.12 mm to {1e3 * more['after']:.2f} mm")
     assert all(step["expected"] for step in todo)
     del extended["outlook"]
-    assert "not told" in report(extended, "--limit-mae-mm", "0.001")["todo"][-1]["expected"]
+    (*_, last) = report(extended, "--limit-mae-mm", "0.001")["todo"]
+    assert last["expected"] == "no forecast: only --method auto makes one"
 
 
 def test_no_step_is_to_train_on_what_is_wrong(document, report):

@@ -92,9 +92,10 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     rows = () if document.outlook is None else document.outlook.forecasts
     forecasts = {row.placement: row.distance_deviation for row in rows}
     if document.uncertainty is None or name not in forecasts:
-        out = document.method == "auto"
-        why = "the place is out of the arm's reach" if out else "only --method auto forecasts"
-        return Step(text, command, f"not told{'' if out else ' by this method'}: {why}")
+        why = "only --method auto makes one"
+        if document.method == "auto":
+            why = "none of the places that were tried for it is within the arm's reach"
+        return Step(text, command, f"no forecast: {why}")
     before, after = document.uncertainty.distance_deviation.median, forecasts[name]
     # several arms have a workspace each
     own = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
