@@ -2,8 +2,8 @@
 
 import itertools
 import json
-import os
 import select
+import socket
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -16,7 +16,21 @@ import pytest
 
 START_SECONDS = 600
 _numbers = itertools.count()
-_worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+
+
+def _claim_range():
+    """Return a range of addresses, and the socket that keeps other runs of tests out of it."""
+    for k in range(100):
+        claim = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            claim.bind(("127.0.0.1", 43000 + k))
+            return k, claim
+        except OSError:
+            claim.close()
+    raise OSError("too many runs of tests at once on this computer")
+
+
+_range, _claim = _claim_range()
 
 
 @dataclass
@@ -123,12 +137,12 @@ def own_address(name, options=()):
 def own_host():
     """Return a loopback address that nobody else uses."""
     number = next(_numbers)
-    return f"127.{20 + _worker}.{number // 200}.{1 + number % 200}"
+    return f"127.{20 + _range}.{number // 200}.{1 + number % 200}"
 
 
 def own_bus():
     """Return a CAN bus that nobody else uses: one by its port, since Linux mixes the groups."""
-    return f"udp_multicast/239.74.163.2?port={43200 + 200 * _worker + next(_numbers)}&hop_limit=0"
+    return f"udp_multicast/239.74.163.2?port={43200 + 200 * _range + next(_numbers)}&hop_limit=0"
 
 
 def need_multicast():
