@@ -281,10 +281,29 @@ def _row_function(
     else:
         value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
     if kind == "volume":
-        J = slopes[:, n:]
-        value = 0.5 * ca.log(ca.det(J @ J.T))
-        slopes = ca.jacobian(value, ca.vertcat(x, q))
+        value, slopes = _log_volume([of_origins[i] for i in free], of_q, p)
     return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
+
+
+def _log_volume(of_origins: list[Motion], of_q: list[Motion], p: Any) -> tuple[Any, Any]:
+    """Return ln sqrt(det(J J^T)) of the ball at p, with J by q, and its slopes by all motions.
+
+    They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
+    the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
+    """
+    order = sorted(range(len(of_q)), key=lambda i: of_q[i].joint)
+    chain = [of_q[i] for i in order]
+    J, turns = (ca.horzcat(*of) for of in zip(*((k.shift(p), k.turn) for k in chain), strict=True))
+    g = ca.inv(J @ J.T) @ J
+    of_first = ca.DM(np.triu(np.ones((len(chain), len(chain) + 1)), 1))
+    turned, shifted = ca.cross(J, g) @ of_first, ca.cross(g, turns) @ of_first
+    before = [sum(one.joint < motion.joint for one in chain) for motion in of_origins]
+    before += [order.index(i) + 1 for i in range(len(of_q))]
+    slopes = [
+        motion.turn.T @ (turned[:, -1] - turned[:, n]) + motion.shift(p).T @ shifted[:, n]
+        for motion, n in zip([*of_origins, *of_q], before, strict=True)
+    ]
+    return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)
 
 
 def _kind(joint: Joint) -> Joint:

@@ -63,18 +63,13 @@ class LinearEvidence:
 
     def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
-        k = block.unknowns
         M, g, gain = self._reduced(block, sigma)
         found: list[np.ndarray] = []
-        for width in block.widths if k else ():
-            N, left, log = np.eye(k) + width**2 * M, width * g, gain
-            for i in range(k):  # elimination, of all matrices at once: they are small and many
-                pivot, row = N[..., i, i], N[..., i, i + 1 :].copy()
-                log = log + 0.5 * (left[..., i] ** 2 / pivot - np.log(pivot))
-                share = row / pivot[..., None]
-                N[..., i + 1 :, i + 1 :] -= share[..., None] * row[..., None, :]
-                left[..., i + 1 :] -= share * left[..., i, None]
-            found.append(log)
+        for width in block.widths if block.unknowns else ():
+            N = np.eye(block.unknowns) + width**2 * M
+            along = np.linalg.solve(N, g[..., None])[..., 0]
+            squares = width**2 * np.sum(g * along, axis=-1)
+            found.append(gain + 0.5 * (squares - np.linalg.slogdet(N)[1]))
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
