@@ -41,6 +41,7 @@ class InverseKinematics:
         # Arms with endless or very wide joints are guided through one turn only.
         self.lower = np.maximum(robot.lower, -np.pi)
         self.upper = np.minimum(robot.upper, np.pi)
+        self._turning = [joint.type != "prismatic" for joint in robot.actuated]
         slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
         self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
         """No point farther from the base is in reach [m]."""
@@ -92,10 +93,11 @@ class InverseKinematics:
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        moving = self._iterate(q, targets, np.arange(len(q)), near=False)
-        # Most arrive outside the limits, and stay there: the others are worth the last steps.
+        self._iterate(q, targets, np.arange(len(q)), near=False)
+        q[:, self._turning] -= 2 * np.pi * np.round(q[:, self._turning] / (2 * np.pi))
+        # Many are outside the limits, and stay there: the others are worth the last steps.
         beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
-        rest = np.union1d(moving, np.flatnonzero(beyond < MARGIN))
+        rest = np.flatnonzero(beyond < MARGIN)
         self._iterate(q, targets, rest, near=True)
         pose = self.ball_and_neck(q[rest])[0]
         error = targets[rest] - pose
@@ -110,8 +112,8 @@ class InverseKinematics:
 
     def _iterate(
         self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
-    ) -> np.ndarray:
-        """Take damped Newton steps in some rows of q until they arrive; return which still move."""
+    ) -> None:
+        """Take damped Newton steps in some rows of q until they arrive."""
         rounds, damping, least = (12, 1e-10, 1e-7) if near else (18, 1e-4, 1e-5)
         rows = 3 if near and not self._leans_freely else 6
         for _ in range(rounds):
@@ -125,7 +127,6 @@ class InverseKinematics:
             dq *= np.minimum(1.0, MAX_STEP / longest)
             q[moving] += dq
             moving = moving[np.abs(dq).max(axis=1) > least]
-        return moving
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""

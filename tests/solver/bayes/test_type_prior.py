@@ -51,7 +51,7 @@ def test_a_right_one_helps_with_few_samples_and_wrong_ones_do_no_harm(
     panda, recorded, other, tmp_path
 ):
     truth = recorded[0]
-    _, (few, *_) = mukca.simulate_recordings(panda, 3, samples=12, seed=1, noise=7e-5, **FLAWS)
+    _, (few, *_) = mukca.simulate_recordings(panda, 3, samples=10, seed=1, noise=7e-5, **FLAWS)
     test = recorded[1][1:]
     pairs = zip(truth.deflection.extensions, truth.deflection.coefficients, strict=True)
     right = {name: own.tolist() for name, own in pairs}

@@ -17,7 +17,7 @@ LATE = "socket@13+6"
 @pytest.fixture(scope="module")
 def heavy():
     """An arm of which no figure is known, so that its gears may have any play."""
-    return Setting("ur20", 2)
+    return Setting("ur20", 3)
 
 
 def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy):

@@ -19,9 +19,9 @@ TIP = np.array([0.03, -0.02, 0.2])
 def test_poses_are_led_to_that_tell_the_zeros_best(simulated):
     taken = simulated.later.samples
     selector = ZeroSelector(simulated.calibration, 0.05, target=6)
-    first = selector.advise(taken[:1], 0)
-    then = selector.advise([*taken[:1], replace(taken[1], position=first.target)], 0)
-    random = selector.advise(taken[:2], 0)
+    first = selector.advise(taken[:3], 0)
+    then = selector.advise([*taken[:3], replace(taken[3], position=first.target)], 0)
+    random = selector.advise(taken[:4], 0)
     assert then.predicted < random.predicted and then.goal < 1.5e-4
     end = selector.advise([*taken[:6], *taken[8:14]], 1)
     assert end.enough and end.target is None and end.predicted > 1.1 * then.goal
