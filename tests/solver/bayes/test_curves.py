@@ -54,7 +54,7 @@ def test_a_curve_is_its_derivatives_times_its_coefficients():
 def in_sockets():
     """Recordings of an arm with curves, two placements to train on, and its calibration."""
     robot = mukca.load_robot("ur5e")
-    _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=2, curves=5e-4)
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=20, seed=2, curves=5e-4)
     found = mukca.calibrate(robot, train, test=test)
     assert "curve" in found.document.deflection
     return train, test, found
@@ -70,8 +70,8 @@ def test_curves_are_found_in_sockets(in_sockets):
 
 def test_elasticity_that_the_curves_hid_is_found_beside_them():
     robot = mukca.load_robot("ur5e")
-    truth, placements = mukca.simulate_recordings(robot, 5, seed=5, curves=3e-4, compliance=3e-5)
-    train, test = placements[:4], placements[4:]
+    flaws = {"curves": 3e-4, "compliance": 3e-5}
+    truth, (*train, test) = mukca.simulate_recordings(robot, 5, samples=20, seed=5, **flaws)
     without, found = (
         mukca.calibrate(robot, train, test=test, without=one) for one in (("curves",), ())
     )

@@ -42,7 +42,7 @@ def test_elasticity_is_found_within_its_intervals(kind, size, panda):
 
 
 def test_transmission_error_is_found(panda):
-    _, (*train, test) = mukca.simulate_recordings(panda, 3, seed=3, transmission=4e-4)
+    _, (train, test) = mukca.simulate_recordings(panda, 2, seed=3, transmission=4e-4)
     found = mukca.calibrate(panda, train, test=test)
     assert {"harmonic_1", "harmonic_2"} <= found.document.deflection.keys()
     geometric = mukca.calibrate(panda, train, test=test, without=EXTENSIONS)
