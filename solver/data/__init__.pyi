@@ -2,6 +2,7 @@ from .checks import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .checks import as_flange_poses as as_flange_poses
 from .checks import check_distance as check_distance
 from .checks import check_distinct as check_distinct
+from .checks import copied_sockets as copied_sockets
 from .checks import measure as measure
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError

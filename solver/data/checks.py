@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -103,7 +103,6 @@ def check_distance(distance: float, where: str = "") -> float:
 def check_distinct(measurements: Sequence[Measurement]) -> None:
     """Refuse a placement, or a socket's samples, that is given twice."""
     earlier: dict[bytes, Measurement] = {}
-    sockets: dict[bytes, str] = {}  # where each row was first
     for one in measurements:
         samples = one.positions.tobytes()
         if samples in earlier:
@@ -113,24 +112,32 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
                 "name each only once"
             )
         earlier[samples] = one
-        for socket, rows in zip(one.sockets, one.by_socket, strict=True):
-            where = _samples_of(one, socket)
+    for first, again in copied_sockets(one.placement for one in measurements):
+        raise MeasurementError(
+            f"{first} and {again} are identical, so one is a copy: record that socket anew"
+        )
+
+
+def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]:
+    """Yield the file of a socket's samples, and that of a later socket with most of them again."""
+    earlier: dict[bytes, str] = {}
+    for placement in placements:
+        for socket in np.unique(placement.sockets).tolist():
+            where = _samples_of(placement, socket)
+            rows = placement.positions[placement.sockets == socket]
             rounded = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
-            first, count = Counter(map(sockets.get, rounded)).most_common(1)[0]
+            first, count = Counter(map(earlier.get, rounded)).most_common(1)[0]
             if first is not None and count > COPIED * len(rounded):
-                raise MeasurementError(
-                    f"{first} and {where} are identical, so one is a copy: record that socket anew"
-                )
-            sockets.update(dict.fromkeys(rounded, where))
+                yield first, where
+            earlier.update(dict.fromkeys(rounded, where))
 
 
-def _samples_of(measured: Measurement, socket: int) -> str:
+def _samples_of(placement: Placement, socket: int) -> str:
     """Return the file of a socket's samples, for messages."""
-    path = measured.placement.path
-    file = f"hole_{socket}.csv"
-    if path is not None and path / file in measured.placement.files:
+    path, file = placement.path, f"hole_{socket}.csv"
+    if path is not None and path / file in placement.files:
         return str(path / file)
-    return f"{path or measured.name} socket {socket}"
+    return f"{path or placement.name} socket {socket}"
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:

@@ -12,6 +12,7 @@ from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
 from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
+from ...solver.data import copied_sockets
 from ...solver.partial import what_changed
 from ...solver.results import ParameterValue, agreement
 from ...solver.robot import load_robot
@@ -64,20 +65,20 @@ def find_sessions(arm: Path) -> dict[str, list[Path]]:
 
 
 def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
-    """Return the arms with a file of samples that another arm has too, each with its message."""
-    holders: dict[bytes, dict[Path, Path]] = {}
-    for arm in arms:
-        for placement in chain.from_iterable(find_sessions(arm).values()):
-            for file in sorted(placement.glob("*.csv")):
-                with suppress(OSError):  # told by the arm that it stops
-                    rows = file.read_bytes().partition(b"\n")[2].strip()  # below a header, if any
-                    holders.setdefault(rows, {}).setdefault(arm, file)
+    """Return the arms with samples that another arm has too, each with its message."""
+    placements: list[Placement] = []
+    for folder in chain.from_iterable(chain(*find_sessions(arm).values()) for arm in arms):
+        with suppress(MukcaError):  # told by the arm that it stops
+            placements.append(read_placement(folder))
     copied: dict[Path, str] = {}
-    for files in (files for rows, files in holders.items() if rows and len(files) > 1):
-        for arm, file in files.items():
-            other = next(one for one in files if one != arm)
-            text = f"{file}: the samples are those of arm {other.name}: copied? {files[other]}"
-            copied.setdefault(arm, text)
+    for pair in copied_sockets(placements):
+        holders = [next(arm for arm in arms if Path(file).is_relative_to(arm)) for file in pair]
+        for i, other in enumerate(holders[::-1]):
+            if other != holders[i]:
+                text = (
+                    f"{pair[i]}: the samples are those of arm {other.name}: copied? {pair[1 - i]}"
+                )
+                copied.setdefault(holders[i], text)
     return copied
 
 
