@@ -160,3 +160,14 @@ def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
             [-sp, cp * sr, cp * cr],
         ]
     )
+
+
+def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the two axes about which a joint tilts, at right angles to it and each other."""
+    # For one of its frame's axes they are the two others, in the order x, y, z.
+    first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
+    b = first - np.dot(first, axis) * np.array(axis)
+    b /= np.linalg.norm(b)
+    c = np.cross(axis, b)
+    c *= np.copysign(1.0, c @ second)
+    return tuple(b.tolist()), tuple(c.tolist())

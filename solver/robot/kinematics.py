@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from .chain import Joint
+from .chain import Joint, across
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import Origin
@@ -147,17 +147,6 @@ def _motions(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, l
         axis = across(joint.axis)[tilt - 1] if tilt else joint.axis
         own.append((column, axis, not tilt and joint.type == "prismatic"))
     return parts
-
-
-def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the two axes about which a joint tilts, at right angles to it and each other."""
-    # For one of its frame's axes they are the two others, in the order x, y, z.
-    first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
-    b = first - np.dot(first, axis) * np.array(axis)
-    b /= np.linalg.norm(b)
-    c = np.cross(axis, b)
-    c *= np.copysign(1.0, c @ second)
-    return tuple(b.tolist()), tuple(c.tolist())
 
 
 @dataclass(frozen=True)
@@ -291,18 +280,17 @@ def _log_volume(of_origins: list[Motion], of_q: list[Motion], p: Any) -> tuple[A
     They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
     the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
     """
-    order = sorted(range(len(of_q)), key=lambda i: of_q[i].joint)
-    chain = [of_q[i] for i in order]
+    chain = sorted(of_q, key=lambda one: one.joint)
     J, turns = (ca.horzcat(*of) for of in zip(*((k.shift(p), k.turn) for k in chain), strict=True))
     g = ca.inv(J @ J.T) @ J
-    of_first = ca.DM(np.triu(np.ones((len(chain), len(chain) + 1)), 1))
-    turned, shifted = ca.cross(J, g) @ of_first, ca.cross(g, turns) @ of_first
-    before = [sum(one.joint < motion.joint for one in chain) for motion in of_origins]
-    before += [order.index(i) + 1 for i in range(len(of_q))]
-    slopes = [
-        motion.turn.T @ (turned[:, -1] - turned[:, n]) + motion.shift(p).T @ shifted[:, n]
-        for motion, n in zip([*of_origins, *of_q], before, strict=True)
-    ]
+    turned, shifted = ca.cross(J, g), ca.cross(g, turns)
+    slopes: list[Any] = []
+    for motion in (*of_origins, *of_q):
+        n = sum(one.joint < motion.joint for one in chain)  # how many of them are before it
+        n = next((i for i, one in enumerate(chain, 1) if one is motion), n)
+        slopes.append(
+            motion.turn.T @ ca.sum2(turned[:, n:]) + motion.shift(p).T @ ca.sum2(shifted[:, :n])
+        )
     return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)
 
 
