@@ -98,6 +98,26 @@ def test_every_plot_has_one_sentence_with_figures(calibrated, extended, report):
         assert re.search(r"\d", sentence), sentence
 
 
+def test_an_effect_of_any_unit_has_its_own_panel_and_counts(extended, written, read_page):
+    """Its coefficients are no transmission error, and its group is not the ball's."""
+    one = {"name": "panda_joint1.bow", "unit": "1/rad", "value": 0.02, "standard_deviation": 0.01}
+    extended["coefficients"].append(one)
+    group = {"name": "bow", "unit": "1/rad", "count": 7, "width": 0.01, "effective": 6.5}
+    extended["groups"].append({**group, "active": True})
+    file = written(extended)
+    main(["report", str(file)])
+    page = read_page(file.parent / "report.html")
+    drawn = [a["aria-label"] for a, _ in page.all("svg") if "," in a.get("aria-label", "")]
+    assert [label for label in drawn if label.startswith(("elasticity", "corrections"))] == [
+        "elasticity, \N{MICRO SIGN}rad/(N m)",
+        "corrections of joints, mrad",
+        "corrections of joints, 1/rad",
+    ]
+    (figure,) = page.root.iterfind(".//figure[@id='groups']")
+    words = figure.text_content()
+    assert "bow" in words and "18 of 45 parameters" in words and "the ball's" not in words
+
+
 @pytest.mark.slow
 @by_table("options")
 def test_the_command_in_the_report_makes_it_again(session, tmp_path, monkeypatch, options):

@@ -11,6 +11,11 @@ from .figure import Axis, Panel, Plot, named_rows, plot
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
 """Factor and unit on the screen, by SI unit."""
+_PER_MM = {"mm": 1, "mrad": 1, _SHOWN["rad/(N m)"][1]: 100}
+"""Change that moves a ball 1 m away by 1 mm, by unit on the screen; elastic under 10 N m, an arm's
+usual torque."""
+_NOT_COUNTED = ("ball", "given")
+"""Groups of the prior that the plot of groups leaves out."""
 _DEGREES = 180 / np.pi
 _MRAD = 1e3
 LEAST_BLANK = 10.0
@@ -29,23 +34,23 @@ def parameters(report: ReportDocument) -> Plot:
         for row in report.parameters
     ]
     rows += [
-        ("elasticity" if row.unit == "rad/(N m)" else "transmission error", row, row.value)
+        ("elasticity" if row.unit == "rad/(N m)" else "corrections of joints", row, row.value)
         for row in report.coefficients or ()
         if row.value or row.standard_deviation  # the others are switched off
     ]
-    kinds: dict[str, list[Coefficient]] = {}
+    kinds: dict[tuple[str, str], list[Coefficient]] = {}
     for kind, row, change in rows:
         factor, unit = shown_unit(row.unit)
         deviation = factor * (row.standard_deviation or 0.0)  # 0 where it is not known
         bar = Coefficient(
             name=row.name, unit=unit, value=factor * change, standard_deviation=deviation
         )
-        kinds.setdefault(kind, []).append(bar)
+        kinds.setdefault((kind, unit), []).append(bar)
     known = [bar for bars in kinds.values() for bar in bars if bar.standard_deviation]
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "parameters",
-        *(_bars_panel(kind, bars, repeatability) for kind, bars in kinds.items()),
+        *(_bars_panel(kind, bars, repeatability) for (kind, _), bars in kinds.items()),
         repeatability=repeatability,
         largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in kinds.values()],
         known=len(known),
@@ -61,9 +66,8 @@ def _bars_panel(kind: str, bars: Sequence[Coefficient], repeatability: float) ->
     names = [bar.name.removesuffix(".compliance") for bar in bars]
     panel = named_rows(f"{kind}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
-    # An angle of 1 mrad is 1 mm at 1 m; 10 N m are an arm's usual torque.
-    least = repeatability * (1 if unit.startswith("m") else 100)
-    if repeatability and least < panel.x_axis.high:
+    least = repeatability * _PER_MM.get(unit, 0)
+    if 0 < least < panel.x_axis.high:
         panel.threshold("", x=-least)
         panel.threshold(f"{least:g} {unit}", x=least)
     panel.bars(0, changes, "change", thick=8)
@@ -135,7 +139,7 @@ def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -
 def groups(report: ReportDocument) -> Plot | None:
     """Effective parameters of each group: those that the data determine, of all there are."""
     every = report.groups or ()
-    rows = [row for row in every if row.unit in _SHOWN]
+    rows = [row for row in every if row.name not in _NOT_COUNTED]
     if not rows:
         return None
     names = [row.name.replace("_", " ") for row in rows]
@@ -151,7 +155,7 @@ def groups(report: ReportDocument) -> Plot | None:
         [name for name, row in zip(names, rows, strict=True) if row.active is active]
         for active in (True, False)
     )
-    others = sum(row.count for row in every if row.unit not in _SHOWN)
+    others = sum(row.count for row in every if row.name in _NOT_COUNTED)
     return plot("groups", panel, layout="half", rows=rows, on=on, off=off, others=others)
 
 
