@@ -23,12 +23,8 @@ CHANGES = (2 * BLOCK, LEAST + BLOCK)
 """Numbers of samples after which the ball is moved over, to socket 0 and to socket 1."""
 BEGUN = 2 * BLOCK - 2
 """So many samples a session has that is continued."""
-ZERO = 3e-3
-"""So far the zero of the fourth joint is off [rad]."""
 ASTRAY = 2 * BLOCK + 2
-"""After so many samples the arm goes astray first."""
-TURNED = 0.5
-"""So far its first joint is then turned to where no socket is [rad]."""
+"""After so many samples the arm goes astray first: half a radian, to where no socket is."""
 GOAL = ("--goal-mm", "20")
 PACE = "rate=40&move=1.5&speed=3"
 LED_ARM = Path(__file__).parents[2] / "led_arm.py"
@@ -42,7 +38,7 @@ def hands(shared):
         panda = mukca.load_robot("panda")
         _, (placement,) = mukca.simulate_recordings(panda, 1, samples=LEAST, seed=1)
         first, second = (placement.positions[placement.sockets == k].tolist() for k in (0, 1))
-        elsewhere = [first[0][0] - math.copysign(TURNED, first[0][0]), *first[0][1:]]
+        elsewhere = [first[0][0] - math.copysign(0.5, first[0][0]), *first[0][1:]]
         whole = first[:BLOCK] + second[:BLOCK] + first[BLOCK:] + second[BLOCK:]
         write_rows(folder / "begin.csv", whole[:BEGUN])
         write_rows(folder / "rest.csv", [*whole[BEGUN:ASTRAY], elsewhere, *whole[ASTRAY:]])
@@ -66,10 +62,10 @@ def lead_on(steps, to=()):
 
 
 def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated, tmp_path):
-    """A hand follows what the screen says; the verdict comes at the end."""
+    """A hand follows what the screen says of a zero 3 mrad off; the verdict comes at the end."""
     simulated.calibration.save(tmp_path / "cal")
     hand, out, steps = tmp_path / "hand.csv", tmp_path / "since", tmp_path / "steps"
-    zero, starts = ZERO * np.eye(7)[3], simulated.later.positions[[0, 8]]
+    zero, starts = 3e-3 * np.eye(7)[3], simulated.later.positions[[0, 8]]
     centres, at, before = simulated.truth.ball(starts), starts[0], np.zeros(7)
     hand.write_text(",".join(map(repr, (at - zero).tolist())))
     words = led(steps, hand, out, PACE, "--calibration", str(tmp_path / "cal"))
