@@ -102,17 +102,16 @@ def check_distance(distance: float, where: str = "") -> float:
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
     """Refuse a placement, or a socket's samples, that is given twice."""
-    earlier: dict[bytes, Measurement] = {}
-    for one in measurements:
-        samples = one.positions.tobytes()
-        if samples in earlier:
-            a, b = one.placement, earlier[samples].placement
+    earlier: dict[bytes, Placement] = {}
+    for b in (one.placement for one in measurements):
+        if (rows := _rows_of(b).tobytes()) in earlier:
+            a = earlier[rows]
             raise MeasurementError(
                 f"{a.path or a.name} and {b.path or b.name} are the same placement; "
                 "name each only once"
             )
-        earlier[samples] = one
-    for first, again in copied_sockets(one.placement for one in measurements):
+        earlier[rows] = b
+    for first, again in copied_sockets(earlier.values()):
         raise MeasurementError(
             f"{first} and {again} are identical, so one is a copy: record that socket anew"
         )
@@ -120,16 +119,24 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
 
 def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]:
     """Yield the file of a socket's samples, and that of a later socket with most of them again."""
-    earlier: dict[bytes, str] = {}
+    holders: dict[bytes, list[str]] = {}
     for placement in placements:
+        rows = np.round(_rows_of(placement) / SAME_ROW) + 0.0
         for socket in np.unique(placement.sockets).tolist():
-            where = _samples_of(placement, socket)
-            rows = placement.positions[placement.sockets == socket]
-            rounded = [row.tobytes() for row in np.round(rows / SAME_ROW) + 0.0]
-            first, count = Counter(map(earlier.get, rounded)).most_common(1)[0]
-            if first is not None and count > COPIED * len(rounded):
-                yield first, where
-            earlier.update(dict.fromkeys(rounded, where))
+            here = _samples_of(placement, socket)
+            rounded = [row.tobytes() for row in rows[placement.sockets == socket]]
+            counts = Counter(file for row in rounded for file in holders.get(row, ()))
+            for file, count in counts.most_common(1):
+                if count > COPIED * len(rounded):
+                    yield file, here
+            for row in set(rounded):
+                holders.setdefault(row, []).append(here)
+
+
+def _rows_of(placement: Placement) -> np.ndarray:
+    """Return joints, and points: an arm may be led through the same poses at another place."""
+    points = [sample.point or () for sample in placement.samples]
+    return np.column_stack([placement.positions, points])
 
 
 def _samples_of(placement: Placement, socket: int) -> str:
@@ -137,6 +144,8 @@ def _samples_of(placement: Placement, socket: int) -> str:
     path, file = placement.path, f"hole_{socket}.csv"
     if path is not None and path / file in placement.files:
         return str(path / file)
+    if placement.samples[0].point is not None:
+        return str(placement.files[0] if placement.files else placement.name)
     return f"{path or placement.name} socket {socket}"
 
 

@@ -1,6 +1,6 @@
 """All of one arm: its sessions calibrated one by one, and how each held at the next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
@@ -65,13 +65,12 @@ def find_sessions(arm: Path) -> dict[str, list[Path]]:
 
 
 def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
-    """Return the arms with samples that another arm has too, each with its message."""
-    placements: list[Placement] = []
-    for folder in chain.from_iterable(chain(*find_sessions(arm).values()) for arm in arms):
-        with suppress(MukcaError):  # told by the arm that it stops
-            placements.append(read_placement(folder))
+    """Return the arms with samples that another arm has too, each with its message.
+
+    A placement that cannot be read stops its arm, and no copy of it is found.
+    """
     copied: dict[Path, str] = {}
-    for pair in copied_sockets(placements):
+    for pair in copied_sockets(_readable(arms)):
         holders = [next(arm for arm in arms if Path(file).is_relative_to(arm)) for file in pair]
         for i, other in enumerate(holders[::-1]):
             if other != holders[i]:
@@ -80,6 +79,12 @@ def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
                 )
                 copied.setdefault(holders[i], text)
     return copied
+
+
+def _readable(arms: Sequence[Path]) -> Iterator[Placement]:
+    for folder in chain.from_iterable(chain(*find_sessions(arm).values()) for arm in arms):
+        with suppress(MukcaError):
+            yield read_placement(folder)
 
 
 def _inside(folder: Path) -> list[Path]:
