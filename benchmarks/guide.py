@@ -103,8 +103,9 @@ class Hand:
             seats = np.tile(socket, (8, 1)) + self.generator.normal(0, self.noise, 3)
             found, arrived = self.guide._follow(start, np.concatenate([seats, pose[:, 3:]], axis=1))
             leans = pose[:, 5] < -np.cos(np.deg2rad(55))
-            if (arrived & leans).any():
-                return found[arrived & leans][0]
+            good = arrived & leans & (np.abs(found - start).max(axis=1) < np.pi)
+            if good.any():
+                return found[good][0]
         seat = socket[None] + self.generator.normal(0, self.noise, 3)
         return self.guide.reach(seat, self.generator)[0]
 

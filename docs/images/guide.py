@@ -77,7 +77,7 @@ def seated(
         found, arrived = guide._follow(
             near[None], np.concatenate([seat[None], pose[:, 3:]], axis=1)
         )
-        if arrived[0]:
+        if arrived[0] and np.abs(found[0] - near).max() < np.pi:
             return found[0]
     return guide.reach(seat[None], generator)[0]
 

@@ -190,8 +190,8 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
     if angles[camera] > NOTHING_FITS:
         raise UsageError(
             f"{where}: the poses fit no camera on or beside this arm ({angles[camera]:.2g} rad "
-            "left): is it this arm's calibration, do joints and poses belong together, in radians, "
-            "and qx,qy,qz,qw in this order, and is the board turned over in some views?"
+            "left): is it this arm's calibration? Do joints and poses belong together, in radians, "
+            "and qx,qy,qz,qw in this order? Is the board turned over in some views?"
         )
 
 
