@@ -17,15 +17,13 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def fleet(session, tmp_path_factory):
-    """arm-1 twice the same, arm-2 with a joint that slipped in between, arm-3 with a bad file.
-
-    Each arm's base is turned, so that no two have the same samples.
-    """
+    """arm-1 twice alike, arm-2 with a joint that slipped in between, arm-3 with a bad file."""
     folder = tmp_path_factory.mktemp("fleet") / "arms"
     for arm in ("arm-1", "arm-2"):
         for date in ("2026-05-02", "2026-06-01"):
             for name in ("front", "left"):
                 shutil.copytree(session / name, folder / arm / date / name)
+    turned(folder / "arm-1/2026-06-01", 0, 0.1)  # with its base: no samples are the same
     turned(folder / "arm-2/2026-06-01", 3, 0.01)
     shutil.copytree(session / "front", folder / "arm-3/front")
     for turns in (2, 3):
@@ -100,17 +98,17 @@ def test_error_curves_of_arms_of_one_type_are_compared(ur10_points, tmp_path, co
 
 
 def test_arms_with_the_samples_of_another_do_not_pass(fleet, session, tmp_path, answer):
-    """Nobody can tell whose the samples are; the third arm is calibrated all the same."""
-    for name in ("arm-1/front", "arm-2/July/front"):
-        shutil.copytree(session / "front", tmp_path / "fleet" / name)
+    for name in ("arm-1/front", "arm-2/July/front", "arm-4/May/left", "arm-4/July/left"):
+        shutil.copytree(session / name.rpartition("/")[2], tmp_path / "fleet" / name)
     rows = np.loadtxt(tmp_path / "fleet/arm-1/front/hole_0.csv", delimiter=",")
     np.savetxt(tmp_path / "fleet/arm-1/front/hole_0.csv", rows[::-1], delimiter=",", fmt="%.9f")
     shutil.copytree(fleet / "arm-2/2026-05-02", tmp_path / "fleet/arm-3")
     words = ("--robot", "panda", "--method", "paper", "--processes", "1", "--out", tmp_path / "out")
-    one, two, three = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
+    one, two, three, four = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
     assert not one["sessions"] and "are those of arm arm-2: copied?" in one["error"]
     assert not two["sessions"] and "are those of arm arm-1: copied?" in two["again"]
-    assert "error" not in three and len(three["sessions"]) == 1
+    assert "error" not in three and len(three["sessions"]) == 1  # calibrated all the same
+    assert "are those of another of its placements: copied?" in four["error"]
 
 
 def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):

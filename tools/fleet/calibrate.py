@@ -65,19 +65,20 @@ def find_sessions(arm: Path) -> dict[str, list[Path]]:
 
 
 def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
-    """Return the arms with samples that another arm has too, each with its message.
+    """Return the arms with samples that another arm has too, or they twice, each with its message.
 
-    A placement that cannot be read stops its arm, and no copy of it is found.
+    Of a copied session nobody could tell a drift. A placement that cannot be read stops its arm,
+    and no copy of it is found.
     """
     copied: dict[Path, str] = {}
-    for pair in copied_sockets(_readable(arms)):
-        holders = [next(arm for arm in arms if Path(file).is_relative_to(arm)) for file in pair]
-        for i, other in enumerate(holders[::-1]):
-            if other != holders[i]:
-                text = (
-                    f"{pair[i]}: the samples are those of arm {other.name}: copied? {pair[1 - i]}"
-                )
-                copied.setdefault(holders[i], text)
+    for first, again in copied_sockets(_readable(arms)):
+        for mine, other in ((again, first), (first, again)):
+            arm, whose = (
+                next(arm for arm in arms if Path(file).is_relative_to(arm))
+                for file in (mine, other)
+            )
+            words = f"arm {whose.name}" if whose != arm else "another of its placements"
+            copied.setdefault(arm, f"{mine}: the samples are those of {words}: copied? {other}")
     return copied
 
 
