@@ -153,6 +153,7 @@ def test_two_minutes_tell_whether_a_calibration_holds(session, tmp_path, scripte
     more = ["a*10 q", "--quick", "--calibration", file]
     done = scripted(tmp_path / "quick", *more, hand=session / "right")
     assert done.status == 0 and "still valid" in done.output, done.output
+    assert "would not show in such samples: panda_joint1, panda_joint7;" in done.output
     shifted = turned_hand(session / "right", 0.008, tmp_path)
     done = scripted(tmp_path / "later", *more, hand=shifted)
     assert done.status == 1 and "nearest cause panda_joint4" in done.output, done.output

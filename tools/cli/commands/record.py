@@ -76,7 +76,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         return status
     here = recorder.read_placement(options.out)
     found = partial.what_changed(known, here, ball_moved=options.quick)
-    terminal.say(found.text)
+    terminal.say(found.text, *found.not_shown)
     return found.verdict.exit_status
 
 
