@@ -72,8 +72,8 @@ def test_a_distance_is_corrected_and_what_it_was_stays_known(tmp_path, scripted,
     assert metadata["changes"][0]["distance"] == [0.05, 0.0502]
     assert main(["info", str(out), "--set-distance", "0.0502"]) == 0
     shown = capsys.readouterr().out
-    assert shown.startswith("distance of 50.2 mm measured, no longer assumed in ")
-    assert "changed    distance of 50.2 mm measured, no longer assumed, 2" in shown
+    assert shown.startswith("distance of 50.2 mm as before, and measured in ")
+    assert "changed    distance of 50.2 mm as before, and measured, 2" in shown
     assert scripted(out, "a q").status == 0
 
 

@@ -105,9 +105,9 @@ def _length(distance: Any) -> str:
 
 
 def _change(before: Any, after: Any, words: str = "from") -> str:
-    """Change of a distance; the same one given again was assumed before, and is measured now."""
+    """Change of a distance; the same one given again is known to be measured."""
     if before == after:
-        return f"of {_length(after)} measured, no longer assumed"
+        return f"of {_length(after)} as before, and measured"
     return f"{words} {_length(before)} to {_length(after)}"
 
 
