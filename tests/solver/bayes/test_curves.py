@@ -82,7 +82,7 @@ def test_elasticity_that_the_curves_hid_is_found_beside_them():
     assert np.allclose(bends, truth.deflection.coefficients[0][loaded], atol=4e-6)
     pairs = zip(found.document.coefficients, truth.deflection.coefficients[0], strict=True)
     assert all(abs(one.value - true) < 2 * one.standard_deviation for one, true in pairs)
-    assert held_out(found) < 0.8 * held_out(without)
+    assert held_out(found) < 0.7 * held_out(without)
 
 
 def test_curves_are_compared_where_both_are_known():

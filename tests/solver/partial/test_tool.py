@@ -105,13 +105,13 @@ def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(simulated, tmp_
         assert found[:3, 2] == pytest.approx([0, 0, 1], abs=0.05)
         assert name == "axis" or found[:3, 0] == pytest.approx([1, 0, 0], abs=0.05)
     base = simulated.first_base
-    few = written(tmp_path / "few.csv", simulated.touched(TIP, 4, base=base))
+    few = written(tmp_path / "few.csv", simulated.touched(TIP, 4, seed=1, base=base))
     known, free = (
         json.loads(command("tool", tmp_path / "cal", few, "--json", *more)[1])
         for more in (("--stood", base.name), ())
     )
     assert known["xyz"][:2] == pytest.approx(TIP[:2].tolist(), abs=5e-4)
-    assert np.trace(known["covariance"]) < 0.75 * np.trace(free["covariance"])
+    assert np.trace(known["covariance"]) < 0.5 * np.trace(free["covariance"])
     status, _, error = command(*words, "--stood", "kitchen")
     assert status == 2 and "kitchen" in error and error.count("\n") == 1
 
