@@ -35,7 +35,7 @@ class ArmFolder:
     """Arguments of :func:`mukca.load_robot`."""
     settings: SolveOptions
     copied: str | None = None
-    """The reason not to calibrate it: it has samples of another arm."""
+    """The reason not to calibrate it: its samples are those of another arm, or are there twice."""
 
 
 def find_arms(folder: Path) -> list[Path]:
