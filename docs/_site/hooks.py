@@ -9,6 +9,8 @@ from typing import Any
 
 from latex2mathml.converter import convert as latex_to_mathml
 
+from mukca.solver.calibration import option_table
+
 ROOT = Path(__file__).parents[2]
 ROOMS = {
     "drivers": "Drivers: the connection to the arm",
@@ -18,6 +20,7 @@ ROOMS = {
 }
 MESSAGES = "<!-- every message -->"
 BY_HAND = "<!-- where the site has them -->"
+OPTIONS = "<!-- every option -->"
 EXAMPLES = "<!-- every example -->"
 SAID = {"Diagnostic", "warn"}
 BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
@@ -41,6 +44,10 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     if MESSAGES in markdown:
         before, _, after = markdown.partition(MESSAGES)
         markdown = before.partition(BY_HAND)[0] + "\n".join(_messages()) + after
+    if OPTIONS in markdown:
+        options = option_table().items()
+        rows = [f"- `{name}`: {_safe(option.described)}" for name, option in options]
+        markdown = markdown.replace(OPTIONS, "\n".join(rows))
     if EXAMPLES in markdown:
         markdown = markdown.replace(EXAMPLES, "\n".join(_examples()))
     return markdown

@@ -19,7 +19,7 @@ from .option import Method as Method
 from .option import Option as Option
 from .option import UsageError as UsageError
 from .option import joints_named as joints_named
-from .option import option_texts as option_texts
+from .options import CalibrateOptions as CalibrateOptions
 from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
 from .options import option_table as option_table

@@ -1,10 +1,8 @@
 """Option of a calibration: its documentation and its range, and the refusal of what cannot be."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Any, Literal, cast
 
 from ...errors import MukcaError
@@ -14,27 +12,6 @@ Method = Literal["auto", "paper"]
 
 class UsageError(MukcaError):
     """Arguments that cannot be, or do not go together; in words that hold for Python, too."""
-
-
-_TEXTS = Path(__file__).with_name("options.txt")
-
-
-@cache
-def option_texts(file: Path = _TEXTS) -> Mapping[tuple[str, str], Mapping[str, Any]]:
-    """Return placeholder, help and group of each option in a file, by its class and its name."""
-    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
-    owner, group = "", None
-    for line in file.read_text(encoding="utf-8").replace("\n  ", " ").splitlines():
-        if line.startswith("# "):
-            owner, group = line[2:], None
-        elif line.startswith("["):
-            group = line[1:-1]
-        elif line:
-            head, _, text = f"{line} ".partition(": ")
-            name, *words = head.split()
-            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
-            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
-    return texts
 
 
 @dataclass(frozen=True)
@@ -65,6 +42,11 @@ class Option:
         """The text, with the default where there is one to name."""
         named = isinstance(self.default, str | int | float) and not isinstance(self.default, bool)
         return f"{self.text} (default: {self.default})" if named else self.text
+
+    @property
+    def described(self) -> str:
+        """The help, and before it the method that alone knows the option."""
+        return f"({self.method}) {self.help}" if self.method else self.help
 
     def check(self, name: str, value: Any) -> None:
         """Refuse a value that cannot be."""

@@ -1,12 +1,13 @@
-"""Options of a calibration; a new one is one more field, and its text in ``options.txt``."""
+"""Options of a calibration: a new one is one more field of both classes."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 
 from ..bayes.model.effects import EXTENSIONS
-from .option import Method, Option, UsageError, option_texts
+from .option import Method, Option, UsageError
 
 if TYPE_CHECKING:
     from ..data import KnownDistance, Load, SocketAt
@@ -16,42 +17,143 @@ else:  # the command line reads the types of the fields, and has words for these
 Optimizer = Literal["gauss-newton", "ipopt"]
 
 
-def _option(unset: Any = None, **about: Any) -> Any:
-    """Field of an option, with what :class:`Option` holds beyond its text."""
-    return field(default=unset, metadata=about)
+class CalibrateOptions(TypedDict, total=False):
+    """Keywords of :func:`calibrate`: the fields of :class:`SolveOptions`, which explains them."""
+
+    method: Method
+    distance: float | None
+    free: Sequence[str]
+    fix: Sequence[str]
+    split_moved: bool
+    flange_poses: bool
+    repeatability_mm: float | None
+    accept_distorted: bool
+    known: Sequence[str | Path | KnownDistance]
+    sockets_at: str | Path | Sequence[str | Path | SocketAt]
+    distance_deviation: float | None
+    without: Sequence[str]
+    zeros: bool | None
+    type_prior: Sequence[str | Path]
+    prior: str | Path | None
+    remounted: Sequence[str]
+    payload: float | None
+    gravity: Sequence[float] | None
+    optimizer: Optimizer | None
+    regularization: float | None
+    max_iterations: int | None
+
+
+def _option(
+    text: str, metavar: str | tuple[str, ...] | None = None, unset: Any = None, **about: Any
+) -> Any:
+    """Field of an option, with the text of its help and what else :class:`Option` holds."""
+    metadata = {"text": text, "metavar": metavar, "group": "fit"}
+    return field(default=unset, metadata=metadata | about)
+
+
+_auto = partial(_option, group="method auto")
+_paper = partial(_option, group="method paper")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SolveOptions:
-    """Options of a calibration, explained in ``options.txt``.
+    """Options of a calibration. None, or an empty sequence, stands for the default."""
 
-    None, or an empty sequence, stands for the default.
-    """
-
-    method: Method = "auto"
-    distance: float | None = None
-    free: Sequence[str] = ()
-    fix: Sequence[str] = ()
-    split_moved: bool = False
-    flange_poses: bool = False
-    repeatability_mm: float | None = _option(within=(1e-9, 1e4), unit="millimetres")
-    accept_distorted: bool = False
-    known: Sequence[str | Path | KnownDistance] = ()
-    sockets_at: str | Path | Sequence[str | Path | SocketAt] = ()
-    distance_deviation: float | None = _option(default=3e-5, within=(1e-12, 1.0), unit="metres")
-    without: Sequence[str] = _option(unset=(), choices=(*EXTENSIONS, "joint-noise"))
-    zeros: bool | None = _option(default=False)
-    type_prior: Sequence[str | Path] = _option(unset=(), default=("shipped",))
-    prior: str | Path | None = None
-    remounted: Sequence[str] = _option(unset=(), choices=("tool", "base"))
-    payload: float | None = _option(within=(0.0, 1e3), unit="kilograms, zero or more")
-    gravity: Sequence[float] | None = _option(
+    method: Method = _option(
+        "auto: geometry, elasticity and transmission error, as far as the data support them; "
+        "paper: Eq. (5), geometry alone",
+        unset="auto",
+    )
+    distance: float | None = _option(
+        "distance of the sockets' centres in metres (default: the recording's, or 0.05); 1 mm "
+        "wrong in 50 makes the arm 2 % too long",
+        "M",
+    )
+    free: Sequence[str] = _option(
+        "free parameters: joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for "
+        "any text",
+        "P",
+        unset=(),
+    )
+    fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
+    split_moved: bool = _option(
+        "where a base moved, give the part after it a socket of its own", unset=False
+    )
+    flange_poses: bool = _option(
+        "each poses.csv holds measured flange poses, whatever its first line lacks", unset=False
+    )
+    repeatability_mm: float | None = _option(
+        "repeatability of the arm in millimetres, from its data sheet, on which the verdict's "
+        "limits rest (default: what is known of the arm)",
+        "MM",
+        within=(1e-9, 1e4),
+        unit="millimetres",
+    )
+    accept_distorted: bool = _option(
+        "export even a model that does not reproduce the sockets' distance", unset=False
+    )
+    known: Sequence[str | Path | KnownDistance] = _auto(
+        "further measured distances between sockets, to which the fit keeps as closely as their "
+        "standard deviation S says; or a file with one a line",
+        "A:0-B:0=M[+-S]",
+        unset=(),
+    )
+    sockets_at: str | Path | Sequence[str | Path | SocketAt] = _auto(
+        "measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
+        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
+        "FILE",
+        unset=(),
+    )
+    distance_deviation: float | None = _auto(
+        "standard deviation of the distance in metres; the default is a caliper's",
+        "M",
+        default=3e-5,
+        within=(1e-12, 1.0),
+        unit="metres",
+    )
+    without: Sequence[str] = _auto(
+        "effects that are not to be tried", unset=(), choices=(*EXTENSIONS, "joint-noise")
+    )
+    zeros: bool | None = _auto(
+        "the joints' zeros may be off by degrees: for arms made of servos", default=False
+    )
+    type_prior: Sequence[str | Path] = _auto(
+        "calibration.json of other arms of the type, or a fleet's elasticity.json: their "
+        "elasticity is much the same in this one; the data decide how far to believe it "
+        "(default: shipped, from measurements of other arms, so far of Pandas; none: nothing)",
+        "FILE",
+        unset=(),
+        default=("shipped",),
+    )
+    prior: str | Path | None = _auto(
+        "an earlier calibration.json of this very arm: what it knows of geometry, elasticity and "
+        "error curves, and how well, is where this one begins",
+        "CALIBRATION",
+    )
+    remounted: Sequence[str] = _auto(
+        "what was taken off and put back since that calibration",
+        unset=(),
+        choices=("tool", "base"),
+    )
+    payload: float | None = _auto(
+        "mass at the ball beyond the model's, in kilograms",
+        "KG",
+        within=(0.0, 1e3),
+        unit="kilograms, zero or more",
+    )
+    gravity: Sequence[float] | None = _auto(
+        "acceleration in the base frame in m/s^2, for an arm on a wall or ceiling",
+        ("X", "Y", "Z"),
         within=(9.0, 11.0),
         unit="its three components in m/s^2, for an arm that hangs from the ceiling 0 0 9.81",
     )
-    optimizer: Optimizer | None = _option(default="gauss-newton")
-    regularization: float | None = _option(default=1e-4)
-    max_iterations: int | None = _option(default=200, within=(1, 10**9), unit="at least 1")
+    optimizer: Optimizer | None = _paper(
+        "both reach the same minimum; ipopt is the paper's", default="gauss-newton"
+    )
+    regularization: float | None = _paper("lambda of Eq. (5)", "L", default=1e-4)
+    max_iterations: int | None = _paper(
+        "steps allowed", "N", default=200, within=(1, 10**9), unit="at least 1"
+    )
 
     def validated(self) -> "SolveOptions":
         """Return the options with defaults filled in, and files read; refuse what cannot be."""
@@ -120,11 +222,7 @@ class SolveOptions:
 
 def option_table() -> dict[str, Option]:
     """Return the documentation of each option by its name."""
-    texts = option_texts()
-    return {
-        one.name: Option(**texts["SolveOptions", one.name], **one.metadata)
-        for one in fields(SolveOptions)
-    }
+    return {field.name: Option(**field.metadata) for field in fields(SolveOptions)}
 
 
 def check_keywords(function: str, given: Collection[str], known: Collection[str]) -> None:

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from inspect import signature
+from inspect import getdoc, signature
 from operator import attrgetter
 from textwrap import fill
-from typing import Any, ParamSpec, Protocol, cast, get_type_hints, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -16,81 +16,47 @@ from ..robot import Robot
 from .calibration import Calibration
 from .fit import Fit, fit_robots
 from .multi_robot_calibration import MultiRobotCalibration, common_document
-from .options import SolveOptions, check_keywords, option_table
+from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
 from .problem import CalibrationProblem, Recordings, problems_of
 from .results import document_of
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack  # Python 3.10 has none
+
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
-Keywords = ParamSpec("Keywords")
 
 
 def _silent(_: str) -> None:
     pass
 
 
-class Calibrate(Protocol[Keywords]):
-    """Type of :func:`calibrate`: its keywords are the fields of :class:`SolveOptions`."""
-
-    @overload
-    def __call__(
-        self,
-        robot: Robot,
-        train: Placement | Sequence[Placement],
-        test: Placement | Sequence[Placement] = (),
-        progress: Progress = _silent,
-        *_: Keywords.args,
-        **options: Keywords.kwargs,
-    ) -> Calibration: ...
-
-    @overload
-    def __call__(
-        self,
-        robot: Mapping[str, Robot],
-        train: Recordings,
-        test: Recordings = (),
-        progress: Progress = _silent,
-        *_: Keywords.args,
-        **options: Keywords.kwargs,
-    ) -> MultiRobotCalibration: ...
+@overload
+def calibrate(
+    robot: Robot,
+    train: Placement | Sequence[Placement],
+    test: Placement | Sequence[Placement] = (),
+    progress: Progress = _silent,
+    **options: "Unpack[CalibrateOptions]",
+) -> Calibration: ...
 
 
-def _taking(
-    options: Callable[Keywords, SolveOptions],
-) -> Callable[[Callable[..., Any]], Calibrate[Keywords]]:
-    """Return a decorator: a function's further keywords are these options, and documented."""
-
-    def decorate(function: Callable[..., Any]) -> Calibrate[Keywords]:
-        types = get_type_hints(options)
-        *own, _ = signature(function).parameters.values()
-        fields = signature(options).parameters.values()
-        keywords = [field.replace(annotation=types[field.name]) for field in fields]
-        function.__signature__ = signature(function).replace(parameters=[*own, *keywords])  # pyright: ignore
-        head, _, end = (function.__doc__ or "").partition("        given: ")
-        function.__doc__ = head + _documented() + end[end.index("\n") :]
-        return cast("Any", function)
-
-    return decorate
+@overload
+def calibrate(
+    robot: Mapping[str, Robot],
+    train: Recordings,
+    test: Recordings = (),
+    progress: Progress = _silent,
+    **options: "Unpack[CalibrateOptions]",
+) -> MultiRobotCalibration: ...
 
 
-def _documented() -> str:
-    """Return the options as they stand under ``Args:``."""
-    rows = [
-        f"{name}: {f'({option.method}) ' if option.method else ''}{option.help}."
-        for name, option in option_table().items()
-    ]
-    return "\n".join(
-        fill(row, 100, initial_indent=8 * " ", subsequent_indent=12 * " ") for row in rows
-    )
-
-
-@_taking(SolveOptions)
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
     test: Recordings = (),
     progress: Progress = _silent,
-    **given: Any,
+    **options: "Unpack[CalibrateOptions]",
 ) -> Calibration | MultiRobotCalibration:
     """Calibrate a robot from recordings.
 
@@ -104,7 +70,7 @@ def calibrate(
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
-        given: Each field of :class:`SolveOptions` by its name.
+        options: The options of a calibration, as ``mukca solve`` has them.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.
@@ -113,15 +79,15 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", given, signature(calibrate).parameters)
-    options = SolveOptions(**given).validated()
-    problems = problems_of(robot, train, test, options)
+    check_keywords("calibrate", options, signature(calibrate).parameters)
+    settings = SolveOptions(**options).validated()
+    problems = problems_of(robot, train, test, settings)
     bases = [
         [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]
         for part in (attrgetter("measurements"), attrgetter("test"))
     ]
-    options = replace(options, sockets_at=in_placements(options.located, *bases))
-    fits = _converged([*problems.values()], options, progress)
+    settings = replace(settings, sockets_at=in_placements(settings.located, *bases))
+    fits = _converged([*problems.values()], settings, progress)
     calibrations = {
         name: Calibration(document_of(problem, fit), fit.calibrated)
         for (name, problem), fit in zip(problems.items(), fits, strict=True)
@@ -131,6 +97,20 @@ def calibrate(
     assert fits[0].selected is not None  # the paper's method knows one robot
     together = common_document(calibrations, fits[0].selected.full)
     return MultiRobotCalibration(calibrations, together)
+
+
+def _show_options(function: Callable[..., Any]) -> None:
+    """Let ``help`` and notebooks show each option of a function that takes them by keyword."""
+    *arguments, _ = signature(function).parameters.values()
+    parameters = [*arguments, *signature(SolveOptions).parameters.values()]
+    function.__signature__ = signature(function).replace(parameters=parameters)  # pyright: ignore
+    texts = (f"{name}: {option.described}." for name, option in option_table().items())
+    rows = [fill(text, 92, initial_indent="    ", subsequent_indent="        ") for text in texts]
+    # The compiler of Python 3.13 takes the indentation off, -OO the whole docstring.
+    function.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *rows])
+
+
+_show_options(calibrate)
 
 
 def _converged(

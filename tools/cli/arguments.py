@@ -2,20 +2,21 @@
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
 takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help and group stand in
-``options.txt``, for the options of a calibration in the solver's.
+``options.txt``; the options of a calibration have them in their fields.
 """
 
 import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from functools import cache
 from inspect import get_annotations
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from ...solver import results
-from ...solver.calibration import UsageError, option_texts
+from ...solver.calibration import UsageError
 
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform
@@ -101,7 +102,7 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
     if isinstance(options, UnionType):
         kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
         for kind in get_args(options):
-            line = str(kind.__doc__)
+            line = kind.line
             add_options(kinds.add_parser(kind.experiment, help=line, description=line), kind)
         return
     groups: dict[str | None, Any] = {None: parser}
@@ -152,7 +153,7 @@ def _described(
     options: type[Any], names: Sequence[str] = (), group: str | None = None
 ) -> Iterator[tuple["Field[Any]", Any, Mapping[str, Any]]]:
     """Yield fields, types and descriptions, those of the class before those of its bases."""
-    texts = {**option_texts(), **option_texts(Path(__file__).with_name("options.txt"))}
+    texts = _option_texts()
     hints = get_type_hints(options)
     known = {one.name: one for one in fields(options)}
     owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
@@ -164,9 +165,29 @@ def _described(
         if "names" in one.metadata:
             yield from _described(kind, one.metadata["names"], one.metadata["group"])
             continue
-        about = {**texts[owners[name].__name__.lstrip("_"), name], **one.metadata}
+        text = texts.get((owners[name].__name__.lstrip("_"), name), {})
+        about = {**text, **one.metadata}
         about |= {"text": _help(about, one.default), "group": group or about["group"]}
         yield one, kind, about
+
+
+@cache
+def _option_texts() -> Mapping[tuple[str, str], Mapping[str, Any]]:
+    """Placeholder, help and group of each option in ``options.txt``, by its class and its name."""
+    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
+    owner, group = "", None
+    file = Path(__file__).with_name("options.txt")
+    for line in file.read_text(encoding="utf-8").replace("\n  ", " ").splitlines():
+        if line.startswith("# "):
+            owner, group = line[2:], None
+        elif line.startswith("["):
+            group = line[1:-1]
+        elif line:
+            head, _, text = f"{line} ".partition(": ")
+            name, *words = head.split()
+            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
+            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
+    return texts
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:

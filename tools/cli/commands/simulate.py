@@ -32,18 +32,20 @@ class _ExperimentOptions(JsonOption):
 
 
 class InsertionOptions(_ExperimentOptions):
-    """Put a peg into a hole from other postures than that in which it was taught."""
+    """Options of ``mukca simulate insertion``."""
 
     experiment: ClassVar = "insertion"
+    line: ClassVar = "put a peg into a hole from other postures than that in which it was taught"
     hole_mm: float = option(10.4, between=(10.1, 40))
     cross: int = option(0, between=(0, 24))
     trials: int = option(20, between=(1, 10_000))
 
 
 class DrawingOptions(_ExperimentOptions):
-    """Retrace a drawing from other postures than that in which it was shown."""
+    """Options of ``mukca simulate drawing``."""
 
     experiment: ClassVar = "drawing"
+    line: ClassVar = "retrace a drawing from other postures than that in which it was shown"
     hole_mm: ClassVar = None
     cross: ClassVar = 0
     trials: int = option(6, between=(2, 10_000))
