@@ -199,10 +199,11 @@ def _posterior(
     groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
     return JointPosterior(
         replace(state, objective=world, x=x, groups=tuple(groups)),
-        whole[np.ix_(picked, picked)],
+        found.around,
         fitted.weights,
         log_evidence,
         [*iterates, x],
+        whole[np.ix_(picked, picked)],
     )
 
 

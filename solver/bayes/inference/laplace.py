@@ -6,28 +6,19 @@ from math import erfc, exp, log, pi, sqrt
 
 import numpy as np
 
-from ..model import (
-    GEOMETRY_WIDTHS,
-    TYPICAL_SPREAD,
-    Movement,
-    Noise,
-    PriorGroup,
-    log_constant,
-    log_prior,
-)
+from ..model import TYPICAL_SPREAD, Movement, Noise, log_constant, log_prior
 from .normal_equations import ArrowheadMatrix, curvature, normal_equations
 from .objective import linearise
 from .posterior import JointPosterior
 from .state import State
 from .steps import moved
+from .width_averaging import at_usual_widths, over_widths
 
 SWEEPS = 200
 DAMPING = 0.5
 SETTLED = 1e-6
 TAIL_STEPS = 30
 """Until errors are as large as their noise says."""
-FACTORS = np.exp(np.arange(-3, 7) * 0.3)
-"""Widths that are tried, as factors of the estimate: smaller ones soon contradict the samples."""
 
 
 def expectation_propagation(
@@ -90,21 +81,27 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
     evidence += 0.5 * float(slope @ away)
     evidence -= 0.5 * covariance.log_determinant
     bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
-    known = tuple(replace(g, learned=g.learned and not _averaged(g)) for g in state.groups)
-    widened, mean = replace(state, groups=known).prior_precision(widened=True), state
+    pulled, mean, change = bounds.copy(), state, -away
     if len(b):
-        sigma, pulled = covariance.dense[np.ix_(b, b)], np.zeros(objective.size)
+        sigma = covariance.dense[b][:, b]
         bounds[b], pulled[b], log_share = expectation_propagation((x - away)[b], sigma)
         evidence += log_share - log_prior_share(state)
-        diagonal = np.diag(bounds[: objective.dense])
-        change = hessian.plus(diagonal).inverse(free).times(pulled - bounds * x - slope)
-        widened = widened + diagonal
+        bounded = hessian.plus(np.diag(bounds[: objective.dense])).inverse(free)
+        change = bounded.times(pulled - bounds * x - slope)
         if change.any():
             mean = moved(state, change)
             iterates = [*iterates, mean.x]
-    sigma = _of_data(state).plus(widened).inverse(free).whole()
+    # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
+    usual = at_usual_widths(state)
+    P = usual.prior_precision(widened=True) + np.diag(bounds[: objective.dense])
+    inverse = _of_data(state).plus(P).inverse(free)
+    slope = gradient + usual.prior_gradient(usual.prior_precision()) + state.linear.by_volume
+    apart = inverse.times(pulled - bounds * x - slope) - change
+    at_usual = inverse.gaussian(apart[: objective.dense], free)
+    around, groups = over_widths(state, x + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
-    return JointPosterior(mean, _over_widths(state, sigma), weights, evidence, iterates)
+    mean = replace(mean, groups=groups)
+    return JointPosterior(mean, inverse.with_centres(around), weights, evidence, iterates)
 
 
 def _of_data(state: State) -> ArrowheadMatrix:
@@ -150,49 +147,6 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result
-
-
-def _over_widths(state: State, covariance: np.ndarray) -> np.ndarray:
-    """Return a covariance of all unknowns, made at known widths, averaged over these (A10)."""
-    for own in state.objective.own:
-        mine = [g for g in state.groups if _averaged(g) and own.start <= g.members[0] < own.stop]
-        if mine:
-            covariance = _averaged_covariance(mine, state.x, covariance)
-    return covariance
-
-
-def _averaged(group: PriorGroup) -> bool:
-    """Return True for the geometry's widths: known in a fit, and averaged over afterwards."""
-    return group.learned and group.width > 0 and group.name in GEOMETRY_WIDTHS
-
-
-def _averaged_covariance(
-    groups: Sequence[PriorGroup], x: np.ndarray, covariance: np.ndarray
-) -> np.ndarray:
-    own = np.concatenate([group.members for group in groups])
-    off = x[own] - np.concatenate([group.mean for group in groups])
-    apart, logs, begin = np.zeros((1, len(own), len(own))), np.zeros(1), 0
-    for group in groups:
-        tried = np.array([group.precision(group.width * factor) for factor in FACTORS])
-        typical = group.typical or GEOMETRY_WIDTHS[group.name]
-        usual = (np.log(group.width * FACTORS / typical) / TYPICAL_SPREAD) ** 2
-        own_logs = 0.5 * (np.linalg.slogdet(tried)[1] - usual)
-        logs = (logs[:, None] + own_logs).ravel()
-        apart = np.repeat(apart, len(FACTORS), axis=0)
-        block = slice(begin, begin + len(group.members))
-        times = len(apart) // len(FACTORS)
-        apart[:, block, block] = np.tile(tried - group.precision(group.width), (times, 1, 1))
-        begin = block.stop
-    A = np.eye(len(own)) + apart @ covariance[np.ix_(own, own)]
-    K = np.linalg.solve(A, apart)
-    steps = K @ off
-    logs -= 0.5 * (np.linalg.slogdet(A)[1] + steps @ off)
-    odds = np.exp(logs - logs.max())
-    odds /= odds.sum()
-    across = covariance[:, own]
-    inner = (steps.T * odds) @ steps - np.tensordot(odds, K, 1)
-    result = covariance + across @ inner @ across.T
-    return (result + result.T) / 2
 
 
 def movement_gain(found: JointPosterior, movement: Movement) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..model import Gaussian
 from .state import State
 
 REFINEMENTS = 3
@@ -45,7 +46,8 @@ class ArrowheadMatrix:
         L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
         V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
         some = np.ix_(free, free)
-        S = (self.dense + R.T @ R)[some]
+        curvature = self.dense + R.T @ R
+        S = curvature[some]
         scale = 1 / np.sqrt(np.diag(S))
         units = scale[:, None] * scale
         dense = np.zeros_like(self.dense)
@@ -56,7 +58,8 @@ class ArrowheadMatrix:
             -2 * np.log(scale).sum(),
         ]
         log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
-        return Inverse(dense, (self.centres + V @ R) * free, blocks, V, log_determinant)
+        X = (self.centres + V @ R) * free
+        return Inverse(dense, X, blocks, V, log_determinant, curvature)
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,8 @@ class Inverse:
     """Shape (3 S, K)."""
     log_determinant: float
     """log |H| of what is free."""
+    S: np.ndarray
+    """Curvature of x and the frames while the centres follow, shape (d, d)."""
 
     @property
     def own(self) -> np.ndarray:
@@ -95,6 +100,31 @@ class Inverse:
         for k, block in enumerate(self.blocks):
             own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
         return np.block([[self.dense, across.T], [across, own]])
+
+    def gaussian(self, mean: np.ndarray, free: np.ndarray) -> Gaussian:
+        """Return the Gaussian of x and the frames, the others being zero, around a mean."""
+        some = np.flatnonzero(free)
+        part = Gaussian.of_precision(mean[some], self.S[free][:, free])
+        return part.embedded(some, len(free))
+
+    def with_centres(self, part: Gaussian) -> Gaussian:
+        """Return x, the frames and the centres by a Gaussian of x and the frames.
+
+        Beside -X x the centres have the covariance D^-1 - V V^T. With D^-1 = E E^T and U = E^-1 V
+        its root is E - V (1 + (1 - U^T U)^(1/2))^-1 U^T.
+        """
+        count = len(self.blocks)
+        E, root = np.linalg.cholesky(self.blocks), np.zeros((3 * count, 3 * count))
+        U = np.linalg.solve(E, self.V.reshape(count, 3, self.V.shape[1])).reshape(self.V.shape)
+        shares, axes = np.linalg.eigh(U.T @ U)
+        for k, block in enumerate(E):
+            root[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = block
+        root -= (self.V @ axes / (1 + np.sqrt((1 - shares).clip(min=0)))) @ (U @ axes).T
+        mean = np.concatenate([part.mean, -self.centres @ part.mean])
+        across = np.concatenate([part.root, -self.centres @ part.root])
+        return Gaussian(
+            mean, np.column_stack([across, np.eye(len(mean))[:, len(part.mean) :] @ root])
+        )
 
 
 def _times(blocks: np.ndarray, columns: np.ndarray) -> np.ndarray:

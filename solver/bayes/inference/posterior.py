@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...data import IDENTITY, MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Kind, Noise, PriorGroup
+from ..model import Deflection, ExtendedModel, Gaussian, Kind, Noise, PriorGroup, check
 from ..model.effects import CURVE
 from .objective import Objective
 from .state import State
@@ -43,6 +43,9 @@ class Posterior:
     """How far the place of each sample has moved, in the robot's base, shape (N, 3) [m]; None for
     places that stood still."""
 
+    def __post_init__(self) -> None:
+        check(self.covariance)
+
     @property
     def noise(self) -> Noise:
         """Noise of samples in sockets, or, where there is none, of measured balls."""
@@ -76,14 +79,24 @@ class JointPosterior:
 
     state: State
     """The most probable unknowns, or their mean, with the widths and noises that were found."""
-    whole: np.ndarray
-    """Covariance of all unknowns, movements included."""
+    around: Gaussian
+    """All unknowns but error curves, movements included, as changes from the state."""
     weights: np.ndarray
     """See :attr:`Posterior.weights`."""
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
     iterates: Sequence[np.ndarray]
     """x of all robots and movements after each iteration."""
+    with_curves: np.ndarray | None = None
+    """Covariance of all unknowns where there are error curves: they are too many for a root."""
+
+    def __post_init__(self) -> None:
+        check(self.whole)
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Covariance of all unknowns, movements and error curves included."""
+        return self.around.covariance if self.with_curves is None else self.with_curves
 
     @property
     def objective(self) -> Objective:
@@ -139,14 +152,9 @@ class JointPosterior:
         return tuple(tuple(name for name in own if name != CURVE.name) for own in names)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
-        """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6).
-
-        Where priors have shrunk to nothing, rounding may leave a variance below zero: it is none.
-        """
+        """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
         begin = self.own[-1].stop + 6 * list(self.frames).index(frame)
-        block = self.covariance[begin : begin + 6, begin : begin + 6]
-        values, vectors = np.linalg.eigh((block + block.T) / 2)
-        return (vectors * values.clip(min=0)) @ vectors.T
+        return self.covariance[begin : begin + 6, begin : begin + 6]
 
     def _arm(self, robot: int) -> Posterior:
         objective, state, own = self.objective, self.state, self.own[robot]
@@ -163,7 +171,7 @@ class JointPosterior:
             self.scene.arms[robot],
             state.x[own],
             centres,
-            self._in_base(robot, centres, self._in_base(robot, centres, self.whole).T),
+            self._covariance_in_base(robot, centres),
             tuple(replace(g, members=g.members - own.start) for g in mine),
             noises,
             state.linear.points[rows],
@@ -172,6 +180,12 @@ class JointPosterior:
             tuple(x[own] for x in self.iterates),
             moved,
         )
+
+    def _covariance_in_base(self, robot: int, centres: np.ndarray) -> np.ndarray:
+        if self.with_curves is not None:
+            return self._in_base(robot, centres, self._in_base(robot, centres, self.whole).T)
+        root = self._in_base(robot, centres, self.around.root)
+        return root @ root.T
 
     def _in_base(self, robot: int, centres: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Return changes of a robot's x and of the centres in its base, by those of all unknowns.

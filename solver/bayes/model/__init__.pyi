@@ -1,6 +1,8 @@
 from .extended_model import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import extend as extend
+from .gaussian import Gaussian as Gaussian
+from .gaussian import check as check
 from .movement import Movement as Movement
 from .movement import movements_of as movements_of
 from .multi_robot import KINDS as KINDS

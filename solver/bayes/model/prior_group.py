@@ -50,6 +50,8 @@ class PriorGroup:
     """gamma_g: number of its unknowns that the data decide."""
     trail: tuple[float, float] | None = None
     """Logarithm of the width before the last step, and by how much (A4) wanted it changed."""
+    average_width: float = 0.0
+    """Root mean square of the widths over which a posterior is averaged (A10); 0 for none."""
     common: np.ndarray | None = None
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
@@ -102,8 +104,10 @@ class PriorGroup:
         """Standard deviation of the prior, larger where the width is uncertain itself.
 
         One estimated from gamma unknowns makes it Student's, whose variance is larger by
-        gamma / (gamma - 2), here by 2 at most.
+        gamma / (gamma - 2), here by 2 at most, unless its widths were averaged over.
         """
+        if self.average_width:
+            return self.average_width
         gamma = max(self.effective, 4.0)
         return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
 

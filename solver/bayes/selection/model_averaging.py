@@ -9,7 +9,7 @@ import numpy as np
 
 from ...data import FrameError, MultiRobotObservations, fit_pose, rotation_vectors
 from ..inference import JointPosterior, Objective, linearise, refit
-from ..model import PriorGroup
+from ..model import Gaussian, PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
 ALSO_TILTS = 4.0
@@ -61,20 +61,20 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     models = tuple(one.with_effects(own) for one, own in zip(best.models, effects, strict=True))
     objective = replace(best.objective, models=models)
     groups: dict[tuple[int, str], PriorGroup] = {}
-    means, covariance = np.zeros((len(results), objective.size)), np.zeros((objective.size,) * 2)
+    parts: list[Gaussian] = []
     weights = np.zeros(len(best.weights))
     order: list[int] = np.argsort(probabilities).tolist()
-    for k in order:
-        result, share = results[k], float(probabilities[k])
+    shares = [float(probabilities[k]) for k in order]
+    for k, share in zip(order, shares, strict=True):
+        result = results[k]
         rows = _rows(objective, result.objective)
-        means[k, rows] = np.concatenate([result.state.x, _places(result, best)])
-        covariance[np.ix_(rows, rows)] += share * result.whole
+        place = np.concatenate([result.state.x, _places(result, best)])
+        parts.append(replace(result.around, mean=place).embedded(rows, objective.size))
         weights += share * result.weights
         for group in result.state.groups:
             robot = sum(own.start <= group.members[0] for own in result.own)
             groups[robot, group.name] = replace(group, members=rows[group.members])
-    mean = probabilities @ means
-    covariance += ((means - mean).T * probabilities) @ (means - mean)
+    mixture = Gaussian.averaged(parts, shares)
     ordered = tuple(sorted(groups.values(), key=lambda group: int(group.members[0])))
     at_zero = np.zeros(objective.model_size, dtype=bool)
     for group in ordered:
@@ -82,12 +82,13 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     x, centres = np.zeros(len(at_zero)), np.zeros_like(best.state.centres)
     state = replace(
         best.state, objective=objective, x=x, centres=centres, groups=ordered, at_zero=at_zero
-    ).changed(mean)
+    ).changed(mixture.mean)
     state = replace(state, linear=linearise(objective, state.x, state.frames))
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     iterates = [*before[:, : objective.model_size], state.x]
-    return JointPosterior(state, covariance, weights, best.log_evidence, iterates)
+    around = replace(mixture, mean=np.zeros(objective.size))
+    return JointPosterior(state, around, weights, best.log_evidence, iterates)
 
 
 def _rows(whole: Objective, part: Objective) -> np.ndarray:
