@@ -17,6 +17,7 @@ from itertools import product
 
 import numpy as np
 
+from ..bayes.model import Gaussian
 from ..data import CALIPER_DEVIATION, turn
 from .task import NoiseBelief, Task, flanges, linearise
 
@@ -66,12 +67,15 @@ class System:
 
     def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
         """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
+        return self.spread + self.noise_covariance(noise, gaussian=gaussian)
+
+    def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
+        """Return the same where all unknowns are known, shape (R, R)."""
         N, d, _ = self.by_joints.shape
         blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
-        C = self.spread.copy()
-        C.ravel()[:: len(C) + 1][N * d :] += CALIPER_DEVIATION**2
+        C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
         rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
-        C[rows[:, :, None], rows[:, None]] += blocks * (1 + 2 * gaussian / (noise.nu + d))
+        C[rows[:, :, None], rows[:, None]] = blocks * (1 + 2 * gaussian / (noise.nu + d))
         return C
 
     def log_evidence(self, noise: NoiseBelief) -> float:
@@ -89,12 +93,18 @@ class System:
         return -self.task.covariance @ (self.slopes.T @ pull)
 
     def posterior_covariance(self, some: np.ndarray | slice) -> np.ndarray:
-        """Return the posterior covariance of some unknowns."""
+        """Return the posterior covariance of some unknowns: beside the errors, once these are seen.
+
+        S is large where it has error curves, so its root is that of errors and unknowns alone.
+        """
         across = self.slopes @ self.task.covariance[:, some]
         S: np.ndarray = self.task.covariance[some][:, some]
-        C = self.covariance(self.state.noise, gaussian=True)
-        found = S - across.T @ np.linalg.solve(C, across)
-        return (found + found.T) / 2
+        joint = np.block([[self.spread, across], [across.T, S]])
+        count = len(self.errors)
+        noise = self.noise_covariance(self.state.noise, gaussian=True)
+        seen = np.linalg.solve(np.linalg.cholesky(noise), np.eye(count, len(joint)))
+        prior = Gaussian.of(np.zeros(len(joint)), joint)
+        return prior.conditioned(seen, np.zeros(count)).marginal(slice(count, None)).covariance
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""

@@ -8,7 +8,7 @@ import numpy as np
 from ...data import IDENTITY
 from ...results import Correlation, Scale
 from ..inference import Posterior
-from ..model import ExtendedModel, PriorGroup
+from ..model import ExtendedModel, Gaussian, PriorGroup
 from ..model.effects import JOINT_OFFSET
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4)
@@ -47,9 +47,13 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     shared = _shared_variance(
         white[some, :, 0], white[some, :, 1:], P, kernels[:, some[:, None], some]
     )
-    C = np.tensordot(shared, kernels - np.eye(N), axes=1)
-    back = P[:size] @ white[:, :, 1:].transpose(1, 2, 0)
-    return P[:size, :size] + np.sum(back @ C @ back.transpose(0, 2, 1), axis=0)
+    R = Gaussian.of(np.zeros(len(P)), P).root
+    W = (white[:, :, 1:] @ R).transpose(1, 2, 0)
+    common = W @ np.tensordot(shared, kernels, axes=1) @ W.transpose(0, 2, 1)
+    # P is wider than the samples alone would leave it, where widths were averaged over.
+    alone, axes = np.linalg.eigh(np.sum(W @ W.transpose(0, 2, 1), axis=0))
+    left = axes * (1 - shared.sum() * alone.clip(max=1.0)) @ axes.T
+    return R[:size] @ (left + common.sum(axis=0)) @ R[:size].T
 
 
 def _shared_variance(
