@@ -14,7 +14,7 @@ export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
 unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: demo test test-fast portable lint install docs wheel clean
+.PHONY: demo test test-fast pythons portable lint install docs wheel clean
 
 demo: $(VENV)/.product  ## set up what the product needs, and run the main job on a simulated arm
 	$(BIN)/mukca demo --out demo --force
@@ -24,6 +24,11 @@ test: $(VENV)/.tests  ## set up, and run all tests
 
 test-fast: $(VENV)/.tests  ## the tests to run while working: all but the slow ones
 	$(PYTEST) -m "not slow" $(ARGS)
+
+pythons: $(VENV)/.tests  ## the main job by each supported Python that is here, installed with nothing else
+	rm -rf build/lib build/bdist.* build/wheel
+	$(BIN)/pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	$(BIN)/python packaging/try_wheel.py build/wheel/*.whl
 
 lint: $(VENV)/.tests  ## ruff and pyright (strict), the latter for all three systems
 	$(BIN)/ruff check .
@@ -43,7 +48,7 @@ wheel: $(VENV)/.release  ## dist/: wheel and sdist, checked, and tried in an emp
 	rm -rf dist build/lib build/bdist.*
 	$(BIN)/python -m build
 	$(BIN)/twine check --strict dist/*
-	$(BIN)/python packaging/try_wheel.py dist/*.whl $(PYTHONS)
+	$(BIN)/python packaging/try_wheel.py dist/*.whl
 
 install: $(VENV)/.tests  ## .venv with the project in it, editable, and all that its tests need
 

@@ -1,25 +1,30 @@
-"""Install a wheel with nothing else in an empty environment, and do the main job there.
+"""Install a wheel with nothing else in empty environments, and do the main job there.
 
-    python packaging/try_wheel.py dist/mukca-*.whl [PYTHON ...]
+    python packaging/try_wheel.py mukca-*.whl [PYTHON ...]
 
-For each Python: a new environment, the wheel and what it names, `mukca demo`, `mukca solve` from
-two CSV files, and a look into the report. Says what was installed and how much it weighs.
+For each Python: a new environment, the wheel and what it names, `mukca --version`, and
+`try_installed.py`; by the last Python under -OO, too. The first that is ready runs `mukca demo`.
+Without PYTHON: each version that the project supports and that is found here.
 """
 
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+SCRIPT = Path(__file__).with_name("try_installed.py")
+VERSIONS = ("3.10", "3.11", "3.12", "3.13")
+DEMO = threading.Lock()
 SHIPPED = re.compile(
-    r"mukca/((drivers|recorder|solver|tools)/.*|__init__|__main__)(?<!test)\.(py|urdf|html|css|js|j2)$"
-    r"|mukca/solver/robot/shipped/elasticity\.json$|mukca/tools/cli/commands/verbs\.txt$"
-    r"|mukca/py\.typed$|mukca-[^/]*\.dist-info/"
+    r"mukca/((drivers|recorder|solver|tools)/.*|\w+\.pyi?|py\.typed)$|mukca-[^/]*\.dist-info/"
 )
 
 
@@ -31,47 +36,74 @@ def look_inside(wheel):
     print(f"{wheel.name}: {len(names)} files, {wheel.stat().st_size / 1e3:.0f} kB")
 
 
-def try_with(python, wheel):
+def supported_pythons():
+    """Return the interpreters of the supported versions, on PATH or among pyenv's."""
+    installed = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    pythons = []
+    for version in VERSIONS:
+        of_pyenv = [str(python) for python in installed.glob(f"{version}.*/bin/python")]
+        candidates = [*sorted(of_pyenv), shutil.which(f"python{version}")]
+        python = next((python for python in candidates if python and _runs(python)), None)
+        if python:
+            pythons.append(python)
+        else:
+            print(f"Python {version}: not found here, not tried")
+    return pythons
+
+
+def _runs(python):
+    """Return whether an interpreter starts: pyenv has a name for versions that are not chosen."""
+    return subprocess.run([python, "-c", ""], capture_output=True, check=False).returncode == 0
+
+
+def try_with(python, wheel, shared, *, optimized):
+    """Install the wheel for one Python, do the main job, and return what to say of it."""
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+        environment = Path(name) / "env"
+        inside, mukca = environment / "bin/python", environment / "bin/mukca"
+        _run(name, python, "-m", "venv", "--without-pip", environment)
+        pip = (sys.executable, "-m", "pip", "--python", inside)
+        limits = ("--constraint", ROOT / "constraints.txt", "--quiet", "--no-compile")
+        _run(name, *pip, "install", *limits, wheel)
+        version = _run(name, mukca, "--version").strip()
+        with DEMO:
+            if not (shared / "demo").exists():
+                _run(shared, mukca, "demo", "--out", "demo")
+        lines = []
+        for options in ([], ["-OO"])[: 1 + optimized]:
+            folder = Path(name, *options, "results")
+            folder.mkdir(parents=True)
+            told = _run(folder, inside, *options, SCRIPT, shared / "demo/recordings")
+            lines.append(" ".join([told.strip().splitlines()[-1], *options]))
+        packages = json.loads(_run(name, *pip, "list", "--format", "json"))
+        size = _run(name, "du", "-sm", environment).split()[0]
+        lines.append(f"    {version}, {len(packages)} packages, {size} MB")
+        return "\n".join(lines)
 
-        def run(*words):
-            environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
-            result = subprocess.run(
-                [*map(str, words)],
-                cwd=folder,
-                env=environment,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            assert result.returncode == 0, (words, result.stdout, result.stderr)
-            return result.stdout
 
-        run(python, "-m", "venv", folder / "env")
-        inside = folder / "env/bin/python"
-        limits = ("--constraint", ROOT / "constraints.txt", "--quiet")
-        run(inside, "-m", "pip", "install", *limits, wheel)
-        mukca = folder / "env/bin/mukca"
-        run(mukca, "demo", "--out", "demo")
-        for base in ("front", "left"):
-            run(
-                mukca, "convert", f"demo/recordings/{base}", "--to", "holes", "--out", f"csv/{base}"
-            )
-        words = ("solve", "csv/front", "--test", "csv/left", "--robot", "panda", "--distance", 0.05)
-        result = json.loads(run(mukca, *words, "--out", "calibrated", "--json"))
-        report = Path(folder / "calibrated/report.html").read_text()
-        assert "</html>" in report and "Verdict" in report
-        error = result["summary"]["test"]["calibrated"]["mean_absolute_error"]
-        assert error < 2e-4, error
-        version = run(inside, "-c", "import mukca, sys; print(sys.version.split()[0])").strip()
-        packages = json.loads(run(inside, "-m", "pip", "list", "--format", "json"))
-        size = run("du", "-sm", folder / "env").split()[0]
-        print(f"Python {version}: {len(packages)} packages, {size} MB; off by {1e3 * error:.3f} mm")
+def _run(folder, *words):
+    """Run a program in a folder without the settings of this Python, and return what it says."""
+    outside = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    words = [str(word) for word in words]
+    result = subprocess.run(
+        words, cwd=folder, env=outside, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, (words, result.stdout[-2000:], result.stderr[-4000:])
+    return result.stdout
+
+
+def try_all(wheel, pythons):
+    """Do it by each Python, as many at once as there are processors."""
+    with ThreadPoolExecutor(os.cpu_count()) as threads, tempfile.TemporaryDirectory() as shared:
+        tries = [
+            threads.submit(try_with, python, wheel, Path(shared), optimized=python == pythons[-1])
+            for python in reversed(pythons)
+        ]
+        for attempt in tries:
+            print(attempt.result(), flush=True)
 
 
 if __name__ == "__main__":
     wheel, *pythons = sys.argv[1:]
     look_inside(Path(wheel).resolve())
-    for python in pythons or [sys.executable]:
-        try_with(python, Path(wheel).resolve())
+    try_all(Path(wheel).resolve(), pythons or supported_pythons())

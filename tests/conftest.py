@@ -9,6 +9,7 @@ import signal
 
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_TRACEBACK", "1")  # a defect shows itself
 
 from contextlib import redirect_stdout
 from pathlib import Path

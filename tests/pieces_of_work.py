@@ -33,3 +33,7 @@ def say_who_and_sleep(folder, number):
     (folder / f"{os.getpid()}.pid").touch()
     time.sleep(60)
     return number
+
+
+def blocked_signals(_):
+    return signal.pthread_sigmask(signal.SIG_BLOCK, [])

@@ -44,6 +44,13 @@ def test_a_lost_process_costs_nothing_but_time(tmp_path):
     assert multiprocessing.active_children() == []
 
 
+def test_an_interruption_is_for_the_parent_alone():
+    """Also before a process has run any code of ours, as while it loads Python."""
+    masks = Workers(2).map(pieces_of_work.blocked_signals, [0, 1])
+    assert all(signal.SIGINT in mask for mask in masks)
+    assert signal.SIGINT not in pieces_of_work.blocked_signals(0)
+
+
 def test_work_that_ends_every_process_ends_itself():
     with pytest.raises(MukcaError, match="2 of 2 left to do"):
         Workers(2).map(pieces_of_work.die, range(2))

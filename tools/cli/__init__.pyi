@@ -16,6 +16,7 @@ from .commands.main import build_parser as build_parser
 from .commands.main import main as main
 from .console import Terminal as Terminal
 from .console import table as table
+from .defect import report_defect as report_defect
 from .robots import DISTANCES as DISTANCES
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS

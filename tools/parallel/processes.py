@@ -117,7 +117,8 @@ def _gather(
     total, looks = len(left), 0
     size = 1 + total // (1 + SHARES * pool.count)
     shares = [left[i : i + size] for i in range(0, total, size)]
-    futures = {pool.executor.submit(_do, work, [items[i] for i in own]): own for own in shares}
+    with started_apart():
+        futures = {pool.executor.submit(_do, work, [items[i] for i in own]): own for own in shares}
     while futures:
         finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
         looks = 0 if finished or pool.workers() else looks + 1
@@ -196,6 +197,19 @@ def _processes(count: int) -> Generator[_Pool]:
         raise
     finally:
         executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def started_apart() -> Generator[None]:
+    """Start processes that Ctrl-C does not reach; here it waits until they are started."""
+    if sys.platform == "win32":
+        yield
+        return
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _prepare(parent: int) -> None:

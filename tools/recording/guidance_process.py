@@ -3,7 +3,6 @@
 import math
 import multiprocessing
 import os
-import signal
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -17,6 +16,7 @@ from ...recorder.session import Advice, GuidanceRequest
 from ...solver import assessment, calibration
 from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
+from ..parallel import started_apart
 
 GOAL = 3.0
 """Ratio of the limit on held-out errors to the arm's repeatability."""
@@ -32,11 +32,8 @@ class WorkerProcess:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=_run, args=(work, theirs, *setup), daemon=True)
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the recorder
-        try:
+        with started_apart():  # Ctrl-C is for the recorder
             self._process.start()
-        finally:
-            signal.signal(signal.SIGINT, before)
         theirs.close()
         self.pid = self._process.pid
 

@@ -1,6 +1,7 @@
 """The command line: from arguments to a verb, and from errors to exit statuses.
 
-0 done; 1 the result fails its limits; 2 bad usage or bad input; 130 interrupted.
+0 done; 1 the result fails its limits; 2 bad usage or bad input; 3 the data do not suffice;
+70 a defect of mukca itself, which :func:`report_defect` tells; 130 interrupted.
 """
 
 import argparse
@@ -34,22 +35,23 @@ TYPED = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status."""
+    """Run the command line and return its exit status; an exception is a defect of mukca."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = list(sys.argv[1:] if argv is None else argv)
-    arguments = build_parser(words[0] if words else None).parse_args(words)
-    terminal = Terminal(json=bool(getattr(arguments, "json", False)))
+    verb = words[0] if words else None
     try:
+        arguments = build_parser(verb).parse_args(words)
+        terminal = Terminal(json=bool(getattr(arguments, "json", False)))
         return run_verb(arguments, terminal)
     except MukcaError as error:
         line = " ".join(str(error).split())
         for argument, typed in TYPED.items():
             line = line.replace(argument, typed)
-        sys.stderr.write(f"mukca {arguments.verb}: {line}\n")
+        sys.stderr.write(f"mukca {verb}: {line}\n")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
-        sys.stderr.write(f"mukca {arguments.verb}: interrupted\n")
+        sys.stderr.write(f"mukca {verb}: interrupted\n")
         return 130
     except BrokenPipeError:  # the reader went away, as with `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
