@@ -1,11 +1,13 @@
 # keep: write_holes
-from .csv_files import APPEND as APPEND
-from .csv_files import RecordingError as RecordingError
-from .csv_files import append_bytes as append_bytes
-from .csv_files import lock_file as lock_file
-from .csv_files import read_table as read_table
-from .csv_files import replace_file as replace_file
-from .csv_files import sync_folder as sync_folder
+from .cells import number_of as number_of
+from .cells import read_text as read_text
+from .cells import seconds_of as seconds_of
+from .columns import DEGREES as DEGREES
+from .columns import LENGTHS as LENGTHS
+from .columns import Column as Column
+from .columns import ColumnError as ColumnError
+from .columns import match_joints as match_joints
+from .coordinates import match_coordinates as match_coordinates
 from .dataset import find_placements as find_placements
 from .dataset import hole_files as hole_files
 from .dataset import is_placement as is_placement
@@ -15,6 +17,18 @@ from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .dataset import sample_files as sample_files
 from .dataset import write_holes as write_holes
+from .files import APPEND as APPEND
+from .files import EmptyRecordingError as EmptyRecordingError
+from .files import RecordingError as RecordingError
+from .files import append_bytes as append_bytes
+from .files import lock_file as lock_file
+from .files import replace_file as replace_file
+from .files import sync_folder as sync_folder
+from .layout import POSE_FORMS as POSE_FORMS
+from .layout import Rows as Rows
+from .layout import find_joints as find_joints
+from .layout import read_rows as read_rows
+from .layout import rows_of as rows_of
 from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
 from .metadata import read_keys as read_keys
@@ -24,8 +38,8 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
-from .points import joint_columns as joint_columns
 from .points import read_points as read_points
+from .points import unit_quaternion as unit_quaternion
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL
 from .samples import SAMPLES as SAMPLES
@@ -39,3 +53,6 @@ from .samples import read_samples as read_samples
 from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log
+from .tables import Table as Table
+from .tables import read_table as read_table
+from .tables import table_of as table_of

@@ -10,14 +10,14 @@ import json
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from operator import mul
 from pathlib import Path
 
-from .csv_files import EmptyRecordingError, RecordingError, Table, read_table
+from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
-from .points import POINTS, POSES, joint_columns, read_points
+from .points import POINTS, POSES, read_points
 from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
+from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)
 _HOLE = re.compile(r"hole_(\d+)\.csv")
@@ -178,9 +178,10 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
     if skipped and len(tables) < SOCKETS:
         raise skipped[0]
     first = tables[0][1]
-    names, scales = joint_columns(first)
+    joints = first.joints()
+    names = None if first.header is None else tuple(column.name for column in joints)
     for _, table in tables[1:]:
-        if table.header != first.header:
+        if table.header != first.header or table.units != first.units:
             raise RecordingError(f"{table.file}:1: another header than in {first.file.name}")
         if len(table.rows[0]) != len(first.rows[0]):
             raise RecordingError(
@@ -188,16 +189,17 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
                 f"but {first.file.name} has {len(first.rows[0])}"
             )
     samples = tuple(
-        Sample(tuple(map(mul, row, scales)), socket, where=f"{table.file}:{line}")
+        Sample(row, socket, where=table.where(i))
         for socket, table in tables
-        for line, row in zip(table.lines, table.rows, strict=True)
+        for i, row in enumerate(table.numbers(joints, gaps=names is not None))
     )
+    notes = [note for _, table in tables for note in table.notes]
     return Placement(
         name=placement_name(folder),
         samples=samples,
         joint_names=names,
         files=tuple(table.file for _, table in tables),
-        remarks=tuple(f"{error}; the file is skipped" for error in skipped),
+        remarks=(*notes, *(f"{error}; the file is skipped" for error in skipped)),
     )
 
 

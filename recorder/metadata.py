@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .._version import __version__
-from .csv_files import RecordingError, lock_file, replace_file
+from .files import RecordingError, lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
 

@@ -1,5 +1,6 @@
 """A placement: the samples taken at one position of the socket base."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .csv_files import RecordingError
+from .columns import ColumnError, Match, match_joints, missing_joints
+from .files import RecordingError
 from .samples import Sample
 
 SOCKETS = 2
@@ -127,8 +129,8 @@ class Placement:
     def for_joints(self, joint_names: Sequence[str]) -> "Placement":
         """Return the placement with its joints in the order in which a robot model has them.
 
-        Joints are matched by name where the file names at least one joint of the model. Where it
-        names none, they are taken to be in the model's order already.
+        Joints are matched by name, see :mod:`.columns`. Where the file names none of them, they are
+        taken to be in the model's order already, and a remark says so.
 
         Args:
             joint_names: The model's actuated joints, in chain order.
@@ -139,41 +141,72 @@ class Placement:
         Raises:
             RecordingError: Another number of joints, or a header that names only some of them.
         """
-        order = self._order(tuple(joint_names))
-        if order is None:
+        match = self._match(tuple(joint_names))
+        if match is None:
             return self
-        picked = tuple(
+        picked = [
             replace(
                 sample,
-                position=tuple(sample.position[i] for i in order),
-                effort=sample.effort and tuple(sample.effort[i] for i in order),
-                spread=sample.spread and tuple(sample.spread[i] for i in order),
+                position=tuple(sample.position[i] for i in match.order),
+                effort=sample.effort and tuple(sample.effort[i] for i in match.order),
+                spread=sample.spread and tuple(sample.spread[i] for i in match.order),
             )
             for sample in self.samples
+        ]
+        samples = [s for s in picked if not all(map(math.isnan, s.position))] or picked
+        for sample in samples:
+            for name, value in zip(joint_names, sample.position, strict=True):
+                if math.isnan(value):
+                    raise RecordingError(
+                        f"{sample.where}: joint {name!r} is no finite number; delete the line if "
+                        "the capture failed"
+                    )
+        remarks = list(self.remarks)
+        if len(samples) < len(picked):
+            remarks.append(
+                f"{self._file}: {len(picked) - len(samples)} lines without joint positions are "
+                "left out"
+            )
+        if match.note:
+            remarks.append(f"{self._file}: {match.note}")
+        return replace(
+            self, samples=tuple(samples), joint_names=tuple(joint_names), remarks=tuple(remarks)
         )
-        return replace(self, samples=picked, joint_names=tuple(joint_names))
 
-    def _order(self, joint_names: tuple[str, ...]) -> list[int] | None:
-        file = self.files[0] if self.files else self.name
-        where = self.samples[0].where or self.name
+    @property
+    def _file(self) -> Path | str:
+        return self.files[0] if self.files else self.name
+
+    def _match(self, joint_names: tuple[str, ...]) -> Match | None:
         columns = self.joint_names
-        matched = [] if columns is None else [name for name in joint_names if name in columns]
-        if columns is not None and len(matched) == len(joint_names):
-            return [columns.index(name) for name in joint_names]
-        if matched:
-            missing = [name for name in joint_names if name not in matched]
+        try:
+            match = None if columns is None else match_joints(columns, joint_names)
+        except ColumnError as error:
+            raise RecordingError(f"{self._file}: {error}; keep those of one arm") from None
+        if match is not None:
+            return match
+        missing = missing_joints(columns or (), joint_names)
+        if columns is not None and len(missing) < len(joint_names):
+            lacking = f"missing: {', '.join(missing)}" if missing else "no arm has all of them"
             raise RecordingError(
-                f"{file}: the header names {len(matched)} of the robot's "
-                f"{len(joint_names)} joints; missing: {', '.join(missing)}. Name all of them, "
+                f"{self._file}: the header names {len(joint_names) - len(missing)} of the robot's "
+                f"{len(joint_names)} joints; {lacking}. Name all of them, "
                 "or none (columns then go by order)"
             )
         count = len(self.samples[0].position)
+        if columns is not None and count == len(joint_names):
+            raise RecordingError(
+                f"{self._file}: no column holds the positions of the robot's joints "
+                f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
+            )
         if count != len(joint_names):
             # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
             halves = count == 2 * len(joint_names) and not np.any(self.positions % 1)
             hint = "; these look like decimal commas: separate by semicolons" if halves else ""
+            if columns is not None:
+                hint = f"; the header is {','.join(columns):.100}"
             raise RecordingError(
-                f"{where}: {count} joint positions, but the robot's chain has "
-                f"{len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
+                f"{self.samples[0].where or self.name}: {count} joint positions, but the robot's "
+                f"chain has {len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
             )
         return None

@@ -3,27 +3,27 @@
 A header of the joints' names in any order, and x, y, z [m], the ball's position in the instrument's
 frame; ``points.csv`` may lack it, its joints being in the robot's order. ``poses.csv`` has the
 orientation of its link besides: a unit quaternion qx, qy, qz, qw, a rotation vector rx, ry, rz
-[rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows. There may be a
-``time`` [s] and a ``temperature``, too.
-Other units stand in the header, as ``x [mm]`` or ``JOINT [deg]``.
+[rad], roll, pitch, yaw [rad], or a rotation matrix r11, r12, r13, r21, .. r33 by rows. There may be
+a ``time`` [s] and a ``temperature``, too. Other units stand in the header, as ``x [mm]``.
 """
 
 import math
-import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from .csv_files import RecordingError, Table, comment_line, read_table
+from .cells import comment_line
+from .columns import ANGLES, LENGTHS, Column, ColumnError
+from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
+from .files import RecordingError
 from .placement import Placement
 from .samples import Sample
+from .tables import Table, read_table
 
 POINTS, POSES = "points.csv", "poses.csv"
-_AXES = ("x", "y", "z")
-_CLOCKS = ("time", "temperature")
-_QUATERNION = ("qx", "qy", "qz", "qw")
-_VECTOR = ("rx", "ry", "rz")
-_MATRIX = tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
-_COLUMN = re.compile(r"(.+?)\s*(?:\[([a-zA-Z]+)\])?")
+CLOCKS = ("time", "temperature")
+FLANGE = "flange"
+"""Beginning of the names of columns that hold the flange's pose in place of the joints."""
 _MEANINGS = (("flange", "measured flange poses"), ("camera", "camera"), ("commands", "command"))
 """Meaning of poses, and a word of the first line that tells of it."""
 _ROUNDED = 0.01
@@ -42,71 +42,96 @@ def read_points(file: Path, name: str) -> Placement:
             message names file and line.
     """
     table = read_table(file)
-    width = len(table.rows[0]) - len(_AXES)
-    bare = table.header is None and file.name == POINTS and width > 0
-    header = [*map(str, range(width)), *_AXES] if bare else table.header or ()
-    columns = [_COLUMN.fullmatch(cell.strip()) for cell in header]
-    names = [None if column is None else column[1] for column in columns]
-    forms = ((),) if file.name == POINTS else (_QUATERNION, _VECTOR, _MATRIX)
-    turns = next((form for form in forms if set(form) <= set(names)), forms[0])
-    measured = (*_AXES, *turns)
-    clocks = [i for i, name in enumerate(names) if name in _CLOCKS]
-    joints = [i for i, name in enumerate(names) if name not in (*measured, *_CLOCKS)]
-    count = len(joints) + len(measured) + len(clocks)
-    known = len(names) == count and not set(measured) - set(names)
-    if None in names or not joints or not known:
-        raise RecordingError(
-            f"{file}:1: expected a header of the joints' names in chain order, then "
-            f"{','.join(measured)}" + ("; or rx,ry,rz; or r11,..,r33" if turns else "")
-        )
-    scales = [_scale(file, column) for column in columns if column is not None]
-    place = [names.index(axis) for axis in measured]
+    bare = table.header is None and file.name == POINTS
+    measured, form = _measured(table, bare)
+    joints = table.joints(measured)
+    if not joints:
+        raise _no_columns(file, form)
+    clocks = [c for c in table.columns if c.name.lower() in CLOCKS and not table.is_text(c.index)]
+    positions = table.numbers(joints, gaps=not bare)
+    times = table.numbers(clocks)
     samples: list[Sample] = []
-    for line, row in zip(table.lines, table.rows, strict=True):
-        numbers = [a * b for a, b in zip(row, scales, strict=True)]
-        where = f"{file}:{line}"
-        x, y, z, *turn = (numbers[i] for i in place)
-        position = tuple(numbers[i] for i in joints)
-        turned = _unit(_quaternion(turn, where), where) if turn else None
-        sample = Sample(position, 0, where=where, point=(x, y, z), orientation=turned)
-        samples.append(replace(sample, **{str(names[i]): row[i] for i in clocks}))
+    for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
+        where = table.where(i)
+        turned = unit_quaternion(turn, form, where) if turn else None
+        sample = Sample(positions[i], 0, where=where, point=(x, y, z), orientation=turned)
+        named = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
+        samples.append(replace(sample, **named))
     comment = comment_line(file).lower()
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=None if bare else tuple(str(names[i]) for i in joints),
+        joint_names=None if bare else tuple(column.name for column in joints),
         files=(file,),
+        remarks=table.notes,
         poses_of=next((meaning for meaning, word in _MEANINGS if word in comment), None),
     )
 
 
-def joint_columns(table: Table) -> tuple[tuple[str, ...] | None, list[float]]:
-    """Return the names of a table's columns without their units, and these in radians or metres."""
-    columns = [_COLUMN.fullmatch(cell) for cell in table.header or ()]
-    known = [column for column in columns if column is not None]
-    names = None if table.header is None else tuple(column[1] for column in known)
-    return names, [_scale(table.file, column) for column in known] or [1.0] * len(table.rows[0])
+def _measured(table: Table, bare: bool) -> tuple[list[Column], tuple[str, ...]]:
+    """Return the columns of the place and the turn that were measured, and the turn's form."""
+    if bare:
+        return table.columns[-3:], ()
+    forms = ((),) if table.file.name == POINTS else TURNS
+    for form in forms:
+        columns = coordinates(table, (*AXES, *form), FLANGE)
+        if columns is not None:
+            return columns, form
+    raise _no_columns(table.file, forms[0])
 
 
-def _scale(file: Path, column: re.Match[str]) -> float:
-    """Return the unit of a column in metres or radians; 1 where none is named."""
-    name, unit = column[1], column[2] or ""
-    if name in _CLOCKS:
-        return 1.0
-    fit = {"": 1.0} if name in (*_QUATERNION, *_MATRIX) else {"": 1.0, "m": 1.0, "mm": 1e-3}
-    if name not in (*_AXES, *_QUATERNION, *_MATRIX):
-        fit |= {"rad": 1.0, "deg": math.pi / 180}
-    if unit not in fit:
-        known = "known are " + ", ".join(f"[{word}]" for word in fit if word)
-        known = known if len(fit) > 1 else "it has none"
-        raise RecordingError(f"{file}:1: column {name} has unit {unit!r}; {known}")
-    return fit[unit]
+def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
+    others = "; or rx,ry,rz; or roll,pitch,yaw; or r11,..,r33" if form else ""
+    return RecordingError(
+        f"{file}:1: expected a header of the joints' names in chain order, then "
+        f"{','.join((*AXES, *form))}{others}"
+    )
 
 
-def _quaternion(turn: list[float], where: str) -> list[float]:
-    """Return the quaternion of a rotation vector [rad] or matrix."""
+def coordinates(table: Table, wanted: Sequence[str], reserved: str = "") -> list[Column] | None:
+    """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
+
+    Raises:
+        RecordingError: Several columns may be one of them, or have a unit of something else.
+    """
+    try:
+        columns = match_coordinates(table.columns, wanted, reserved)
+    except ColumnError as error:
+        raise RecordingError(f"{table.file}:1: {error}") from None
+    for name, column in zip(wanted, columns or (), strict=False):
+        units = LENGTHS if name in AXES else ANGLES if name in (*VECTOR, *RPY) else ()
+        if column.unit and column.unit not in units:
+            some = ", ".join(f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units)
+            known = f"known are {some}" if some else "it has none"
+            raise RecordingError(
+                f"{table.file}:1: column {column.name} has unit {column.unit!r}; {known}"
+            )
+    return columns
+
+
+def unit_quaternion(
+    turn: Sequence[float], form: Sequence[str], where: str
+) -> tuple[float, float, float, float]:
+    """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`.
+
+    Raises:
+        RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
+    """
+    return _unit(_quaternion(list(turn), tuple(form), where), where)
+
+
+def _quaternion(turn: list[float], form: tuple[str, ...], where: str) -> list[float]:
+    """Return the quaternion of a rotation vector [rad], of roll, pitch, yaw, or of a matrix."""
     if len(turn) == 4:
         return turn
+    if form == RPY:
+        (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a / 2), math.cos(a / 2)) for a in turn)
+        return [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ]
     if len(turn) == 3:
         angle = math.hypot(*turn)
         share = math.sin(angle / 2) / angle if angle else 0.5
@@ -131,7 +156,7 @@ def _unit(quaternion: list[float], where: str) -> tuple[float, float, float, flo
     length = math.hypot(*quaternion)
     if abs(length - 1) > _ROUNDED:
         raise RecordingError(
-            f"{where}: the quaternion {','.join(_QUATERNION)} has length {length:.4g} instead of "
+            f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
             "1; are these its four columns, and not degrees or a rotation vector?"
         )
     qx, qy, qz, qw = (value / length for value in quaternion)

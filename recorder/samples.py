@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .csv_files import RecordingError
+from .files import RecordingError
 
 SAMPLES = "samples.csv"
 CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"

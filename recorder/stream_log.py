@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drivers import JointState
-from .csv_files import APPEND, RecordingError, append_bytes
+from .files import APPEND, RecordingError, append_bytes
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"

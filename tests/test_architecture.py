@@ -14,8 +14,8 @@ import mukca
 ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 FOLDERS = sorted({file.parent for file in FILES})
-READING = {"dataset", "csv_files", "placement", "samples"}
-"""Files of the recorder that read recordings; :mod:`mukca.recorder.dataset` is their door."""
+READING = {"cells", "columns", "coordinates", "dataset", "files", "placement", "samples", "tables"}
+"""Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 
 @cache

@@ -46,20 +46,16 @@ def measure(
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
     """
-    warnings = list(placement.remarks)
-    names = placement.joint_names
-    if names is not None and not set(names) & set(robot.joint_names):
-        joints = ", ".join(robot.joint_names)
-        if not placement.files:
-            raise MeasurementError(
-                f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
-                f"({', '.join(names)}); give the robot's names, or none for the robot's order"
-            )
-        warnings.append(
-            f"{placement.files[0]}: no column is called like a joint of the robot "
-            f"({joints}); the columns are taken in order"
-        )
     ordered = placement.for_joints(robot.joint_names)
+    if not placement.files and ordered.remarks != placement.remarks:
+        joints, names = (
+            ", ".join(some or ()) for some in (robot.joint_names, placement.joint_names)
+        )
+        raise MeasurementError(
+            f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
+            f"({names}); give the robot's names, or none for the robot's order"
+        )
+    warnings = list(ordered.remarks)
     _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
     if distance is not None and recorded not in (None, distance):

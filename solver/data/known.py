@@ -3,7 +3,6 @@
 A user names sockets and frames; a fit has their indices, ``Known[int]`` and ``Located[int, int]``.
 """
 
-import csv
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,6 +13,14 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ...errors import MukcaError
+from ...recorder import (
+    LENGTHS,
+    Column,
+    RecordingError,
+    match_coordinates,
+    read_text,
+    table_of,
+)
 from .frames import FrameError
 from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
@@ -29,12 +36,10 @@ Label = tuple[str, int]
 """Placement and number of a socket."""
 Socket = TypeVar("Socket")
 Frame = TypeVar("Frame")
-UNITS = {"m": 1.0, "mm": 1e-3}
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
 LARGEST_DEVIATION = 1.0
 """No coordinates are measured worse than this [m]."""
 _HEADER = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
-_COLUMN = re.compile(r"(\w+)\s*(?:\[(\w+)\])?")
 _SOCKET = re.compile(r"(.+):(\d+)")
 _WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
 _FRAME = re.compile(r"[\w.-]+(:base)?")
@@ -192,46 +197,39 @@ def parse_socket_at(words: str) -> SocketAt:
 
 def _rows(file: Path) -> list[SocketAt]:
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise FrameError(f"{file}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise FrameError(f"{file}: cannot be read as text; write it as CSV") from None
-    kept = [(i, line) for i, line in enumerate(lines, 1) if line.split("#")[0].strip()]
-    if not kept:
-        raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
-    scales = _scales(file, *kept[0])
+        text = re.sub("#.*", "", read_text(file))
+        if not text.strip():
+            raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
+        table = table_of(text, file)
+        columns = match_coordinates(table.columns, COLUMNS[2:])
+    except RecordingError as error:
+        raise FrameError(str(error)) from None
+    texts = [[c for c in table.columns if c.name.lower() == name] for name in COLUMNS[:2]]
+    if columns is None or [len(some) for some in texts] != [1, 1]:
+        raise FrameError(f"{file}:1: expected a CSV file with the header {_HEADER}")
+    scales = [_unit(file, column) for column in columns]
     rows: list[SocketAt] = []
     line_of: dict[tuple[str, str], int] = {}
-    for line, text in kept[1:]:
+    for line, cells in zip(table.lines, table.rows, strict=True):
         where = f"{file}:{line}"
-        cells = [cell.strip() for cell in next(csv.reader([text.split("#")[0]]))]
-        if len(cells) != len(COLUMNS):
-            raise FrameError(f"{where}: {len(cells)} columns where {len(COLUMNS)} are expected")
-        if (cells[0], cells[1]) in line_of:
+        frame, socket = (cells[some[0].index].strip() for some in texts)
+        if (frame, socket) in line_of:
             raise FrameError(
-                f"{where}: socket {cells[1]} is twice in frame {cells[0]!r}, as in line "
-                f"{line_of[cells[0], cells[1]]}"
+                f"{where}: socket {socket} is twice in frame {frame!r}, as in line "
+                f"{line_of[frame, socket]}"
             )
-        line_of[cells[0], cells[1]] = line
-        rows.append(_socket_at(where, cells[0], cells[1], cells[2:], scales))
-    if not rows:
-        raise FrameError(f"{file}: only a header; expected one socket a line below it")
+        line_of[frame, socket] = line
+        rows.append(_socket_at(where, frame, socket, [cells[c.index] for c in columns], scales))
     return rows
 
 
-def _scales(file: Path, line: int, text: str) -> list[float]:
-    """Return the unit [m] of each number's column, from the header."""
-    cells = [_COLUMN.fullmatch(cell.strip()) for cell in next(csv.reader([text]))]
-    names = [None if cell is None else cell[1] for cell in cells]
-    if names != list(COLUMNS):
-        raise FrameError(f"{file}:{line}: expected a CSV file with the header {_HEADER}")
-    units = [cell[2] for cell in cells[2:] if cell is not None]
-    for name, unit in zip(COLUMNS[2:], units, strict=True):
-        if unit not in UNITS:
-            said = "no unit" if unit is None else f"unit {unit!r}"
-            raise FrameError(f"{file}:{line}: column {name} has {said}; write {name} [mm] or [m]")
-    return [UNITS[unit] for unit in units]
+def _unit(file: Path, column: Column) -> float:
+    """Return the unit [m] of a column, which its header must name."""
+    if column.unit not in LENGTHS:
+        said = f"unit {column.unit!r}" if column.unit else "no unit"
+        name = column.name
+        raise FrameError(f"{file}:1: column {name} has {said}; write {name} [mm] or [m]")
+    return LENGTHS[column.unit]
 
 
 def _socket_at(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...recorder import Placement, RecordingError, Sample, joint_columns, read_table
+from ...recorder import Placement, RecordingError, Sample, read_table
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quaternion_of
 from ...solver.data import turn
 from ...solver.robot import workspace
@@ -56,7 +56,9 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
             f"{folder}: boards are found in images by OpenCV: pip install 'mukca[camera]'"
         ) from None
     table = read_table(folder / JOINTS)
-    names, scales = joint_columns(table)
+    joints = table.joints()
+    rows = table.numbers(joints, gaps=table.header is not None)
+    names = None if table.header is None else tuple(column.name for column in joints)
     files = sorted(f for f in folder.iterdir() if f.suffix.lower() in IMAGES)
     if len(files) != len(table.rows):
         raise RecordingError(
@@ -86,9 +88,8 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     for i, (corners, pixels) in found.items():
         _, turned, (x, y, z) = cv.solvePnP(corners, pixels, matrix, distortion)
         qx, qy, qz, qw = quaternion_of(turn(turned.ravel())[None])[0].tolist()
-        position = tuple(a * b for a, b in zip(table.rows[i], scales, strict=True))
         point, R = (float(x[0]), float(y[0]), float(z[0])), (qx, qy, qz, qw)
-        samples.append(Sample(position, 0, where=str(files[i]), point=point, orientation=R))
+        samples.append(Sample(rows[i], 0, where=str(files[i]), point=point, orientation=R))
     views = Placement(
         folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(remarks)
     )

@@ -2,13 +2,23 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import read_stream_log, read_table
+from ...recorder import (
+    DEGREES,
+    Column,
+    ColumnError,
+    Table,
+    find_joints,
+    match_joints,
+    read_stream_log,
+    read_table,
+    seconds_of,
+)
 from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
@@ -79,36 +89,26 @@ def in_order(
     return Log(moments, np.array(positions)[first], known, parts, tuple(notes))
 
 
-_CLEAN = re.compile(r"\s*[\[(].*?[\])]\s*$|\.pos$|_(deg|rad|degrees|radians)$")
-
-
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
     """Return where a log has the model's joints; None where it lacks one."""
-    # A log's name fits if it is the model's, or ends or begins it with a mark between, as
-    # left/joint1 and panda_joint1 fit joint1; a unit behind it does not count.
     wanted = question.joints
     if question.named is not None:
         wanted = joints_named(question.named, wanted)
         return [names.index(word) for word in wanted] if set(wanted) <= set(names) else None
-    if set(wanted) <= set(names):
-        return [names.index(joint) for joint in wanted]
-    columns: list[int] = []
-    for joint in wanted:
-        fitting = [i for i, name in enumerate(names) if _fits(name, joint)]
-        if len(fitting) > 1:
-            some = ", ".join(names[i] for i in fitting)
-            raise ExtractError(
-                f"{question.path}: {joint!r} may be any of {some}; say which arm, as in "
-                f"--joints '{names[fitting[0]].replace(joint, '*')}'"
-            )
-        columns += fitting
-    return columns if len(set(columns)) == len(wanted) else None
+    try:
+        match = match_joints(names, wanted, in_order=False)
+    except ColumnError as error:
+        raise ExtractError(_which_arm(error, question)) from None
+    return None if match is None else list(match.order)
 
 
-def _fits(name: str, joint: str) -> bool:
-    name = _CLEAN.sub("", _CLEAN.sub("", name))
-    long, short = (name, joint) if len(name) >= len(joint) else (joint, name)
-    return long == short or (long.endswith(short) and long[-len(short) - 1] in "_/.-:")
+def _which_arm(error: ColumnError, question: Question) -> str:
+    """Return the message for joints that several columns may be."""
+    joint, column = error.joint, error.columns[0]
+    arm = (
+        f"; say which arm, as in --joints '{column.replace(joint, '*')}'" if joint in column else ""
+    )
+    return f"{question.path}: {error}{arm}"
 
 
 def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
@@ -184,37 +184,34 @@ def _kind(question: Question) -> str:
     )
 
 
-_TIME = re.compile(
-    r"(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp)[ _]*[\[(]?(s|ms|us|ns|sec)?[\])]?", re.I
-)
-_SECONDS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_DEGREES = re.compile(r"[\[(]deg(rees)?[\])]$|_deg(rees)?$|[\[(]°[\])]$", re.I)
+_TIME = re.compile(r"_*%?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)", re.I)
+_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
+"""Times larger than this are counted from 1970 in nanoseconds, and so on."""
 SLOWEST = 0.15
 """Logs with longer steps hold no rest of a third of a second [s]."""
 
 
 def read_csv_log(question: Question) -> Log:
     """Return the joint states of a CSV file with a column of time and one for each joint."""
-    table = read_table(question.path, units=True)
+    table = read_table(question.path, question.joints)
     if table.header is None:
         raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")
-    rows = np.array(table.rows)
-    times = [i for i, name in enumerate(table.header) if _TIME.fullmatch(name)]
+    times = [column for column in table.columns if _TIME.fullmatch(column.name)]
     if not times:
         raise ExtractError(
             f"{question.path}:1: no column of time; call it time, or time[ms] and so on; "
             f"columns: {', '.join(table.header)}"
         )
-    names = [name for i, name in enumerate(table.header) if i != times[0]]
-    columns = needed_columns(names, question)
-    below = table.units or ("",) * len(table.header)
-    units = [unit.strip("[]() ") for i, unit in enumerate(below) if i != times[0]]
-    match = _TIME.fullmatch(table.header[times[0]])
-    unit = below[times[0]].strip("[]() ") or (match and match[2]) or "s"
-    stamps = rows[:, times[0]] * _SECONDS.get(unit, 1.0)
-    positions = np.delete(rows, times[0], axis=1)[:, columns]
-    marked = [bool(_DEGREES.search(names[i]) or _DEGREES.search(f"[{units[i]}]")) for i in columns]
-    log = in_order(stamps, _in_radians(positions, marked, question))
+    columns, notes = _joint_columns(table, times, question)
+    kept = [i for i, row in enumerate(table.rows) if any(row[c.index].strip() for c in columns)]
+    if len(kept) < len(table.rows):
+        notes.append(f"{len(table.rows) - len(kept)} lines without positions are left out")
+    table = table.at(kept)
+    marked = [column.unit in DEGREES for column in columns]
+    plain = [replace(column, unit="") for column in columns]
+    positions = _in_radians(np.array(table.numbers(plain)), marked, question)
+    log = in_order(_stamps(table, times[0]), positions, notes=notes)
     step = float(np.median(np.diff(log.stamps))) if len(log.stamps) > 1 else np.inf
     if not 1e-5 < step < SLOWEST:
         raise ExtractError(
@@ -223,6 +220,39 @@ def read_csv_log(question: Question) -> Log:
             "or [ns]"
         )
     return log
+
+
+def _joint_columns(
+    table: Table, times: Sequence[Column], question: Question
+) -> tuple[list[Column], list[str]]:
+    """Return the columns of the joints, and remarks."""
+    if question.named is not None:
+        wanted = joints_named(question.named, question.joints)
+        for names in (
+            [cell.strip() for cell in table.header or ()],
+            [c.name for c in table.columns],
+        ):
+            if set(wanted) <= set(names):
+                return [table.columns[names.index(word)] for word in wanted], [*table.notes]
+    try:
+        joints = None if question.named else find_joints(table, question.joints, times)
+    except ColumnError as error:
+        raise ExtractError(_which_arm(error, question)) from None
+    if joints is None:
+        raise unknown_joints([c.name for c in table.columns if c not in times], question)
+    return joints[0], [*table.notes, *filter(None, joints[1:])]
+
+
+def _stamps(table: Table, column: Column) -> np.ndarray:
+    """Return the times of a log's rows [s], from numbers or from dates."""
+    cells = [row[column.index] for row in table.rows]
+    dates = [seconds_of(cell) for cell in cells]
+    if dates and None not in dates:
+        return np.array(dates, dtype=float)
+    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+    largest = float(np.abs(stamps).max(initial=0.0))
+    counted = next((unit for limit, unit in _SINCE_1970.items() if largest > limit), 1.0)
+    return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
 
 
 def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -> np.ndarray:

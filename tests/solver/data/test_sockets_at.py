@@ -37,10 +37,12 @@ def test_what_cannot_be_is_refused_by_line(tmp_path, lines, words):
 
 
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
-    with pytest.raises(FrameError, match=r"none\.csv: No such file"):
+    with pytest.raises(FrameError, match=r"none\.csv: cannot be read: No such file"):
         read_sockets_at([tmp_path / "none.csv"])
     (tmp_path / "t.xlsx").write_bytes(b"PK\x03\x04\xff\xfe")
-    with pytest.raises(FrameError, match=r"t\.xlsx: cannot be read as text; write it as CSV"):
+    with pytest.raises(
+        FrameError, match=r"t\.xlsx: a spreadsheet or archive, not text; save it as CSV"
+    ):
         read_sockets_at([tmp_path / "t.xlsx"])
 
 

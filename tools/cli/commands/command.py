@@ -1,5 +1,7 @@
 """``mukca command`` and ``mukca poses``: joint positions for poses of the true tool, and back."""
 
+import csv
+import io
 import re
 import sys
 import warnings
@@ -10,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....errors import MukcaError
+from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration
 from ....solver.calibration import UsageError
 from .. import PayloadOptions, Terminal, argument, one_arm, option
@@ -17,6 +20,7 @@ from .. import PayloadOptions, Terminal, argument, one_arm, option
 if TYPE_CHECKING:
     import numpy as np
 
+    from ....recorder import Rows
     from ....solver.calibration import Setup
 
 PLACE, QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
@@ -60,7 +64,7 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     near, prefer, before = options.start, options.prefer, None
     names = calibration.robot.joint_names
     with written(options, terminal, names, options.poses) as write:
-        for rows, wheres in streamed(options.poses, FORMS):
+        for rows, wheres in streamed(options.poses, (), POSE_FORMS, terminal):
             with located(wheres, terminal):
                 points = rows.shape[1] == 3
                 poses = rows if points else pose_of_numbers(rows)
@@ -77,54 +81,59 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     return 0
 
 
-def read_rows(file: Path, forms: Sequence[Sequence[str]]) -> "tuple[np.ndarray, list[str]]":
-    """Return the numbers of a CSV file in the order of one of some headers, and their lines."""
-    import numpy as np
-
-    from ....recorder import read_table
-
-    try:
-        table = read_table(file)
-    except MukcaError:
-        if file.is_file() and "," in (line := file.read_text(errors="replace").partition("\n")[0]):
-            _order(file, line.split(","), forms)  # its header says more than its first cell
-        raise
-    order = _order(file, table.header or (), forms)
-    return np.array(table.rows)[:, order], [f"{file}:{line}" for line in table.lines]
-
-
 def streamed(
-    file: Path, forms: Sequence[Sequence[str]]
+    file: Path, joint_names: Sequence[str], forms: Sequence[Sequence[str]], terminal: Terminal
 ) -> "Iterator[tuple[np.ndarray, list[str]]]":
-    """Yield a file as by :func:`read_rows`; standard input, which is called -, row by row."""
+    """Yield the rows of a file; those of standard input, which is called -, one by one."""
     import numpy as np
+
+    from ....recorder import read_rows
 
     if str(file) != "-":
-        yield read_rows(file, forms)
+        rows = read_rows(file, joint_names, forms)
+        terminal.warn(*rows.notes)
+        yield np.array(_posed(rows)), rows.wheres
         return
-    order: list[int] = []
+    before: tuple[str, ...] = ()
+    for where, rows in _typed(joint_names, forms):
+        terminal.warn(*(note for note in rows.notes if note not in before))
+        before = rows.notes
+        yield np.array(_posed(rows)), [where]
+
+
+def _typed(
+    joint_names: Sequence[str], forms: Sequence[Sequence[str]]
+) -> "Iterator[tuple[str, Rows]]":
+    """Yield the rows of standard input, each below the header that came first."""
+    from ....recorder import EmptyRecordingError, rows_of, table_of
+
+    head, count = "", 0
     for number, line in enumerate(sys.stdin, 1):
-        where, cells = f"{INPUT}:{number}", [cell.strip() for cell in line.split(",")]
-        if not order:
-            order = _order(INPUT, cells, forms)
-            continue
+        where = f"{INPUT}:{number}"
         try:
-            row = [float(cells[i]) for i in order]
-        except (ValueError, IndexError):
-            row = []
-        if len(row) != len(cells):
-            raise UsageError(f"{where}: {len(order)} numbers are needed: {line.strip()!r}")
-        yield np.array([row]), [where]
+            table = table_of(head + line, Path(INPUT), joint_names)
+            rows = rows_of(table, joint_names, forms)
+        except EmptyRecordingError:
+            head += line
+            continue
+        except RecordingError as error:
+            if not count:
+                raise
+            raise UsageError(f"{where}: {count} numbers are needed: {line.strip()!r}") from error
+        count = len(rows.numbers[0])
+        yield where, rows
 
 
-def _order(name: Path | str, header: Sequence[str], forms: Sequence[Sequence[str]]) -> list[int]:
-    """Return where the columns of one of some headers stand in a file's."""
-    form = next((form for form in forms if sorted(form) == sorted(header)), None)
-    if form is None:
-        known = "; or ".join(",".join(form) for form in forms)
-        given = ",".join(header) or "missing"
-        raise UsageError(f"{name}: its header is {given:.60}; needed: {known}")
-    return [header.index(word) for word in form]
+def _posed(rows: "Rows") -> list[tuple[float, ...]]:
+    """Return rows of poses as x y z with roll pitch yaw or a quaternion."""
+    from ....recorder import unit_quaternion
+
+    if rows.form in FORMS or not rows.form:
+        return rows.numbers
+    return [
+        (*row[:3], *unit_quaternion(row[3:], rows.form[3:], where))
+        for row, where in zip(rows.numbers, rows.wheres, strict=True)
+    ]
 
 
 @contextmanager
@@ -143,6 +152,13 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
     terminal.warn(*(line(one.message) for one in said))
 
 
+def quoted(names: Sequence[str]) -> str:
+    """Return names as a line of CSV."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(names)
+    return line.getvalue()
+
+
 @contextmanager
 def written(
     options: _PathOptions, terminal: Terminal, header: Sequence[str], source: Path
@@ -157,7 +173,7 @@ def written(
     out = None if str(options.out) == "-" else options.out
     if out is not None:
         refuse_existing(out.parent, [out.name], force=options.force)
-    lines = [",".join(header)]
+    lines = [quoted(header)]
 
     def write(*rows: "np.ndarray") -> None:
         lines.extend(",".join(map(repr, row.tolist())) for row in rows)
@@ -185,7 +201,7 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
 
     held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
     with written(options, terminal, FORMS[1], options.joints) as write:
-        for q, wheres in streamed(options.joints, [held.robot.joint_names]):
+        for q, wheres in streamed(options.joints, held.robot.joint_names, ((),), terminal):
             with located(wheres, terminal):
                 T = held.flange(q, **setup)
             write(*np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]))

@@ -6,7 +6,7 @@
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -153,7 +153,11 @@ EXAMPLE = "'q=joint_1..6 [deg]' 'x=x_t+x_dif [mm]'"
 def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     """Return the placement that columns of a CSV file with a header hold, see above."""
     table = read_table(file)
-    numbers, names = np.array(table.rows), list(table.header or ())
+    headed = [c for c in table.columns if c.name and not table.is_text(c.index)]
+    numbers = dict(
+        zip([c.name for c in headed], np.transpose(table.numbers(headed, gaps=True)), strict=True)
+    )
+    units = {column.name: column.unit for column in headed}
     found: dict[str, np.ndarray] = {}
     joints: list[str] = []
     for words in columns:
@@ -165,13 +169,17 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
         parts = _expanded(spec[2])
         if not parts:
             raise UsageError(f"--columns {words!r}: no columns; count upwards, as in joint_1..6")
-        values = [_sum(part, names, numbers, f"{file}: --columns {words!r}") for part in parts]
-        found[spec[1]] = np.stack(values, axis=1) * _SIZES.get(unit or "", 1.0)
+        where = f"{file}: --columns {words!r}"
+        values = np.stack([_sum(part, numbers, units, unit, where) for part in parts], axis=1)
+        if (gaps := np.argwhere(np.isnan(values))).size:
+            row, column = gaps[0].tolist()
+            raise UsageError(f"{table.where(row)}: {parts[column]} is no finite number")
+        found[spec[1]] = values
         joints = parts if spec[1] == "q" else joints
     measured = set(_PLACE) <= set(found)
     if "q" not in found or not (measured or "socket" in found):
         raise UsageError(f"--columns: q is needed, and socket, or x, y and z; as in {EXAMPLE}")
-    sockets = found["socket"][:, 0] if "socket" in found else np.zeros(len(numbers))
+    sockets = found["socket"][:, 0] if "socket" in found else np.zeros(len(table.rows))
     placement = Placement.of_arrays(
         file.stem, found["q"], sockets, joints, efforts=found.get("effort")
     )
@@ -203,15 +211,25 @@ def _expanded(words: str) -> list[str]:
     return parts
 
 
-def _sum(words: str, names: Sequence[str], numbers: np.ndarray, where: str) -> np.ndarray:
-    name = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
-    if not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words) or not names:
-        raise UsageError(
-            f"{where}: no column {words!r}; there are {', '.join(names) or 'no names'}"
-        )
-    parts = re.findall(rf"(-?)\s*({name})", words)
-    total = [(-1.0 if sign else 1.0) * numbers[:, names.index(part)] for sign, part in parts]
-    return np.sum(total, axis=0)
+def _sum(
+    words: str,
+    numbers: Mapping[str, np.ndarray],
+    units: Mapping[str, str],
+    unit: str | None,
+    where: str,
+) -> np.ndarray:
+    """Return a sum of columns, in radians or metres by the header's units, else by the one said."""
+    name = "|".join(map(re.escape, sorted(numbers, key=len, reverse=True)))
+    if not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words) or not numbers:
+        there = ", ".join(numbers) or "no names"
+        raise UsageError(f"{where}: no column {words!r}; there are {there}")
+    total = np.zeros(len(next(iter(numbers.values()))))
+    for sign, part in re.findall(rf"(-?)\s*({name})", words):
+        if unit and units[part] not in ("", unit):
+            raise UsageError(f"{where}: the header says {units[part]!r} of {part}, not {unit!r}")
+        size = 1.0 if units[part] else _SIZES.get(unit or "", 1.0)
+        total += (-size if sign else size) * numbers[part]
+    return total
 
 
 FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points": point_files}

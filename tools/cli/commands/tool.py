@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from .... import recorder
@@ -9,7 +10,6 @@ from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
 from .. import OutputOptions, Terminal, argument, one_arm
-from .command import read_rows
 from .report import emit_with_page
 
 
@@ -70,14 +70,15 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
                 f"{file}: give a placement's folder, or a CSV file with a column for each joint"
             )
         names = arm.joint_names
-        rows, wheres = read_rows(file, [names, (*names, "point"), (*names, "x", "y", "z")])
+        rows = recorder.read_rows(file, names, [("x", "y", "z"), ("point",), ()])
         m, samples = len(names), list[recorder.Sample]()
-        for row, where in zip(rows.tolist(), wheres, strict=True):
-            q, rest = tuple(row[:m]), row[m:]
+        for row, where in zip(rows.numbers, rows.wheres, strict=True):
+            q, rest = row[:m], row[m:]
             at = (rest[0], rest[1], rest[2]) if len(rest) == 3 else None
             socket = 0 if at else int(sum(rest))
             samples.append(recorder.Sample(q, socket, where=where, point=at))
-        found.append(recorder.Placement(file.stem, tuple(samples), names, files=(file,)))
+        placement = recorder.Placement(file.stem, tuple(samples), names, files=(file,))
+        found.append(replace(placement, remarks=rows.notes))
     return found
 
 

@@ -1,0 +1,101 @@
+"""Text of tables: bytes to text, text to cells, and cells to numbers and times."""
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from .files import RecordingError
+
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
+_DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
+_TIME = re.compile(
+    r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?", re.IGNORECASE
+)
+
+
+def read_text(file: Path) -> str:
+    """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
+    if content[:4] == b"PK\x03\x04":
+        raise RecordingError(f"{file}: a spreadsheet or archive, not text; save it as CSV")
+    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    if re.search(r"[\0-\b\x0e-\x1f\x7f-\x9f\ufeff\ufffe\uffff]", text):
+        raise RecordingError(f"{file}: not a text file of comma-separated numbers")
+    return text
+
+
+def comment_line(file: Path) -> str:
+    """Return the text of a first line that is a comment; empty without one."""
+    first = read_text(file).partition("\n")[0]
+    return first.lstrip("# ").strip() if first.startswith("#") else ""
+
+
+def uncommented(text: str) -> str:
+    """Return a text whose comment lines are blank; ``# a,b`` before two numbers is a header."""
+    lines = text.splitlines()
+    comments = [i for i, line in enumerate(lines) if line.startswith("#")]
+    data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    by = next((d for d in ";\t," if d in data.strip()), None)  # commas are decimal beside others
+    for i in comments:
+        words = lines[i].lstrip("# ")
+        alike = by and words.count(by) == data.strip().count(by) and not data[:1].isalpha()
+        if not by:
+            alike = len(words.split()) == len(data.split()) > 1
+        lines[i] = words if alike and i == comments[-1] else ""
+    return "\n".join(lines) + "\n" if comments else text
+
+
+def records_of(text: str) -> list[tuple[int, list[str]]]:
+    """Return the cells of each line that has some, with the line's number."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    first = re.sub('"[^"]*"', '""', first)
+    delimiter = next((d for d in ";\t" if d in first), None)
+    if delimiter is None and (_DECIMAL_COMMAS.fullmatch(first.strip()) or "," not in first):
+        lines = enumerate(text.splitlines(), start=1)
+        return [(i, _with_points(line.split())) for i, line in lines if line.strip()]
+    reader = csv.reader(
+        io.StringIO(text, newline=""),
+        delimiter=delimiter or ",",
+        skipinitialspace=delimiter != "\t",
+    )
+    records = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    return records if delimiter is None else [(i, _with_points(row)) for i, row in records]
+
+
+def _with_points(cells: Sequence[str]) -> list[str]:
+    """Return cells with their decimal commas made points."""
+    return [
+        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell for cell in cells
+    ]
+
+
+def number_of(cell: str) -> float | None:
+    """Return the number in a cell, also one that is not finite; None for text."""
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None
+
+
+def seconds_of(cell: str) -> float | None:
+    """Return the seconds of a time such as 2026-05-12T10:00:00.123Z, or 10:00:00; else None."""
+    match = _TIME.fullmatch(cell.strip())
+    if match is None:
+        return None
+    day, clock, fraction, zone = match.groups()
+    offset = "+00:00" if zone in (None, "Z", "z") else f"{zone[:3]}:{zone[-2:]}"
+    try:
+        moment = datetime.fromisoformat(f"{day or '1970-01-01'}T{clock}{offset}")
+    except ValueError:
+        return None
+    return moment.timestamp() + float(f"0.{fraction or 0}")

@@ -1,0 +1,246 @@
+"""Names of columns: their units, and which of them are a model's joints.
+
+Programs call one joint ``elbow_joint``, ``left_elbow_joint``, ``Elbow Joint [deg]``,
+``elbow_joint.pos`` and ``/joint_states/elbow_joint/position``. A name is split into words; a column
+is a joint's if it holds the joint's words, and one way of writing holds for all joints.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .files import RecordingError
+
+DEGREES = ("deg", "degree", "degrees", "°")
+ANGLES = {
+    **dict.fromkeys(("rad", "radian", "radians"), 1.0),
+    **dict.fromkeys(DEGREES, math.pi / 180),
+    "mrad": 1e-3,
+}
+"""Units of angles [rad]."""
+LENGTHS = {
+    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "um": 1e-6,
+    "µm": 1e-6,
+}
+"""Units of lengths [m]."""
+_UNIT = re.compile(
+    r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|[\s_](deg(?:rees?)?|rad(?:ians?)?|"
+    r"°|mm|cm))",
+    re.IGNORECASE,
+)
+_METRES = re.compile(r"((?:.*[\W_])?[xyz])_m", re.IGNORECASE)
+_DEGREES = re.compile(r"(?:^|[\W_])(deg(?:rees?)?)(?:[\W_]|$)", re.IGNORECASE)
+_WORDS = re.compile(r"[^\W\d_]+|\d+")
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+
+_POSITION = re.compile(
+    "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"
+    "joint|data"
+)
+"""Words that may follow a joint's name where its position is meant."""
+_OTHER = re.compile(
+    "velocity|velocities|vel|speed|qd|dq|efforts?|torques?|tau|moment|currents?|acceleration|acc|qdd|"
+    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|target|command(ed)?|cmd|desired|goal|"
+    "setpoint|reference|ref"
+)
+"""Words that tell of another quantity of a joint, or of what it was told to do."""
+_STEM = re.compile("q|j|a|joints?|axis|axes|pos|positions?|angles?|theta")
+"""Words before the number of a joint, where the number alone tells which."""
+_ASIDE = re.compile(
+    "times?|(time)?stamp|datetime|date|t|secs?|seconds|n(ano)?sec|msec|[mun]s|index|idx|id|no|nr|"
+    "number|row|unnamed|seq|header|field|frame|image|file|filename|name|level"
+)
+"""Words of columns that count or date the rows."""
+
+Words = tuple[str, ...]
+
+
+class ColumnError(RecordingError):
+    """Columns of which several fit, so that nobody can tell; the message has no file yet."""
+
+    def __init__(self, joint: str, columns: Sequence[str]) -> None:
+        super().__init__(f"{joint!r} may be any of {', '.join(columns)}")
+        self.joint, self.columns = joint, columns
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: the name without its unit, and the unit in small letters."""
+
+    index: int
+    name: str
+    unit: str = ""
+
+    @property
+    def words(self) -> Words:
+        """Return the words of the name."""
+        return words_of(self.name)
+
+    @property
+    def aside(self) -> bool:
+        """True where it counts or dates the rows, or has a unit that no joint has."""
+        known = not self.unit or self.unit in ANGLES or self.unit in LENGTHS
+        letters = list(filter(_is_word, self.words))
+        return not self.words or (bool(letters) and _all(_ASIDE, letters)) or not known
+
+
+@dataclass(frozen=True)
+class Match:
+    """Where the joints stand among names, in chain order."""
+
+    order: tuple[int, ...]
+    note: str = ""
+    """Remark for people, where columns are taken in order."""
+
+
+def column_of(index: int, cell: str, below: str = "") -> Column:
+    """Return the column that a header's cell names, and the cell below it where units stand."""
+    text = cell.strip()
+    match = _UNIT.fullmatch(text)
+    name, unit = text, below.strip(" []()")
+    if match and (match[3] is None or match[3].strip().lower() in {*ANGLES, *LENGTHS}):
+        name, unit = match[1], next(filter(None, match.groups()[1:]))
+    elif metres := _METRES.fullmatch(text):
+        name, unit = metres[1], "m"
+    elif not unit and (degrees := _DEGREES.search(text)):
+        unit = degrees[1]
+    return Column(index, name.strip(), unit.strip().lower())
+
+
+def words_of(name: str) -> Words:
+    """Return the words and numbers of a name in small letters, without its unit."""
+    words: list[str] = _WORDS.findall(_CAMEL.sub("_", name).lower())
+    plain = [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
+    kept = [word for word in plain if word not in ANGLES]
+    return tuple(kept or plain)
+
+
+def _is_word(word: str) -> bool:
+    return not word.isdecimal()
+
+
+def _all(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+    return all(map(kind.fullmatch, words))
+
+
+def _any(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+    return any(map(kind.fullmatch, words))
+
+
+def match_joints(
+    names: Sequence[str], joints: Sequence[str], *, in_order: bool = True
+) -> Match | None:
+    """Return where a model's joints stand among the names of columns; None where they do not.
+
+    With ``in_order``, columns that are only numbered, or that are just as many, are taken in order.
+
+    Raises:
+        ColumnError: Several columns may be one joint.
+    """
+    joints = [joint.strip() for joint in joints]
+    if set(joints) <= set(names):
+        twice = next((joint for joint in joints if names.count(joint) > 1), None)
+        if twice is not None:
+            raise ColumnError(twice, [twice] * names.count(twice))
+        return Match(tuple(names.index(joint) for joint in joints))
+    ways = _ways(names, joints)
+    match = _in_one_way(names, joints, ways)
+    return _numbered(names, joints, bool(ways)) if match is None and in_order else match
+
+
+def missing_joints(names: Sequence[str], joints: Sequence[str]) -> list[str]:
+    """Return the joints that no column is called like."""
+    ways = _ways(names, joints)
+    return [joint for k, joint in enumerate(joints) if not any(k in way for way in ways.values())]
+
+
+_Ways = dict[tuple[Words, Words], dict[int, list[int]]]
+"""Columns of each joint, by the words before and after the joints' names."""
+
+
+def _ways(names: Sequence[str], joints: Sequence[str]) -> _Ways:
+    """Return which columns hold which joints' words, by the way of writing."""
+    ways: _Ways = {}
+    for i, name in enumerate(names):
+        for k, joint in enumerate(joints):
+            way = _way(words_of(name), words_of(joint))
+            if way is not None:
+                ways.setdefault(way, {}).setdefault(k, []).append(i)
+    return ways
+
+
+def _in_one_way(names: Sequence[str], joints: Sequence[str], ways: _Ways) -> Match | None:
+    """Return the columns of all joints if one way of writing has them."""
+    wanted = [words_of(joint) for joint in joints]
+    complete = [way for way in ways if len(ways[way]) == len(joints)]
+    if all(len(joint) == 1 and joint[0].isdecimal() for joint in wanted) and ("0",) not in wanted:
+        zeros = {way for way in complete if (*way[0], "0", *way[1]) in map(words_of, names)}
+        complete = [way for way in complete if way not in zeros]  # q0 .. q5 are joints 1 to 6
+    if ((), ()) in complete:
+        complete = [((), ())]
+    for k in range(len(joints)):
+        columns = [i for way in complete for i in ways[way][k]]
+        if len(columns) > 1:
+            raise ColumnError(joints[k], [names[i] for i in columns])
+    order = tuple(ways[way][k][0] for way in complete for k in range(len(joints)))
+    return Match(order) if order and len(set(order)) == len(order) else None
+
+
+def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
+    """Return the words before and after a joint's name in a column's; None where it is no name.
+
+    The column may lack what the joint's name begins with, or its last word ``joint``.
+    """
+    if not joint:
+        return None
+    short = joint[:-1] if joint[-1:] == ("joint",) and any(map(_is_word, joint[:-1])) else joint
+    for name in dict.fromkeys((joint, short)):
+        for start in range(len(column) - len(name), -1, -1):
+            before, after = column[:start], column[start + len(name) :]
+            inside = column[start : start + len(name)] == name
+            if inside and _all(_POSITION, after) and not _any(_OTHER, before):
+                return before, after
+    core = column
+    while core and _POSITION.fullmatch(core[-1]):
+        core = core[:-1]
+    named = any(map(_is_word, core)) and len(core) < len(joint)
+    if named and joint[-len(core) :] == core:
+        return ("lacks", *joint[: -len(core)]), column[len(core) :]
+    return None
+
+
+def _numbered(names: Sequence[str], joints: Sequence[str], some_named: bool) -> Match | None:
+    """Return columns like q1 .. q6, or all of as many as there are joints, in order.
+
+    Where some are called like a joint, the others are not taken in order.
+    """
+    families = [f for f in _families(names) if len(f) == len(joints)]
+    if len(families) > 1:
+        raise ColumnError(joints[0], [names[family[0]] for family in families])
+    order = [i for i, name in enumerate(names) if not _any(_OTHER, words_of(name))]
+    order = families[0] if families else [] if some_named else order
+    if len(order) != len(joints):
+        return None
+    taken = f"{names[order[0]]} to {names[order[-1]]}" if families else "the columns"
+    return Match(
+        tuple(order),
+        f"no column is called like a joint of the robot ({', '.join(joints)}); {taken} are taken "
+        "in order",
+    )
+
+
+def _families(names: Sequence[str]) -> list[list[int]]:
+    """Return columns like q1, q2, .. or position[0], position[1], .., by their numbers."""
+    families: dict[tuple[Words, Words], dict[int, int]] = {}
+    for i, name in enumerate(names):
+        words = words_of(name)
+        last = max((k for k, word in enumerate(words) if word.isdecimal()), default=0)
+        before, after = words[:last], words[last + 1 :]
+        if _any(_STEM, before) and not _any(_OTHER, words) and _all(_POSITION, after):
+            families.setdefault((before, after), {}).setdefault(int(words[last]), i)
+    whole = [f for f in families.values() if min(f) in (0, 1) and max(f) - min(f) == len(f) - 1]
+    return [[family[number] for number in sorted(family)] for family in whole]

@@ -1,0 +1,145 @@
+"""Tables of which it is known what they hold: a model's joints, poses, or points beside them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .columns import Column, ColumnError, match_joints
+from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
+from .files import RecordingError
+from .points import coordinates
+from .samples import read_samples
+from .tables import Table, read_table
+
+POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
+"""Columns of a pose; a place alone comes last, since it leaves the others out."""
+_TURNED = {*QUATERNION, *VECTOR, *RPY, *MATRIX}
+_EVENTS = ("event", "sample", "socket")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Numbers of a table in radians and metres, the wanted columns in order."""
+
+    numbers: list[tuple[float, ...]]
+    """Joint positions, then the columns of the form."""
+    wheres: list[str]
+    """File and line of each row."""
+    form: tuple[str, ...]
+    """Names of the columns behind the joints."""
+    notes: tuple[str, ...] = ()
+    """Remarks for people: what is taken in order, what is left out."""
+
+
+def read_rows(
+    file: Path, joint_names: Sequence[str] = (), forms: Sequence[Sequence[str]] = ((),)
+) -> Rows:
+    """Read a model's joints from a file, and one of some forms beside them.
+
+    Args:
+        file: A table with or without a header, see :func:`.read_table`.
+        joint_names: The model's joints, in chain order; none for poses.
+        forms: Names of other columns, the richest form first.
+
+    Raises:
+        RecordingError: Columns are missing, or may be several; the message says which are needed.
+    """
+    return rows_of(read_table(file, joint_names), joint_names, forms)
+
+
+def rows_of(
+    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]] = ((),)
+) -> Rows:
+    """Return the rows of a table as :func:`read_rows` does."""
+    columns, form, note = _find(table, joint_names, forms)
+    if table.header is not None and table.header[:3] == _EVENTS:
+        return _captured(table, joint_names, note)
+    blank = [all(not row[c.index].strip() for c in columns) for row in table.rows]
+    kept = [i for i, empty in enumerate(blank) if not empty]
+    notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
+    if len(kept) < len(blank):
+        notes.append(f"{table.file}: {len(blank) - len(kept)} lines without values are left out")
+    full = table.at(kept)
+    return Rows(
+        full.numbers(columns),
+        [full.where(i) for i in range(len(kept))],
+        tuple(form),
+        tuple(notes),
+    )
+
+
+def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
+    """Return the samples of a recording that were not taken back."""
+    content = read_samples(table.file)
+    match = match_joints(content.joint_names, joint_names)
+    order = match.order if match else range(len(joint_names))
+    rows = [tuple(sample.position[i] for i in order) for sample in content.live]
+    return Rows(rows, [s.where for s in content.live], (), (note,) if note else ())
+
+
+def _find(
+    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]]
+) -> tuple[list[Column], Sequence[str], str]:
+    """Return the joints' columns and those of the first form that is there, and a remark."""
+    if table.header is None:
+        return _in_order(table, joint_names, forms)
+    for form in forms:
+        others = coordinates(table, form) if form else []
+        if others is None or (not set(form) & _TURNED and _leftover(table, form, forms)):
+            continue
+        try:
+            joints = find_joints(table, joint_names, others)
+        except ColumnError as error:
+            raise RecordingError(f"{table.file}:1: {error}; keep those of one arm") from None
+        if joints is not None:
+            return [*joints[0], *others], form, joints[1]
+    raise RecordingError(
+        f"{table.file}: its header is {','.join(table.header):.60}; needed: "
+        f"{_wanted(joint_names, forms)}"
+    )
+
+
+def _leftover(table: Table, form: Sequence[str], forms: Sequence[Sequence[str]]) -> bool:
+    """Return whether columns belong to a richer form that is not complete."""
+    richer = {name for other in forms for name in other} - set(form)
+    return any((column.words or ("",))[-1] in richer for column in table.columns)
+
+
+def find_joints(
+    table: Table, joint_names: Sequence[str], others: Sequence[Column] = ()
+) -> tuple[list[Column], str] | None:
+    """Return the columns of a model's joints in chain order, and a remark; None without them.
+
+    Raises:
+        ColumnError: Several columns may be one joint.
+    """
+    if not joint_names:
+        return [], ""
+    columns = table.joints(others)
+    every = [column for column in table.columns if column not in others]
+    match = match_joints([column.name for column in columns], joint_names)
+    if match is None:  # a joint may be called like a time
+        columns, match = every, match_joints([c.name for c in every], joint_names, in_order=False)
+    return None if match is None else ([columns[i] for i in match.order], match.note)
+
+
+def _in_order(
+    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]]
+) -> tuple[list[Column], Sequence[str], str]:
+    """Return the columns of a table without a header, which must be as many as one form has."""
+    columns = [c for c in table.columns if not table.is_text(c.index)]
+    sizes = [len(joint_names) + len(form) for form in forms]
+    fitting = [form for form, size in zip(forms, sizes, strict=True) if size == len(columns)]
+    if len(fitting) != 1:
+        reason = "that many are several kinds of pose" if fitting else "no such number is known"
+        raise RecordingError(
+            f"{table.file}: its header is missing, and {len(columns)} columns without one tell "
+            f"nothing: {reason}; needed: {_wanted(joint_names, forms)}"
+        )
+    names = ",".join((*joint_names, *fitting[0]))
+    return columns, fitting[0], f"no header; the columns are taken in order, as {names:.120}"
+
+
+def _wanted(joint_names: Sequence[str], forms: Sequence[Sequence[str]]) -> str:
+    """Return the headers that would do."""
+    return "; or ".join(",".join((*joint_names, *form)) for form in reversed(forms))

@@ -1,0 +1,69 @@
+"""Joint states as ROS prints them: each message a line, its joints' names among the cells.
+
+``ros2 topic echo --csv /joint_states`` has no header, but sec, nanosec, frame_id, the names, and
+as many positions; ``rostopic echo -p /joint_states`` has field.name0, .., field.position0, ..
+"""
+
+import re
+from collections.abc import Sequence
+
+Record = tuple[int, list[str]]
+"""Line, and its cells."""
+_FIELD = re.compile(r"(?:.*\.)?(name|position)\[?(\d+)\]?")
+_SECOND = 1_000_000_000
+
+
+def named_states(records: Sequence[Record]) -> list[Record] | None:
+    """Return messages as a table: time and the joints in the header, a position or nothing below.
+
+    None where the records are no such messages.
+    """
+    first = [cell.strip() for cell in records[0][1]]
+    fields = {
+        match.groups(): i for i, cell in enumerate(first) if (match := _FIELD.fullmatch(cell))
+    }
+    if ("name", "0") in fields and ("position", "0") in fields:
+        clock = next((i for i, cell in enumerate(first) if cell.endswith("header.stamp")), 0)
+        messages = [_by_fields(record, fields, clock) for record in records[1:]]
+    elif len(first) > 4 and first[0].isdecimal() and first[1].isdecimal() and _is_name(first[3]):
+        messages = [_by_place(record) for record in records]
+    else:
+        return None
+    names = list(dict.fromkeys(name for _, _, positions in messages for name in positions))
+    rows = [(line, [time, *(p.get(name, "") for name in names)]) for line, time, p in messages]
+    return [(records[0][0], ["time", *names]), *rows]
+
+
+def _by_fields(
+    record: Record, fields: dict[tuple[str, ...], int], clock: int
+) -> tuple[int, str, dict[str, str]]:
+    """Return line, time [s] and positions of a message below a header of fields."""
+    line, cells = record
+    positions: dict[str, str] = {}
+    for (kind, number), i in fields.items():
+        at = fields.get(("position", number), len(cells))
+        if kind == "name" and max(i, at) < len(cells) and cells[i].strip():
+            positions[cells[i].strip()] = cells[at]
+    stamp = cells[clock].strip()
+    return line, _seconds(int(stamp)) if stamp.isdecimal() else "", positions
+
+
+def _by_place(record: Record) -> tuple[int, str, dict[str, str]]:
+    """Return the same of a message without a header."""
+    line, cells = record
+    texts = [cell.strip() for cell in cells]
+    end = next((i for i in range(3, len(texts)) if not _is_name(texts[i])), len(texts))
+    names, positions = texts[3:end], texts[end : 2 * end - 3]
+    whole = len(positions) == len(names) and texts[0].isdecimal() and texts[1].isdecimal()
+    if not whole:
+        return line, "", {}
+    time = _seconds(int(texts[0]) * _SECOND + int(texts[1]))
+    return line, time, dict(zip(names, positions, strict=True))
+
+
+def _seconds(nanoseconds: int) -> str:
+    return f"{nanoseconds // _SECOND}.{nanoseconds % _SECOND:09d}"
+
+
+def _is_name(cell: str) -> bool:
+    return any(map(str.isalpha, cell)) and cell.lower() not in ("nan", "inf", "-inf", ".nan")

@@ -1,0 +1,234 @@
+"""Tables of other programs: cells by line and column, whatever separates and surrounds them.
+
+Commas, semicolons, tabs or blanks; decimal commas; notes behind ``#``; a header, units in it or
+below it; text, times and row numbers beside what is wanted. Nothing here knows what is wanted:
+:mod:`.columns` finds it by names.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from .cells import number_of, read_text, records_of, seconds_of, uncommented
+from .columns import ANGLES, LENGTHS, Column, column_of
+from .files import EmptyRecordingError, RecordingError
+from .ros_text import named_states
+
+_GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
+"""A number with something attached, which is no name."""
+_UNITS = {*ANGLES, *LENGTHS, "s", "ms", "us", "ns", "sec", "-", "nm", "n m", "rad/s", "deg/s", "a"}
+_LOOKED_AT = 20
+"""Rows below a first line by which it is judged."""
+_NUMBERED = 3
+"""Fewest whole numbers in a row, such as 0,1,2, that are names and no sample."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells of a file, as text, with the line each row stands on."""
+
+    file: Path
+    header: tuple[str, ...] | None
+    lines: tuple[int, ...]
+    rows: tuple[tuple[str, ...], ...]
+    units: tuple[str, ...] = ()
+    """The line of units below the header, where there is one."""
+    notes: tuple[str, ...] = ()
+    """Remarks for people on what was left out, one line each."""
+
+    @property
+    def columns(self) -> list[Column]:
+        """All columns; without a header their names are empty."""
+        width = len(self.rows[0])
+        below = self.units or ("",) * width
+        names = self.header or ("",) * width
+        return [column_of(i, names[i], below[i]) for i in range(width)]
+
+    def where(self, row: int) -> str:
+        """Return file and line of a row, for messages."""
+        return f"{self.file}:{self.lines[row]}"
+
+    def at(self, rows: Sequence[int]) -> "Table":
+        """Return the table with some of its rows."""
+        lines = tuple(self.lines[i] for i in rows)
+        return replace(self, lines=lines, rows=tuple(self.rows[i] for i in rows))
+
+    def is_text(self, index: int) -> bool:
+        """Return whether a column holds words, times or nothing, and no number."""
+        return all(_is_text(row[index].strip()) for row in self.rows)
+
+    def joints(self, others: Collection[Column] = ()) -> list[Column]:
+        """Return the columns that may be joints: numbers, and neither times nor row numbers."""
+        aside = {column.index for column in others}
+        return [
+            column
+            for column in self.columns
+            if column.index not in aside
+            and not (self.header and column.aside)
+            and not self.is_text(column.index)
+        ]
+
+    def numbers(self, columns: Sequence[Column], *, gaps: bool = False) -> list[tuple[float, ...]]:
+        """Return the numbers of some columns in radians and metres, row by row.
+
+        Args:
+            columns: Some of :attr:`columns`.
+            gaps: Return NaN for a cell that is no finite number, since it may not be needed.
+
+        Raises:
+            RecordingError: A cell is no finite number; the message names line and column.
+        """
+        scales = [scale_of(column) for column in columns]
+        rows: list[tuple[float, ...]] = []
+        for line, cells in zip(self.lines, self.rows, strict=True):
+            row: list[float] = []
+            for column, scale in zip(columns, scales, strict=True):
+                value = number_of(cells[column.index])
+                if value is None or not math.isfinite(value):
+                    if not gaps:
+                        words = _no_number(cells[column.index], column.index)
+                        raise RecordingError(f"{self.file}:{line}: {words}")
+                    value = math.nan
+                row.append(value * scale)
+            rows.append(tuple(row))
+        return rows
+
+
+def _is_text(cell: str) -> bool:
+    """Return whether a cell is empty, a time or words, and no number that is garbled."""
+    if not cell or seconds_of(cell) is not None:
+        return True
+    words = any(map(str.isalpha, cell)) and not _GARBLED.fullmatch(cell)
+    return words and number_of(cell) is None
+
+
+def scale_of(column: Column) -> float:
+    """Return a column's unit in radians or metres; 1 where none is named."""
+    return {**ANGLES, **LENGTHS}.get(column.unit, 1.0)
+
+
+def read_table(file: Path, names: Collection[str] = ()) -> Table:
+    """Read a file of cells, with or without a header line.
+
+    Separators are commas, semicolons, tabs, or blanks, as the first line tells; by anything but
+    commas, a number may have a decimal comma. Separators at the ends of all lines are left out.
+
+    Args:
+        file: The file.
+        names: Names that a header would hold, such as a model's joints; a first line that holds
+            them all is the header, whatever they look like.
+
+    Raises:
+        RecordingError: The file is missing, empty, or only a header; its lines differ in length.
+            The message names file and line.
+    """
+    return table_of(read_text(file), file, names)
+
+
+def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
+    """Return the cells of a text as by :func:`read_table`; messages begin with the file."""
+    try:
+        records = records_of(uncommented(text))
+    except csv.Error:
+        raise RecordingError(f"{file}: not a text file of comma-separated numbers") from None
+    if records and records[0][1][0].strip().lower().startswith("sep="):
+        records = records[1:]
+    while records and all(len(row) > 1 and not row[-1].strip() for _, row in records):
+        records = [(line, row[:-1]) for line, row in records]
+    if not records:
+        raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
+    records = named_states(records) or records
+    first, below = records[0], [row for _, row in records[1 : 1 + _LOOKED_AT]]
+    units: tuple[str, ...] = ()
+    header = _header(file, *first, below, set(names))
+    if header:
+        records = records[1:]
+        if records and _are_units(records[0][1]):
+            units = tuple(cell.strip() for cell in records.pop(0)[1])
+    if not records:
+        raise EmptyRecordingError(
+            f"{file}: only a header; expected one configuration a line below it"
+        )
+    width = len(header or records[0][1])
+    rows = [(line, _fitting(file, line, row, width)) for line, row in records]
+    lines, cells = zip(*rows, strict=True)
+    notes: tuple[str, ...] = ()
+    if header and any(cell.isdecimal() for cell in header):
+        notes = (
+            f"{file}:{first[0]}: {','.join(header):.40} are taken for names, not for a sample",
+        )
+    return Table(file, header, lines, cells, units, notes)
+
+
+def _header(
+    file: Path, line: int, cells: Sequence[str], below: Sequence[Sequence[str]], names: set[str]
+) -> tuple[str, ...] | None:
+    """Return a first line's cells if they are names."""
+    header = tuple(cell.strip() for cell in cells)
+    if names and names <= set(header):
+        return header
+    if header and all(_GARBLED.fullmatch(cell) for cell in header):
+        raise RecordingError(
+            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
+            "numbers by commas, as in 0.1,-1.5,2"
+        )
+    numbers = [cell for cell in header if number_of(cell) is not None]
+    if numbers and not _counted(numbers):
+        return None
+    if not numbers:
+        beneath = [row[: len(header)] for row in below] or [[]]
+        return header if not below or any(map(_has_number, beneath)) else None
+    under = [
+        [row[i] for i in range(len(row)) if header[i : i + 1] and header[i] in numbers]
+        for row in below
+    ]
+    return header if under and all(any(map(_is_decimal, cells)) for cells in under) else None
+
+
+def _is_decimal(cell: str) -> bool:
+    return number_of(cell) is not None and any(mark in cell for mark in ".eE")
+
+
+def _counted(cells: Sequence[str]) -> bool:
+    """Return whether cells are whole numbers, each once and one after the other, in any order."""
+    if len(cells) < _NUMBERED or not all(cell.isdecimal() for cell in cells):
+        return False
+    numbers = sorted(map(int, cells))
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def _has_number(cells: Sequence[str]) -> bool:
+    return any(number_of(cell) is not None for cell in cells)
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Return whether a line holds units: no number, and at least one that is known."""
+    units = {cell.strip(" []()").lower() for cell in cells}
+    return not _has_number(cells) and bool(units & _UNITS)
+
+
+def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> tuple[str, ...]:
+    """Return the cells of a row, which must be as many as are expected."""
+    while len(cells) > width and not cells[-1].strip():
+        cells = cells[:-1]
+    if len(cells) != width:
+        raise RecordingError(
+            f"{file}:{line}: {len(cells)} columns where {width} are expected; separate them all "
+            "by commas"
+        )
+    return tuple(cells)
+
+
+def _no_number(cell: str, index: int) -> str:
+    """Return the words for a cell that must be a finite number."""
+    if number_of(cell) is None:
+        return (
+            f"column {index + 1} is {cell[:40]!r}, not a number; write 0.1 and separate by commas"
+        )
+    return (
+        f"column {index + 1} is {cell.strip()}, not a finite number; delete the line if the "
+        "capture failed"
+    )

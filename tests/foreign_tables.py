@@ -1,0 +1,144 @@
+"""Tables of one arm's joints as many programs write them, by the name of the look."""
+
+import math
+
+import numpy as np
+
+import mukca
+
+UR = mukca.load_robot("ur5e").joint_names
+Q = np.random.default_rng(3).uniform(-2, 2, (5, 6)).round(6)
+SHUFFLED = [2, 1, 0, 5, 3, 4]
+MORE = 0.25
+"""Every other number beside the joints."""
+
+
+def text_of(header, rows, separator=",", point="."):
+    """Lines of cells; numbers as they are written, words as they are."""
+    cells = [
+        [c if isinstance(c, str) else repr(float(c)).replace(".", point) for c in r] for r in rows
+    ]
+    lines = [separator.join(header)] if header else []
+    return "\n".join([*lines, *(separator.join(row) for row in cells)]) + "\n"
+
+
+def named(form, order=SHUFFLED, scale=1.0):
+    """Joints in the drivers' order, each called in a form of its name."""
+    return text_of([form.format(UR[k]) for k in order], (scale * Q[:, order]).tolist())
+
+
+def beside(name, values, first=True):
+    """A column that nobody needs, before the joints or behind them."""
+    rows = [[v, *q] if first else [*q, v] for v, q in zip(values, Q.tolist(), strict=True)]
+    return text_of([name, *UR] if first else [*UR, name], rows)
+
+
+def ros2_echo():
+    rows = [["17", f"{i}00", "base", *(UR[k] for k in SHUFFLED), *Q[i, SHUFFLED]] for i in range(5)]
+    return text_of([], [[*row, *[MORE] * 6] for row in rows])
+
+
+def rostopic():
+    fields = [f"field.{kind}{k}" for kind in ("name", "position", "velocity") for k in range(6)]
+    head = ["%time", "field.header.seq", "field.header.stamp", "field.header.frame_id", *fields]
+    rows = [
+        ["17", "3", "17", "", *(UR[k] for k in SHUFFLED), *Q[i, SHUFFLED], *[MORE] * 6]
+        for i in range(5)
+    ]
+    return text_of(head, rows)
+
+
+def plot_juggler():
+    head = [
+        "__time",
+        *(f"/joint_states/{UR[k]}/{kind}" for kind in ("position", "velocity") for k in SHUFFLED),
+    ]
+    return text_of(head, [[17 + i, *Q[i, SHUFFLED], *[MORE] * 6] for i in range(5)])
+
+
+def universal_robots(separator):
+    kinds = ("target_q", "actual_q", "target_qd", "actual_qd", "actual_current")
+    head = ["timestamp", *(f"{kind}_{k}" for kind in kinds for k in range(6))]
+    rows = [[17 + i, *Q[i] + 0.01, *Q[i], *[MORE] * 18] for i in range(5)]
+    return text_of(head, rows, separator)
+
+
+LOOKS = {
+    "plain": text_of([], Q.tolist()),
+    "names": named("{}"),
+    "semicolons and decimal commas": text_of(UR, Q.tolist(), ";", ","),
+    "tabs": text_of(UR, Q.tolist(), "\t"),
+    "tabs and decimal commas": text_of(UR, Q.tolist(), "\t", ","),
+    "blanks": text_of(UR, Q.tolist(), "  "),
+    "byte order mark": "\ufeff" + named("{}"),
+    "quoted": named('"{}"'),
+    "quoted behind blanks": text_of([f'"{n}"' for n in UR], Q.tolist(), ", "),
+    "comments": "# by hand\n" + named("{}") + "# the end\n",
+    "numpy's header": "# " + named("{}"),
+    "spreadsheet": "sep=;\n" + text_of(UR, Q.tolist(), ";", ","),
+    "trailing separators": named("{}").replace("\n", ",\n"),
+    "trailing separators below the header": named("{}")
+    .replace("\n", ",\n")
+    .replace(",\n", "\n", 1),
+    "capitals": named("{}").upper().replace("E-", "e-"),
+    "titles": named("{}").replace("_", " ").title(),
+    "words": named("{}").replace("_joint", ""),
+    "prefix": named("left_{}"),
+    "name space": named("/ns/arm/{}"),
+    "serial number": named("ur5e-20235501234_{}"),
+    "lerobot": named("{}.pos").replace("_joint", ""),
+    "recorder": named("position.{}"),
+    "motors": named("{}.present_position"),
+    "unit in brackets": named("{} [rad]"),
+    "degrees in brackets": named("{} [deg]", scale=180 / math.pi),
+    "degrees in parentheses": named("{} (deg)", scale=180 / math.pi),
+    "degrees without a blank": named("{}[°]", scale=180 / math.pi),
+    "degrees at the end": named("{}_deg", scale=180 / math.pi),
+    "degrees in capitals": named("{}_DEG", scale=180 / math.pi),
+    "degrees and .pos": named("{}.pos [deg]", scale=180 / math.pi),
+    "unit row": named("{}").replace("\n", "\nrad,rad,rad,rad,rad,rad\n", 1),
+    "unit row in degrees": named("{}", scale=180 / math.pi).replace("\n", f"\n{'[deg],' * 6}\n", 1),
+    "q1": text_of([f"q{k}" for k in range(1, 7)], Q.tolist()),
+    "q_0": text_of([f"q_{k}" for k in range(6)], Q.tolist()),
+    "J1": text_of([f"J{k}" for k in range(1, 7)], Q.tolist()),
+    "joint_1 in another order": text_of(
+        [f"joint_{k + 1}" for k in SHUFFLED], Q[:, SHUFFLED].tolist()
+    ),
+    "position[0]": text_of([f"/joint_states/position[{k}]" for k in range(6)], Q.tolist()),
+    "axes with a gripper": text_of(
+        ["gripper", *(f"A{k} [rad]" for k in range(1, 7))], [[MORE, *q] for q in Q]
+    ),
+    "0 to 5": text_of([str(k) for k in range(6)], Q.tolist()),
+    "1 to 6": text_of([str(k) for k in range(1, 7)], Q.tolist()),
+    "pandas without names": text_of(
+        ["", *map(str, range(6))], [[str(i), *q] for i, q in enumerate(Q)]
+    ),
+    "pandas": beside("", [str(i) for i in range(5)]),
+    "pandas read again": beside("Unnamed: 0", [str(i) for i in range(5)]),
+    "time": beside("time", range(5)),
+    "dates": beside("timestamp", [f"2026-05-12T10:0{i}:00.123Z" for i in range(5)]),
+    "image names": beside("image", [f"img_{i}.png" for i in range(5)]),
+    "image names without a header": text_of([], [[f"{i}.png", *q] for i, q in enumerate(Q)]),
+    "notes": beside("note", ["", "ok", "", "", "bumped"], first=False),
+    "nothing": beside("frame_id", [""] * 5),
+    "a gripper": beside("gripper [%]", [50.0] * 5),
+    "a gripper that says nothing at times": beside("gripper", ["", "nan", "1.0", "", "2.0"]),
+    "two columns of one name": text_of([*UR, "f", "f"], [[*q, MORE, MORE] for q in Q]),
+    "velocities": text_of([*UR, *(f"{n}_velocity" for n in UR)], [[*q, *[MORE] * 6] for q in Q]),
+    "commands": text_of(
+        [f"{p}{n}" for p in ("target_", "actual_") for n in UR], [[*q + 0.01, *q] for q in Q]
+    ),
+    "ros2 topic echo --csv": ros2_echo(),
+    "rostopic echo -p": rostopic(),
+    "PlotJuggler": plot_juggler(),
+    "ur_rtde": universal_robots(","),
+    "RTDE": universal_robots(" "),
+}
+BYTES = {
+    "CRLF": named("{}").replace("\n", "\r\n").encode(),
+    "CR": named("{}").replace("\n", "\r").encode(),
+    "UTF-16": named("{}").encode("utf-16"),
+    "Latin-1": named("{} [°]", scale=180 / math.pi).encode("latin-1"),
+    "no last line break": named("{}").rstrip("\n").encode(),
+}
+BYTES |= {look: text.encode() for look, text in LOOKS.items()}
