@@ -29,7 +29,7 @@ def test_samples_of_an_arm_of_other_joints_are_refused(simulated, said, verb):
     since = simulated.later
     status, _, error = said(verb, since.positions[:, :6], since.sockets)
     assert status == 2 and error.count("\n") == 1
-    assert "6 joint positions, but the robot's chain has 7 actuated joints" in error
+    assert "the header names 6 of the robot's 7 joints; missing: panda_joint7" in error
 
 
 @pytest.mark.parametrize("verb", VERBS)
