@@ -137,6 +137,7 @@ def read_placement(folder: Path) -> Placement:
         distance_assumed=keys.distance_assumed,
         frame=keys.frame,
         poses_of=keys.poses_of or placement.poses_of,
+        kept_alarms=keys.kept_alarms,
         robot_name=keys.robot_name,
         place=keys.place or placement.place,
     )

@@ -16,6 +16,7 @@ from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
 
 METADATA = "placement.json"
+KEPT_ALARMS = "kept_alarms"
 _NAME = re.compile(r"[\w.-]+")
 
 
@@ -29,6 +30,7 @@ class PlacementKeys:
     robot_name: str | None = None
     place: str | None = None
     poses_of: str | None = None
+    kept_alarms: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,14 @@ def read_keys(file: Path) -> PlacementKeys:
             raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
     # mukca record once wrote the default like a measured distance.
     assumed = distance == DEFAULT_DISTANCE and metadata.get("distance_measured") is not True
-    return PlacementKeys(None if distance is None else float(distance), assumed, **names)
+    alarms = tuple(str(words) for words in _entries(metadata, KEPT_ALARMS))
+    length = None if distance is None else float(distance)
+    return PlacementKeys(length, assumed, **names, kept_alarms=alarms)
+
+
+def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:
+    """Return the contents with what an alarm said, and the operator kept as it was."""
+    return {**metadata, KEPT_ALARMS: [*_entries(metadata, KEPT_ALARMS), text]}
 
 
 def write_metadata(file: Path, metadata: dict[str, Any]) -> None:

@@ -70,6 +70,15 @@ class SessionActions:
         self.session = self.session.with_message(text, alarm=True)
         self._sound.play(REFUSED)
 
+    def keep(self, text: str) -> None:
+        """Go on although an alarm said this; the recording says so from now on."""
+        try:
+            self._recording.keep_alarm(text)
+        except RecordingError as error:
+            self.alarm(f"not noted: {error}")
+            return
+        self.notify(f"kept as it is: {text}")
+
     def refuse(self, reason: str) -> None:
         """Show the reason why nothing is captured."""
         self.refused += 1

@@ -24,6 +24,7 @@ from .. import (
     read_samples,
     replace_file,
     sync_folder,
+    with_kept_alarm,
     write_metadata,
 )
 
@@ -70,14 +71,20 @@ class Recording:
 
     def set_socket(self, socket: int) -> None:
         """Remember in which socket the ball is, so that a later start goes on there."""
-        if socket == self._metadata.get("socket"):
-            return
+        if socket != self._metadata.get("socket"):
+            self._write({**self._metadata, "socket": socket})
+
+    def keep_alarm(self, text: str) -> None:
+        """Remember what an alarm said, and the operator kept as it was."""
+        self._write(with_kept_alarm(self._metadata, text))
+
+    def _write(self, metadata: dict[str, Any]) -> None:
         self._check_place()
         try:
-            write_metadata(self.folder / METADATA, {**self._metadata, "socket": socket})
+            write_metadata(self.folder / METADATA, metadata)
         except OSError as error:
             raise RecordingError(f"{METADATA} cannot be written: {error.strerror}") from None
-        self._metadata["socket"] = socket
+        self._metadata = metadata
 
     @property
     def socket(self) -> int:

@@ -82,7 +82,7 @@ class KeyHandler:
         if alarm is None:
             return False
         if action == "keep":
-            self._actions.notify(f"kept as it is: {alarm.text}")
+            self._actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
             self._start_new_placement(alarm.samples[0])
         elif action == "delete" and alarm.cause == "ball":

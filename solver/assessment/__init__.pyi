@@ -2,8 +2,9 @@ from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
+from .data_sufficiency import Recordings as Recordings
 from .data_sufficiency import checks_row as checks_row
-from .data_sufficiency import samples_row as samples_row
+from .data_sufficiency import recording_rows as recording_rows
 from .errors import KnownDistanceErrors as KnownDistanceErrors
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,9 +41,12 @@ LEAST_TRAVEL = math.radians(20)
 LEAST_FREEDOM = 0.01
 """Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
 cannot turn its first one."""
-NOT_OF_THE_MODEL = ("far", "duplicate", "few", "still", "drift", "moved", "movement")
-"""Codes of warnings that do not concern the model: single samples of little weight, amounts that
-other rows judge, and held-out placements whose base drifted, or moved by little."""
+NOT_OF_THE_MODEL = (
+    *("far", "duplicate", "few", "still", "scale", "kept"),
+    *("drift", "moved", "movement"),
+)
+"""Codes of warnings that do not concern the model: single samples of little weight, what other rows
+judge, what an operator kept, and bases that drifted, or moved by little."""
 
 
 def accuracy_rows(
@@ -103,19 +107,48 @@ def rows_of_the_fit(
     document = predictions.document
     proved = [row.name for row in held_out if "pass" in (row.status, row.full_status)]
     doubted = {"mean_absolute_error", "distance_error"} <= set(proved)
-    checks = checks_row(document.checks, drift_doubted=doubted)
-    rows = [checks, *drift_rows(predictions), distortion_row(document)]
-    rows.append(distance_row(assumed_distances(document)))
-    if document.scale is not None:
-        rows.append(scale_row(document.scale, document.placements, document.checks))
-    tied = bool(document.settings.get("known"))
     trained, tested = (
         [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
     )
-    rows += [samples_row(trained, tested, tied=tied), travel_row(covered, _bound(predictions))]
+    recordings = Recordings(
+        trained,
+        tested,
+        document.scale,
+        assumed=assumed_distances(document),
+        tied=bool(document.settings.get("known")),
+    )
+    rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
+    rows += [*drift_rows(predictions), distortion_row(document)]
+    rows.append(travel_row(covered, _bound(predictions)))
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """What is judged by ``mukca check`` and by a calibration alike."""
+
+    trained: Sequence[Measurement]
+    held_out: Sequence[Measurement] = ()
+    scale: Scale | None = None
+    """By how much a fit makes the arm larger than its model; None where it does not settle."""
+    assumed: Sequence[float] = ()
+    """Distances between sockets that nobody measured [m]."""
+    tied: bool = False
+    """True where distances between placements were given."""
+
+
+def recording_rows(
+    checks: Sequence[Diagnostic] | None, recordings: Recordings, *, drift_doubted: bool = False
+) -> list[LimitResult]:
+    """Return the one judgement of recordings: diagnostics, distances, size, number of samples."""
+    rows = [checks_row(checks, drift_doubted=drift_doubted), distance_row(recordings.assumed)]
+    distances = (m.distance for m in recordings.trained if m.has_distance)
+    if recordings.scale is not None:
+        rows.append(scale_row(recordings.scale, next(distances, 0.0), checks))
+    held_out = recordings.held_out
+    return [*rows, samples_row(recordings.trained, held_out, tied=recordings.tied)]
 
 
 def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:

@@ -117,9 +117,12 @@ def distortion_row(document: CalibrationDocument) -> LimitResult:
 
 
 def scale_row(
-    scale: Scale, placements: Sequence[PlacementErrors], checks: Sequence[Diagnostic] | None = None
+    scale: Scale, distance: float, checks: Sequence[Diagnostic] | None = None
 ) -> LimitResult:
-    """Return whether the arm's size is believable, and what else may explain it where it is not."""
+    """Return whether the arm's size is believable, and what else may explain it where it is not.
+
+    It hangs on a ``distance`` between sockets [m]; 0 where an instrument measured points.
+    """
     level = size_level(scale.value, scale.deviation)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
@@ -127,7 +130,6 @@ def scale_row(
     if status == "pass" and moved:
         reason = f"{_MOVED[moved[0]]} while it was recorded, so nothing is known of it"
         return limit_row("scale", "not evaluated", reason)
-    distance = next((row.distance for row in placements if row.role == "train" and row.distance), 0)
     if status != "pass" and joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
     elif status != "pass" and not distance:

@@ -222,7 +222,6 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         given=Given(named(train, options.distances), options.deviation, options.load),
         zeros=bool(options.zeros),
         repeatability=repeatability_of(problem.robot, options.repeatability_mm),
-        trained=[m.name for m in train],
     )
     survey = look([*train, *test])
     if options.split_moved:

@@ -35,7 +35,6 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     errors, deflection = errors_of(problem, fit), calibrated.deflection
     full = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    judged = posterior is not None and options.zeros  # of servos: it knows their play
     known, names = estimates.known_of(fit, problem), problem.robot.joint_names
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
@@ -56,7 +55,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, [m for _, m in problem.placements]),
-        checks=tuple(f for f in problem.checks if not (judged and f.code == "scale")),
+        checks=problem.checks,
         hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
         warnings=warnings,

@@ -4,9 +4,10 @@ from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
 from .base_placement import plan as plan
 from .curve_route import CurveAnnealing as CurveAnnealing
+from .expected_accuracy import Accuracy as Accuracy
+from .expected_accuracy import accuracy_by as accuracy_by
 from .expected_accuracy import error_map as error_map
 from .expected_accuracy import joint_effects as joint_effects
-from .expected_accuracy import predicted_error as predicted_error
 from .expected_accuracy import predicted_posterior as predicted_posterior
 from .expected_accuracy import workspace_samples as workspace_samples
 from .information import ParameterCovariance as ParameterCovariance

@@ -4,17 +4,20 @@ All of it follows from the posterior's covariance, to first order; docs/model.md
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import Posterior, estimate
+from ..bayes.inference import JointPosterior, Posterior, estimate, refit
 from ..bayes.model import ExtendedModel, extend
-from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import workspace_errors
+from ..bayes.model.effects import COMPLIANCE, JOINT_OFFSET
+from ..bayes.results import scale, workspace_errors
 from ..data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
+    STANDARD_LOAD,
     KnownDistance,
     KnownError,
     Load,
@@ -23,7 +26,7 @@ from ..data import (
     observe_all,
 )
 from ..paper import NotConverged
-from ..results import ErrorMap, JointEffect
+from ..results import ErrorMap, JointEffect, Scale
 from ..robot import Robot, choose_parameters, workspace
 from .information import from_fit, updated
 
@@ -116,24 +119,38 @@ def joint_effects(
     return tuple(map(JointEffect, joints, recorded, over_workspace))
 
 
-def predicted_error(
+class Accuracy(NamedTuple):
+    """Expected accuracy of a calibration."""
+
+    distance_deviation: float
+    """Median over random poses of the errors of distances, one standard deviation [m]."""
+    scale: Scale
+    """By how much the arm comes out larger than its model."""
+
+
+def accuracy_by(
     robot: Robot,
     measurements: Sequence[Measurement],
-    load: Load,
+    load: Load = STANDARD_LOAD,
     known: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
     *,
     zeros: bool = False,
-) -> float | None:
-    """Return the error of distances in the workspace that a calibration would have [m].
+) -> Accuracy | None:
+    """Return the accuracy of a calibration on recordings; None where no fit settles.
 
-    The median over random poses, one standard deviation; None where it cannot be predicted.
+    The arm may bend: one that bends, and is taken for a rigid one, comes out too long.
     """
-    try:
+    free, rigid = choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ()
+    bending = extend(robot, free, (*rigid, COMPLIANCE.name))
+    fits: list[JointPosterior] = []
+    with suppress(KnownError, NotConverged):
         arm = RobotRecordings(robot, measurements, load)
         data = observe_all([arm], known=known, deviation=deviation)
-        model = extend(robot, choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ())
-        median = workspace_errors(estimate([model], data).arms[0], load).median
-    except (KnownError, NotConverged):
+        fits.append(estimate([extend(robot, free, rigid)], data))
+        fits.append(refit(fits[0], [bending]))
+    if not fits:
         return None
-    return median if np.isfinite(median) else None
+    posterior = max(fits, key=lambda fit: fit.log_evidence).arms[0]
+    median = workspace_errors(posterior, load).median
+    return Accuracy(median, scale(posterior)) if np.isfinite(median) else None

@@ -83,6 +83,9 @@ def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
 def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
     """Return what a placement by itself lacks: samples, other configurations, joints that moved."""
     where = where_of([measured])
+    for words in measured.placement.kept_alarms:
+        text = f"an alarm said while it was recorded: {words}"
+        yield Diagnostic("warning", "kept", where, text, "the operator kept the samples")
     for socket, count in zip(measured.sockets, measured.counts, strict=True):
         if count < FEWEST:
             text = f"{count} samples in socket {socket}"

@@ -10,11 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..data import Known, Measurement
-from ..results import Hypothesis, Scale
+from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
-from .configurations import size_level
-from .hypotheses import ARMS, KINDS, OF_SIZE, Candidate, Comparison, Scene
+from .hypotheses import KINDS, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
 
 ROUNDS = 8
@@ -34,8 +33,6 @@ BAD_RATIO = 2.5
 """Factor on the usual error of the other placements, beyond which one stands out."""
 EXACT = 1e-5
 """Largest error of a fit to fewer samples than unknowns [m], which means nothing."""
-SIZE_CAUSES = ("distance", "scaled", "version")
-"""Explanations with which the arm's size is unknown."""
 SECOND = 0.1
 """Probability from which the second explanation is reported with the first."""
 LISTED = 1e-3
@@ -88,15 +85,12 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     return measured.only(np.sort(np.concatenate(kept))), np.concatenate(rows)
 
 
-def explain(
-    model: RigidModel, scene: Scene
-) -> tuple[list[Candidate], tuple[Hypothesis, ...], Scale | None]:
-    """Return causes, all explanations at the round of the first error, and the arm's size."""
-    if len(scene.q) < LEAST:
-        return [], (), _scale(scene)[0]
+def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
+    """Return causes, and all explanations at the round of the first error."""
     findings, listed = list[Candidate](), tuple[Hypothesis, ...]()
-    decided, explained, sized = False, set[str](), scene
-    of_size, kinds = set[int](), KINDS
+    decided, explained, kinds = False, set[str](), KINDS
+    if len(scene.q) < LEAST:
+        return findings, listed
     for _ in range(ROUNDS):
         options = Comparison(scene, kinds).candidates
         if scene.readings is None and "samples" not in explained:
@@ -127,30 +121,7 @@ def explain(
         before, scene = scene, first.after()
         more = [f for o in others for f in o.after().explained[len(before.explained) :]]
         scene = replace(scene, explained=(*scene.explained, *more))
-        if likely in SIZE_CAUSES:
-            of_size.add(id(scene.explained[-1]))
-        else:
-            kept = tuple(one for one in scene.explained if id(one) not in of_size)
-            sized = replace(scene, explained=kept)
-    size, doubt = _scale(sized)
-    if size is None or doubt is None:
-        return findings, listed, size
-    off = abs(float(np.log1p(max(size.value, -0.9))))  # more than arms differ from their models
-    doubtful = size_level(size.value, size.deviation) is not None
-    if not explained and doubtful and off > 3 * (size.deviation or 0.0):
-        findings.append(doubt)
-    # the size is reported as estimated with all other causes accounted for
-    return [doubt if f.kind.name == "distance" else f for f in findings], listed, size
-
-
-def _scale(scene: Scene) -> tuple[Scale | None, Candidate | None]:
-    """Return the arm's size by the known distances, and the hypothesis that these are wrong."""
-    for wrong in Comparison(scene, OF_SIZE).candidates:
-        mean, covariance = wrong.evidence.posterior(wrong.block, wrong.sigma)
-        deviation = max(float(covariance[0, 0]) - ARMS**2, 1e-10) ** 0.5
-        block = replace(wrong.block, parameters=[{"deviation": deviation}])
-        return Scale(value=float(mean[0]), deviation=deviation), replace(wrong, block=block)
-    return None, None
+    return findings, listed
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

@@ -1,19 +1,18 @@
 """Inspection of recordings before a fit: each placement, all of them together, and the next one."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
-from ..results import Diagnostic, Hypothesis, Scale
+from ..results import Diagnostic, Hypothesis
 from ..robot import Robot
 from .configurations import (
     known_distances,
     of_placement,
     row_of,
-    size_level,
     where_of,
 )
 from .explain import explain, fitted_alone, scene_of
@@ -25,8 +24,8 @@ SEATED = 0.03
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
 MOST_DRIFT, PLAY = 3e-3, 0.015
-"""Drifts over a placement below this are no error where it is held out [m]; and what looks like one
-where gears have play."""
+"""Drifts over a placement below this are no error [m], nor what looks like one where gears have
+play."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 MANY = 5.0
@@ -79,13 +78,11 @@ class Inspection:
 
 @dataclass(frozen=True)
 class Survey:
-    """Diagnostics of several placements, and the size of the arm by them."""
+    """Diagnostics of several placements, and what explains them."""
 
     placements: tuple[Inspection, ...]
     shared: tuple[Diagnostic, ...]
     """Diagnostics of all placements, or of the arm."""
-    scale: Scale | None
-    """The arm's size by known distances; None where none is known."""
     hypotheses: tuple[Hypothesis, ...] = ()
     """Explanations of all recordings, the most probable first."""
 
@@ -102,7 +99,6 @@ def inspect_all(
     *,
     zeros: bool = False,
     repeatability: float | None = None,
-    trained: Collection[str] = (),
 ) -> Survey:
     """Inspect placements: each by itself, and all together.
 
@@ -113,7 +109,6 @@ def inspect_all(
         zeros: The joints may have offsets of degrees, as on arms made of servos: then that is no
             mistake.
         repeatability: Of the arm [m]; None where nothing is known of it.
-        trained: Names of the placements to fit, where a slow drift is an error.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
@@ -122,13 +117,13 @@ def inspect_all(
     given = given or Given()
     known = known_distances(seated, given.known, given.deviation)
     if not seated:
-        return Survey((), (), None)
+        return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
     floors = fitted_alone(robot, seated)
     scene = scene_of(model, seated, known, repeatability, list(floors.values()))
     scene = replace(scene, load=given.load)
-    findings, hypotheses, scale = explain(model, scene)
-    told = [(f, _diagnostic(f, seated, trained, zeros=zeros)) for f in findings]
+    findings, hypotheses = explain(model, scene)
+    told = [(f, _diagnostic(f, seated, zeros=zeros)) for f in findings]
     shared = tuple(d for f, d in told if "placement" not in f.parameters)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
@@ -141,7 +136,7 @@ def inspect_all(
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
         middle = np.median(balls[rows], axis=0)
         inspections.append(Inspection(m, floors[m.name], moves, tuple(diagnostics), middle))
-    return Survey(tuple(inspections), shared, scale, hypotheses)
+    return Survey(tuple(inspections), shared, hypotheses)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnostic:
@@ -154,11 +149,7 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
 
 
 def _diagnostic(
-    finding: Candidate,
-    measurements: Sequence[Measurement],
-    trained: Collection[str],
-    *,
-    zeros: bool,
+    finding: Candidate, measurements: Sequence[Measurement], *, zeros: bool
 ) -> Diagnostic:
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
     level, code, advice = kind.level, kind.code, told.advice
@@ -167,11 +158,11 @@ def _diagnostic(
         measured = next(m for m in measurements if m.name == p["placement"])
         single = "sample" in p
         where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
-    if told.name in ("drift", "base_moved") and (zeros or p["placement"] not in trained):
+    if told.name in ("drift", "base_moved"):
         usual = (PLAY if zeros else MOST_DRIFT) if told.name == "drift" else SMALLEST_MOVE
         level = "warning" if p["size"] < usual else level
     if told.name == "distance":
-        level = "error" if size_level(p["share"], p["deviation"]) == "error" else "warning"
+        level = "warning"  # whether it is believable is said of the fit's size alone
     if told.name == "ball_sample":
         level = "warning"
         if p["size"] > SEATED:

@@ -104,6 +104,16 @@ def test_joints_are_checked_even_without_metadata(tmp_path):
         Recording(tmp_path, replace(METADATA, joints=("a", "c")))
 
 
+def test_an_alarm_that_was_kept_stands_in_the_recording(tmp_path):
+    record(tmp_path, 1)
+    for text in ("the base moved", "the ball sat elsewhere"):
+        with Recording(tmp_path, METADATA) as recording:
+            recording.keep_alarm(text)
+            recording.set_socket(1)
+    alarms = read_placement(tmp_path).kept_alarms
+    assert alarms == ("the base moved", "the ball sat elsewhere")
+
+
 def test_a_changed_model_is_told(tmp_path):
     record(tmp_path, 1)
     with Recording(tmp_path, replace(METADATA, model_sha256="2e")) as recording:

@@ -11,5 +11,4 @@ from .scene import Scene as Scene
 from .scene import widths_of as widths_of
 from .table import CURABLE as CURABLE
 from .table import KINDS as KINDS
-from .table import OF_SIZE as OF_SIZE
 from .table import ONLY_SOUND as ONLY_SOUND

@@ -34,6 +34,6 @@ KINDS = (
     kind_of("pushed_here", recording.pushed_here),
     kind_of("unexplained", noise=lambda _: NoisePrior(1e-2, 2.0)),
 )
-ONLY_SOUND, OF_SIZE = KINDS[:1], KINDS[1:2]
+ONLY_SOUND = KINDS[:1]
 CURABLE = tuple(kind for kind in KINDS if kind.curable)
 """Those that a hand can cure while it records."""

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from cases import by_table
 
+from mukca.solver.assessment import Recordings, recording_rows
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import scale
 from mukca.solver.data import RobotRecordings, measure, observe_all
+from mukca.solver.design import accuracy_by
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import choose_parameters, load_robot
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
@@ -18,15 +20,20 @@ from mukca.tools.simulation import Imperfection, perturb, reachable_bases, recor
 pytestmark = pytest.mark.slow
 
 
-@by_table("given", "level", "words")
-def test_a_wrong_distance_is_found(look, placements, given, level, words):
-    seen = look(placements, given)
-    (finding,) = seen.diagnostics
-    assert (finding.level, finding.code, finding.where) == (level, "scale", "all placements")
-    assert words in finding.text, finding.text
-    assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
-    assert "as given" in finding.advice and "--distance" in finding.advice
-    assert abs(seen.scale.value - (given / 0.05 - 1)) < 4 * seen.scale.deviation
+@by_table("given", "status", "words")
+def test_a_wrong_distance_is_found(panda, placements, given, status, words):
+    """By the size of a fit alone; what explains it says the distance, and no size of its own."""
+    measured = [measure(p, panda, given) for p in placements]
+    (accuracy, survey) = (f(panda, measured) for f in (accuracy_by, inspect_all))
+    recordings = Recordings(measured, scale=accuracy.scale)
+    rows = {row.name: row for row in recording_rows(survey.diagnostics, recordings)}
+    assert abs(accuracy.scale.value - (given / 0.05 - 1)) < 4 * accuracy.scale.deviation
+    assert rows["scale"].status == status and words in rows["scale"].text
+    assert rows["data_checks"].status == "pass"
+    for finding in survey.diagnostics:
+        assert (finding.level, finding.where) == ("warning", "all placements")
+        assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
+        assert "as given" in finding.advice and "--distance" in finding.advice
 
 
 def test_samples_that_any_model_fits_accuse_no_placement(look, placements):
@@ -39,7 +46,6 @@ def test_a_forgotten_distance_is_found(look, record_at):
     long = record_at([0.5, 0.0, 0.1], 3, distance=0.12)
     assert look([long]).diagnostics == ()
     (finding,) = look([replace(long, distance=None)]).diagnostics
-    assert finding.level == "error"
     assert re.search("more likely the sockets are (119.9|120.0) mm apart", finding.text)
     assert "nothing but the default" in finding.advice
 
@@ -112,8 +118,8 @@ def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change):
     measured = measure(change(placement, lambda q: q - zeros), robot, distance)
     seen = inspect_all(robot, [measured], zeros=True)
     assert [f.code for f in seen.diagnostics] == ([] if distance is None else ["scale"])
-    true = 0.0 if distance is None else 0.1
-    assert abs(seen.scale.value - true) < 3 * seen.scale.deviation < 0.06
+    true, size = 0.0 if distance is None else 0.1, accuracy_by(robot, [measured], zeros=True).scale
+    assert abs(size.value - true) < 3 * size.deviation < 0.06
 
 
 @pytest.mark.parametrize("count", [2, 3])

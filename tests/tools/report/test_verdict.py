@@ -115,7 +115,7 @@ def test_the_error_alone_never_passes(document, report, rows):
 
 def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows):
     assert rows(extended)[1]["data_checks"] == "pass"  # a sample that hardly counts is no matter
-    extended["checks"][1]["code"] = "scale"
+    extended["checks"][1]["code"] = "floor"
     status, limits, text = rows(extended)
     assert (status, limits["data_checks"]) == ("incomplete", "not enough")
     assert "Far from its socket; look at it" in text
@@ -463,4 +463,4 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
 @pytest.mark.parametrize(("code", "status"), [("moved", "not evaluated"), ("far", "pass")])
 def test_no_size_is_called_right_by_a_base_that_moved(code, status):
     checks = [Diagnostic(level="error", code=code, where="front", text="", advice="")]
-    assert scale_row(Scale(value=1e-3, deviation=5e-4), [], checks).status == status
+    assert scale_row(Scale(value=1e-3, deviation=5e-4), 0.05, checks).status == status

@@ -75,18 +75,20 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     single = diagnostics.single_socket_diagnostics(placements, known)
     shared, findings = (*survey.shared, *single), (*survey.diagnostics, *single)
     broken = any(finding.level == "error" for finding in findings)
-    predicted = None
+    accuracy = None
     if not broken:
         given = settings.load, known, settings.deviation
-        predicted = design.predicted_error(robot, placements, *given, zeros=bool(settings.zeros))
+        accuracy = design.accuracy_by(robot, placements, *given, zeros=bool(settings.zeros))
+    predicted = None if accuracy is None else accuracy.distance_deviation
+    scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey) if survey.placements else POINTS_HINT
     measured = [f"{m.name}: {sum(m.counts)}" for m in placements if m.kind == "points"]
     points = [f"{words} points that an instrument measured" for words in measured]
     lines = [*_seen(survey, shared), *points, _amount(placements, predicted, broken=broken), hint]
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
-    rows = [assessment.checks_row(findings), assessment.distance_row(assumed)]
-    rows.append(assessment.samples_row(placements, tied=bool(known)))
+    judged = assessment.Recordings(placements, (), scale, assumed=assumed, tied=bool(known))
+    rows = assessment.recording_rows(findings, judged)
     verdict = assessment.judge(rows, causes=survey.hypotheses)
     if verdict.status != "pass":
         lines.append(f"{verdict.title}: {verdict.text}")
@@ -102,7 +104,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
             "findings": [finding.as_dict() for finding in shared],
             "placements": [_row(one) for one in survey.placements],
             "hypotheses": [asdict(one) for one in survey.hypotheses],
-            "scale": None if survey.scale is None else survey.scale.as_dict(),
+            "scale": None if scale is None else scale.as_dict(),
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},
             "warnings": warnings,
