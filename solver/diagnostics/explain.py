@@ -102,7 +102,8 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
         listed = listed or listed_of(options, shares)
         if likely == "sound" or shares["sound"] >= SURE:
             break
-        own = sorted((o for o in options if o.kind.name == likely), key=lambda o: -o.log_evidence)
+        own = [o for o in options if o.kind.name == likely]
+        own.sort(key=lambda o: -o.log_evidence)
         sure = [o for o in own if o.kind.separate and o.log_evidence > options[0].log_evidence]
         own = sure or own[:1]
         first, *others = own
