@@ -9,6 +9,7 @@ of the model's own residuals and Jacobian, measured in the same run.
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import argparse
 import statistics

@@ -11,6 +11,7 @@ kinematic calibration and a neural network, which were measured on the arm again
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import argparse
 import time

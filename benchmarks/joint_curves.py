@@ -16,6 +16,7 @@ turns on one thread, for so many points. Errors are means over held-out samples 
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import argparse
 import re

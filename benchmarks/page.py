@@ -21,6 +21,7 @@ from statistics import fmean
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import mukca
 from mukca.tools.report.plots import Axis, named_rows

@@ -22,6 +22,7 @@ from dataclasses import replace
 from functools import partial
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import numpy as np
 

@@ -15,6 +15,7 @@ import argparse
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 from collections import Counter
 from collections.abc import Callable, Sequence

@@ -13,6 +13,7 @@ are left out for it.
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import argparse
 

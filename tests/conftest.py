@@ -10,6 +10,8 @@ import signal
 # As the command line does, before NumPy is loaded: the matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MUKCA_TRACEBACK", "1")  # a defect shows itself
+# Each calibration of a test tells whether its covariances are covariances.
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 from contextlib import redirect_stdout
 from pathlib import Path

@@ -1,5 +1,6 @@
 """Worlds of benchmarks and tests with known truth: realistic arms, instruments, cells of two."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,6 +12,9 @@ from mukca.solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TIL
 from mukca.solver.data import Pose
 from mukca.solver.robot import BallModel, Robot, workspace
 from mukca.tools.simulation import Base, Imperfection, record
+
+# Each calibration of a benchmark tells whether its covariances are covariances.
+os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 TRANSLATION, TURN = 1e-3, 6e-3
 """Standard deviations of joint origins from the model [m], [rad]."""

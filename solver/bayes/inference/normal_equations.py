@@ -93,14 +93,6 @@ class Inverse:
         m = _times(self.blocks, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
         return np.concatenate([x, m - self.centres @ x])
 
-    def whole(self) -> np.ndarray:
-        """Return all of it, shape (n, n)."""
-        across = -self.centres @ self.dense
-        own = -across @ self.centres.T - self.V @ self.V.T
-        for k, block in enumerate(self.blocks):
-            own[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += block
-        return np.block([[self.dense, across.T], [across, own]])
-
     def gaussian(self, mean: np.ndarray, free: np.ndarray) -> Gaussian:
         """Return the Gaussian of x and the frames, the others being zero, around a mean."""
         some = np.flatnonzero(free)

@@ -31,7 +31,10 @@ def test_the_inverse_by_blocks_is_the_whole_one(sockets, known):
     some = np.ix_(rows, rows)
     inverse, expected = matrix.inverse(free), np.zeros_like(H)
     expected[some] = np.linalg.inv(H[some])
-    assert inverse.whole() == pytest.approx(expected, rel=1e-7, abs=1e-10)
+    dense = inverse.gaussian(np.zeros(5), free)
+    assert dense.covariance == pytest.approx(inverse.dense, rel=1e-7, abs=1e-10)
+    whole = inverse.with_centres(dense).covariance
+    assert whole == pytest.approx(expected, rel=1e-7, abs=1e-10)
     v = np.random.default_rng(9).normal(0, 1, len(H))
     assert matrix.times(v) == pytest.approx(H @ v)
     assert inverse.times(v) == pytest.approx(expected @ v, rel=1e-7, abs=1e-10)
