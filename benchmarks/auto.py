@@ -89,7 +89,7 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
     robot, generator = load_robot("panda"), np.random.default_rng(seed)
     parameters = choose_parameters(robot)
     arm = perturb(robot, generator, 2e-3, 5e-3)
-    truth = arm.origins.ravel()[[p.index for p in parameters]]
+    origins = arm.origins
     long = reachable_bases(arm, generator, 3, distance=0.15)
     bases = [replace(base, distance=0.05) for base in long]
     known = tuple(
@@ -112,6 +112,7 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
         arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
         data = observe_all([arm], known=also, deviation=OFF)
         found = select_models([(robot, parameters)], data, stages=()).full.arms[0]
+        truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)
     return errors
 

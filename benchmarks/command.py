@@ -24,17 +24,15 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.solver.calibration import FullModel
-from mukca.solver.data import STANDARD_LOAD, Pose, kabsch_rotation
-from mukca.solver.results import CalibratedRobot
+from mukca.solver.data import Pose, kabsch_rotation
 from mukca.solver.robot import (
     Origin,
     PoseSolver,
-    choose_parameters,
     load_robot,
     shipped_robots,
     workspace,
 )
-from mukca.tools.simulation import perturb
+from mukca.tools.simulation import perturb, truth_of
 
 STARTS = (0.02, 0.1, 0.5, None)
 """How far a start is off in each joint [rad]; None for the middle of the ranges."""
@@ -43,10 +41,7 @@ STARTS = (0.02, 0.1, 0.5, None)
 def simulated(name: str) -> FullModel:
     robot, generator = load_robot(name), np.random.default_rng(0)
     arm = perturb(robot, generator, 1e-3, 5e-3)
-    parameters = tuple(choose_parameters(robot))
-    values = arm.origins.ravel()[[p.index for p in parameters]]
-    flaws = realistic_flaws(robot, generator).deflection
-    return FullModel(CalibratedRobot(robot, parameters, values, flaws, STANDARD_LOAD))
+    return FullModel(truth_of(robot, arm, realistic_flaws(robot, generator).deflection))
 
 
 def starts(model: FullModel, q: np.ndarray, off: float | None) -> np.ndarray:

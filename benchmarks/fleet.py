@@ -39,7 +39,7 @@ def recorded(
     """Return what an arm that is a little off reads, near poses that the nominal arm reads."""
     generator = np.random.default_rng(seed)
     model = BallModel(robot, range(robot.origins.size))
-    origins = perturb(robot, generator, 2e-3, 5e-3).origins.ravel()
+    values = model.parameters_at(perturb(robot, generator, 2e-3, 5e-3).origins)
     results: list[mukca.Placement] = []
     for placement in placements:
         chosen = np.array([generator.permutation(30)[:samples] + 30 * k for k in (0, 1)]).ravel()
@@ -47,7 +47,7 @@ def recorded(
         q = np.array([sample.position for sample in kept])
         seats = model.points(model.nominal, q) + generator.normal(0, NOISE, (len(q), 3))
         for _ in range(6):
-            linear = model.linearise(origins, q)
+            linear = model.linearise(values, q)
             q += (np.linalg.pinv(linear.by_joints) @ (seats - linear.points)[:, :, None])[:, :, 0]
         read = (replace(s, position=tuple(row)) for s, row in zip(kept, q.tolist(), strict=True))
         results.append(replace(placement, samples=tuple(read)))

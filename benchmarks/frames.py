@@ -25,22 +25,14 @@ from worlds import measured_points, recorded_by_both
 from mukca.solver.bayes.inference import JointPosterior, estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import between
-from mukca.solver.data import (
-    IDENTITY,
-    WORLD,
-    Pose,
-    RobotRecordings,
-    SocketAt,
-    measure,
-    observe_all,
-    turn,
-)
+from mukca.solver.data import IDENTITY, WORLD, Pose, RobotRecordings, SocketAt, measure, observe_all
 from mukca.solver.robot import (
     BallModel,
     Robot,
     choose_parameters,
     load_robot,
     shipped_robots,
+    turn,
     workspace,
 )
 from mukca.tools.cli import WorkerOptions, add_options, read_options

@@ -23,8 +23,8 @@ from worlds import measured_points, recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import IDENTITY, Pose, turn
-from mukca.solver.robot import BallModel, InverseKinematics, Robot
+from mukca.solver.data import IDENTITY, Pose
+from mukca.solver.robot import BallModel, InverseKinematics, Robot, turn
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb

@@ -27,12 +27,20 @@ os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 import numpy as np
 
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import DECIDED, angles_near
+from mukca.solver.bayes.results import DECIDED
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection import select_models
 from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe_all
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import Origin, Robot, choose_parameters, load_robot, rotation, rotation_rpy
+from mukca.solver.robot import (
+    Origin,
+    Robot,
+    angles_near,
+    choose_parameters,
+    load_robot,
+    rotation,
+    rotation_rpy,
+)
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 

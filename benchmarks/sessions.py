@@ -40,12 +40,12 @@ from worlds import realistic_flaws
 
 from mukca.recorder import Placement, Sample
 from mukca.solver.assessment import ARMS
-from mukca.solver.bayes.results import angles_near
 from mukca.solver.diagnostics import LiveCheck
 from mukca.solver.diagnostics.hypotheses import ONLY_SOUND, Comparison
 from mukca.solver.robot import (
     Origin,
     Robot,
+    angles_near,
     load_robot,
     rotation,
     rotation_rpy,

@@ -164,7 +164,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
         deviation = deviations(found)[:n]
         prior = np.sqrt(np.diag(prior_covariance(found)))[:n]
         decided = (deviation > 0) & (deviation < 0.5 * prior)
-        true = truth.arm.origins.ravel()[found.model.ball.free]
+        true = found.model.ball.parameters_at(truth.arm.origins)
         errors["parameters"] = ((found.values - true)[decided] / deviation[decided]).tolist()
     return {**errors, "extended": [float(bool(found.model.extensions))]}
 

@@ -8,9 +8,9 @@ from worlds import recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import Pose, turn
+from mukca.solver.data import Pose
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import Origin
+from mukca.solver.robot import Origin, turn
 from mukca.tools.simulation import Base, Imperfection, reachable_bases, record
 
 HOME = Pose(np.eye(3), np.zeros(3))

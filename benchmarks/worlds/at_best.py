@@ -31,8 +31,7 @@ class AtBest:
     ) -> None:
         parameters = list(all_parameters(nominal))
         model = extend(nominal, parameters, (JOINT_OFFSET.name, *SIZES))
-        own = [p.index for p in parameters]
-        off = (arm.origins - nominal.origins).ravel()[own]
+        off = model.ball.parameters_at(arm.origins) - model.ball.nominal
         zeros = np.zeros(len(arm.joint_names))
         x = np.concatenate([off, zeros, *how.deflection.coefficients])
         widths = [TRANSLATION if p.unit == "m" else TURN for p in parameters]
@@ -41,7 +40,7 @@ class AtBest:
             even = (high - low) ** 2 / 12  # a coefficient's variance, or that of its size
             width = even if EFFECTS[name].non_negative else even + (low + high) ** 2 / 4
             widths += [width**0.5] * (place.stop - place.start)
-        S = np.diag(np.concatenate([widths[: len(own)], zeros, widths[len(own) :]]) ** 2)
+        S = np.diag(np.concatenate([widths[: len(off)], zeros, widths[len(off) :]]) ** 2)
         larger = S @ model.by_scale()  # arms are drawn with the nominal size
         S -= np.outer(larger, larger) / (model.by_scale() @ larger)
         self.ball = [i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"]

@@ -24,7 +24,7 @@ from ..data import (
     observe_all,
     spaced,
 )
-from ..robot import Origin, Robot
+from ..robot import BallModel, Origin, Robot
 from .option import UsageError
 from .options import SolveOptions, option_table
 from .problem import CalibrationProblem
@@ -140,11 +140,11 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
     found = posterior_of(document, str(file))
     model = found.model
-    origins = robot.origins.ravel()
-    nominal = np.array([origins[p.index] for p in model.parameters])
-    mean = found.x.copy()
-    mean[: model.geometry] = found.values - nominal
-    covariance = found.covariance[: model.size, : model.size]
+    ball, values = BallModel(robot, model.ball.free.tolist()), found.values
+    mean, slopes = found.x.copy(), np.eye(model.size)
+    mean[: model.geometry] = ball.parameters_at(model.ball.origins(values)) - ball.nominal
+    slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
+    covariance = slopes @ found.covariance[: model.size, : model.size] @ slopes.T
     prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
     first = model.parameters[0].joint if model.parameters else ""
     moved = {
@@ -207,7 +207,12 @@ def _stored(
 ) -> Posterior:
     """Return the posterior that a file holds."""
     calibrated = results.calibrated_robot(document, source)
-    model = extend(calibrated.robot, calibrated.parameters, calibrated.deflection.extensions)
+    model = extend(
+        calibrated.robot,
+        calibrated.parameters,
+        calibrated.deflection.extensions,
+        calibrated.rotation_numbers,
+    )
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
     scene = observe_all(

@@ -114,7 +114,9 @@ def scale_of(fit: Fit) -> results.Scale:
     if fit.posterior is not None:
         return bayes.scale(fit.posterior)
     calibrated = fit.calibrated
-    by_scale = extend(calibrated.robot, calibrated.parameters).by_scale()
+    numbers = calibrated.rotation_numbers
+    model = extend(calibrated.robot, calibrated.parameters, rotation_numbers=numbers)
+    by_scale = model.by_scale()
     value = float(by_scale @ (calibrated.values - calibrated.model.nominal))
     if fit.covariance is None:
         return results.Scale(value=value)

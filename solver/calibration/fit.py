@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -110,8 +110,8 @@ def _fit_by_paper(
     begin = time.perf_counter()
     solution = solve(problem, optimizer, options.max_iterations)
     seconds = time.perf_counter() - begin
-    calibrated = CalibratedRobot(robot, problem.parameters, solution.x)
-    iterates = tuple(CalibratedRobot(robot, problem.parameters, x) for x in solution.iterates)
+    calibrated = CalibratedRobot(robot, problem.parameters, solution.x, rotation_numbers="rpy")
+    iterates = tuple(replace(calibrated, values=x) for x in solution.iterates)
     return Fit(calibrated, optimizer, seconds, iterates, covariance(problem, solution.x))
 
 
@@ -139,6 +139,7 @@ def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
     if not more and full.deflection.joint_offsets is None and all(m.has_distance for m in train):
         # else the paper's cost does not know all that is known
         with suppress(NotConverged):
-            problem = build_problem(arm.robot, train, parameters=full.model.parameters)
+            free = full.model.parameters
+            problem = build_problem(arm.robot, train, parameters=free, rotation_numbers="vector")
             alone = solve(problem).x
     return project_to_geometry(full, arm.load, alone)

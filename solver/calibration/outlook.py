@@ -28,7 +28,8 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     if not train:
         return None
     if fit.posterior is None:
-        model = extend(robot, calibrated.parameters)
+        numbers = calibrated.rotation_numbers
+        model = extend(robot, calibrated.parameters, rotation_numbers=numbers)
         x = calibrated.values - calibrated.model.nominal
     else:
         model, x = fit.posterior.model, fit.posterior.x

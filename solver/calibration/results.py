@@ -51,6 +51,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         summary=errors.summary,
         distorted=tuple(m.name for m, metrics in full if is_distorted(metrics, m)),
         parameters=estimates.parameter_values(calibrated, posterior),
+        rotation_numbers=calibrated.rotation_numbers,
         choices=selected and selected.notes[fit.index],
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},

@@ -14,7 +14,6 @@ from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation
 from .frames import place_frames as place_frames
-from .frames import turn as turn
 from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import WORLD as WORLD
 from .known import Known as Known
@@ -37,7 +36,6 @@ from .measurements import Measurement as Measurement
 from .measurements import check_orientations as check_orientations
 from .measurements import hand_eye as hand_eye
 from .measurements import rotation_matrices as rotation_matrices
-from .measurements import rotation_vectors as rotation_vectors
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms

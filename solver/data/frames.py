@@ -4,14 +4,13 @@ The first robot's base is the *world*; where trackers, tables and other bases st
 from what they share: a socket, or a ball that was measured.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import MukcaError
-from ..robot import Origin, matrix_rpy
+from ..robot import Origin, matrix_rpy, rpy_of, turn
 
 MAX_ERROR = 0.25
 """A point cannot be this far from its place by the nominal model [m]: no arm deviates so, nor does
@@ -46,12 +45,7 @@ class Pose:
     @property
     def origin(self) -> Origin:
         """The pose as a joint's origin, with R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        R = self.rotation
-        flat = math.hypot(R[0, 0], R[1, 0])
-        roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
-        if flat < 1e-9:  # roll and yaw turn about one axis: all of it is called yaw
-            roll, yaw = 0.0, math.atan2(-R[0, 1], R[1, 1])
-        return Origin.of([*self.translation, roll, math.atan2(0.0 - R[2, 0], flat), yaw])
+        return Origin.of([*self.translation, *rpy_of(self.rotation)])
 
     @property
     def matrix(self) -> np.ndarray:
@@ -95,14 +89,6 @@ def as_point(vector: np.ndarray) -> tuple[float, float, float]:
 
 
 IDENTITY = Pose(np.eye(3), np.zeros(3))
-
-
-def turn(vector: np.ndarray) -> np.ndarray:
-    """Return the rotation about a vector by its length [rad], shape (3, 3) (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
 def kabsch_rotation(

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ...recorder import Placement
-from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
+from ..robot import STANDARD_GRAVITY, Robot, gravity_moments, rotation_vectors
 from .frames import REWEIGHTINGS, FrameError, Pose, robust_weights
 
 ALONG_ONE_AXIS = 1e-3
@@ -33,14 +33,6 @@ def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-
-
-def rotation_vectors(R: np.ndarray) -> np.ndarray:
-    """Return the axes of rotations, shape (N, 3, 3), times their angles, shape (N, 3) [rad]."""
-    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], 1)
-    sine = np.linalg.norm(axis, axis=1) / 2
-    angle = np.arctan2(sine, (np.trace(R, axis1=1, axis2=2) - 1) / 2)
-    return axis / 2 * np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)[:, None]
 
 
 @dataclass(frozen=True)

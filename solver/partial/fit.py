@@ -18,7 +18,8 @@ from itertools import product
 import numpy as np
 
 from ..bayes.model import Gaussian
-from ..data import CALIPER_DEVIATION, turn
+from ..data import CALIPER_DEVIATION
+from ..robot import turn
 from .task import NoiseBelief, Task, flanges, linearise
 
 ROUNDS, SETTLED = 40, 0.01

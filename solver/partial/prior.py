@@ -11,7 +11,7 @@ from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
 from ..data import STANDARD_LOAD, Load
 from ..design import ParameterCovariance, Workspace
-from ..robot import Robot, all_parameters, choose_parameters
+from ..robot import Robot, RotationNumbers, all_parameters, choose_parameters
 
 LENGTH, ANGLE = 2e-4, 7e-4
 """Tolerances of the lengths [m] and angles [rad] of an arm as made, standard deviations."""
@@ -77,7 +77,8 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     document = arm.document
     found = posterior_of(document, arm.source)
     fitted = found.model
-    model = _model(fitted.robot, [p.name for p in fitted.parameters], fitted.extensions)
+    names = [p.name for p in fitted.parameters]
+    model = _model(fitted.robot, names, fitted.extensions, fitted.ball.rotation_numbers)
     labels = [SOCKET.format(*label) for label in found.data.labels]
     places = {label: model.size + 3 * i for i, label in enumerate(labels)}
     n, size = model.size + 3 * len(places), fitted.size + 3 * len(places)
@@ -93,10 +94,15 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     return ArmPrior(model, mean, covariance, places, arm.calibrated.load, found.noise)
 
 
-def _model(robot: Robot, names: list[str], extensions: tuple[str, ...]) -> ExtendedModel:
+def _model(
+    robot: Robot,
+    names: list[str],
+    extensions: tuple[str, ...],
+    rotation_numbers: RotationNumbers = "vector",
+) -> ExtendedModel:
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
     free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
-    return extend(robot, free, (JOINT_OFFSET.name, *extensions))
+    return extend(robot, free, (JOINT_OFFSET.name, *extensions), rotation_numbers)
 
 
 def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCovariance:

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bayes.model import NU
-from ..data import HandEye, rotation_vectors
-from ..robot import matrix_rpy
+from ..data import HandEye
+from ..robot import matrix_rpy, rotation_vectors
 from .prior import ArmPrior
 
 FAR, ANY_TURN = 1.0, 3.0

@@ -96,7 +96,7 @@ def updated(
         text = scan(add_link(text, tool.parent, tool.origin, tool.name), text.source)
     robot = replace(old.robot, text=text)
     beyond = exported if deflection.extensions else None
-    calibrated = CalibratedRobot(robot, old.parameters, values, deflection, old.load, beyond)
+    calibrated = replace(old, robot=robot, values=values, deflection=deflection, exported=beyond)
     rows = zip(document.parameters, values.tolist(), calibrated.geometry.tolist(), strict=True)
     names = zip(deflection.extensions, deflection.coefficients, strict=True)
     replaced = msgspec.structs.replace(

@@ -21,6 +21,7 @@ from ..robot import (
     PoseModel,
     PoseSolver,
     Robot,
+    RotationNumbers,
     RowFunction,
     Solutions,
     moments_function,
@@ -65,11 +66,13 @@ class CalibratedRobot:
     exported: np.ndarray | None = None
     """The best parameters for a program that does not correct joint positions, such as one that
     reads a URDF alone, shape (n,) [m, rad]. None: nothing is to be corrected, so :attr:`values`."""
+    rotation_numbers: RotationNumbers = "vector"
+    """What the parameters of a joint's rotation are."""
 
     @cached_property
     def model(self) -> BallModel:
         """The ball's position as a function of :attr:`parameters` and joint positions."""
-        return BallModel(self.robot, [p.index for p in self.parameters])
+        return BallModel(self.robot, [p.index for p in self.parameters], self.rotation_numbers)
 
     @cached_property
     def pose_model(self) -> PoseModel:

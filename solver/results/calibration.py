@@ -1,5 +1,6 @@
 """Content of ``calibration.json``, all that is needed to use it: metres, radians, kilograms."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from ...errors import MukcaError
 from ..bayes.model import Deflection
 from ..bayes.model.effects import EFFECTS
 from ..data import Load
-from ..robot import all_parameters, parse_robot, scan
+from ..robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError, read
@@ -137,6 +138,9 @@ class FitResult(Document, kw_only=True, frozen=True):
     optimizer: str
     iterations: int
     parameters: tuple[estimates.ParameterValue, ...]
+    rotation_numbers: RotationNumbers = "rpy"
+    """What the angles among the parameters are: components of a rotation vector that turns the
+    joint's nominal frame about its own axes, or as in older files the origin's roll, pitch, yaw."""
     coefficients: tuple[estimates.Coefficient, ...] | None = None
     curves: estimates.ErrorCurves | None = None
     """None where the data support none, and in older files."""
@@ -242,6 +246,9 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         text = scan(model.nominal_urdf.encode(), "nominal_urdf")
         text.source = model.source
         robot = parse_robot(text, base=model.base, tip=model.tip)
+        if document.rotation_numbers == "rpy":  # older files have the tilts of the frames' axes
+            joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
+            robot = replace(robot, joints=joints)
     except MukcaError as error:
         raise misfit(source, "model", str(error)) from None
     values = {value.name: value for value in document.parameters}
@@ -269,6 +276,7 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         deflection,
         document.load,
         exported if document.deflection else None,
+        document.rotation_numbers,
     )
 
 

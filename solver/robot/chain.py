@@ -2,12 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .rotations import matrix_rpy
 from .urdf_text import ModelError, Origin, UrdfText, numbers
 
+Vector = tuple[float, float, float]
+PARALLEL = 0.1
+"""Sine of the angle of two axes, below which they count as parallel."""
+APART = 1e-3
+"""Distance of two parallel axes, below which they count as one line [m]."""
 _CALIBRATED = ("revolute", "continuous", "prismatic")
 
 
@@ -26,6 +32,9 @@ class Joint:
     lower: float = -math.inf
     """Lower limit [rad], [m] for a prismatic joint; minus infinity where there is none."""
     upper: float = math.inf
+    tilt_axes: "tuple[Vector, Vector] | None" = None
+    """Axes b and c about which it tilts, in its own frame; None for those :func:`across` its axis
+    that are nearest to its frame's."""
 
     @property
     def actuated(self) -> bool:
@@ -91,7 +100,57 @@ def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
             raise ModelError(f"{text.source}: {tip!r} is not below {base!r}; choose another --base")
         name, link = text.parents[link]
         names.append(name)
-    return tuple(_joint(text, name) for name in reversed(names))
+    return with_tilt_axes([_joint(text, name) for name in reversed(names)])
+
+
+def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
+    """Return the joints of a chain with the axes about which they tilt.
+
+    They do not depend on how frames are drawn: b is the common normal of the joint's axis and the
+    next one, as the x axis of a modified Denavit-Hartenberg frame, and c is at right angles to
+    both. Where there is no normal, the joint beyond counts, or at last the one before, all at zero.
+    """
+    R, p = np.eye(3), np.zeros(3)
+    frames: list[np.ndarray] = []
+    lines: list[tuple[np.ndarray, np.ndarray]] = []
+    for joint in joints:
+        p, R = p + R @ np.array(joint.origin.xyz), R @ matrix_rpy(joint.origin.rpy)
+        if joint.actuated:
+            frames.append(R)
+            lines.append((R @ np.array(joint.axis), p))
+    tilting = list(joints)
+    for i, j in enumerate(k for k, joint in enumerate(joints) if joint.actuated):
+        others = [*lines[i + 1 :], *reversed(lines[:i])]
+        normals = [common_normal(lines[i], line) for line in others]
+        normal = next((one for one in normals if one is not None), None)
+        if normal is not None:
+            b = frames[i].T @ normal
+            c = np.cross(joints[j].axis, b)
+            tilting[j] = replace(joints[j], tilt_axes=(_axis(b), _axis(c)))
+    return tuple(tilting)
+
+
+def common_normal(
+    line: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray | None:
+    """Return the direction across two lines, each a unit vector and a point; None for one line."""
+    (a, p), (a_other, p_other) = line, other
+    normal = np.cross(a, a_other)
+    if np.linalg.norm(normal) < PARALLEL:
+        normal = p_other - p
+        normal = normal - (normal @ a) * a
+        if np.linalg.norm(normal) < APART:
+            return None
+    normal = normal - (normal @ a) * a
+    return normal / np.linalg.norm(normal)
+
+
+def _axis(direction: np.ndarray) -> Vector:
+    """Return a unit vector whose largest number is positive, without the dust of rounding."""
+    clean = np.where(np.abs(direction) < 1e-12, 0.0, direction)
+    clean = clean * np.sign(clean[np.argmax(np.abs(clean))])
+    x, y, z = (clean / np.linalg.norm(clean)).tolist()
+    return x, y, z
 
 
 def _joint(text: UrdfText, name: str) -> Joint:
@@ -143,31 +202,12 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
     return tuple(bodies)
 
 
-def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the axes about which roll, pitch and yaw turn, in columns, shape (3, 3)."""
-    _, pitch, yaw = rpy
-    roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
-    return np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
-
-
-def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return Rz(yaw) Ry(pitch) Rx(roll) of numbers, shape (3, 3)."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def across(axis: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the two axes about which a joint tilts, at right angles to it and each other."""
+def across(axis: Sequence[float]) -> tuple[Vector, Vector]:
+    """Return two axes at right angles to a joint's and each other, near those of its frame."""
     # For one of its frame's axes they are the two others, in the order x, y, z.
     first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
     b = first - np.dot(first, axis) * np.array(axis)
     b /= np.linalg.norm(b)
     c = np.cross(axis, b)
     c *= np.copysign(1.0, c @ second)
-    return tuple(b.tolist()), tuple(c.tolist())
+    return _axis(b), _axis(c)

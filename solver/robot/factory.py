@@ -75,5 +75,5 @@ def _chain(
     steps = np.stack([a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta], axis=1)
     origins = [Origin(), *map(Origin.of, steps)]
     end = replace(moving[-1], name="flange_of_table", type="fixed")
-    about_z = [replace(joint, axis=(0.0, 0.0, 1.0)) for joint in moving]
+    about_z = [replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None) for joint in moving]
     return tuple(replace(j, origin=o) for j, o in zip((*about_z, end), origins, strict=True))

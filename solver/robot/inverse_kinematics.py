@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
-from .kinematics import frames_and_motions, nominal_origins
+from .kinematics import frames_and_motions, written_frames
 from .row_function import RowFunction
 from .urdf import Joint, Robot
 
@@ -139,7 +139,7 @@ class InverseKinematics:
 def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    frames, _, motions = frames_and_motions(joints, nominal_origins(joints), q)
+    frames, _, motions = frames_and_motions(joints, written_frames(joints), q)
     R, ball = (ca.SX(part) for part in frames[-1])
     neck = R[:, 2]
     columns = [ca.vertcat(one.shift(ball), ca.cross(one.turn, neck)) for one in motions]

@@ -1,19 +1,18 @@
 """The position of the ball as a function of the parameters and the joint positions.
 
 There is one forward kinematics, :func:`frames_and_motions`, a CasADi expression, so that its
-derivatives are exact. A joint with the origin (p, rpy) in the link before it, the axis a and the
+derivatives are exact. A joint with the frame (p, R) in the link before it, the axis a and the
 position q has
 
-    T(i-1, i) = [ R(rpy) R(a, q) | p ]            revolute, continuous (Rodrigues' formula)
-    T(i-1, i) = [ R(rpy)         | p + R(rpy) a q ]   prismatic
+    T(i-1, i) = [ R R(a, q) | p ]            revolute, continuous (Rodrigues' formula)
+    T(i-1, i) = [ R         | p + R a q ]    prismatic
 
-with R(rpy) = Rz(yaw) Ry(pitch) Rx(roll), as in URDF. One that bends under load also tilts about the
-two axes :func:`across` its own, b and c, and the link after it turns by R(b, u) R(c, v) more. A
-configuration is a row of m positions, or of 3 m: with all tilts u, then all tilts v.
+One that bends under load also tilts about two axes across its own, b and c
+(:attr:`.Joint.tilt_axes`), and the link after it turns by R(b, u) R(c, v) more. A configuration is
+a row of m positions, or of 3 m: with all tilts u, then all tilts v.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -21,9 +20,23 @@ import casadi as ca
 import numpy as np
 
 from .chain import Joint, across
+from .rotations import matrix_rpy, rpy_axes
 from .row_function import RowFunction
-from .urdf import Robot
 from .urdf_text import Origin
+
+NUMBERS = 21
+"""Numbers of a :class:`JointFrame`."""
+
+
+class JointFrame(NamedTuple):
+    """Frame of a joint in the link before it, as expressions, while the joint is at zero."""
+
+    p: Any
+    """Its origin, shape (3,) [m]."""
+    R: Any
+    """Its rotation, shape (3, 3)."""
+    axes: Any
+    """In columns, the axes about which the three numbers of its rotation turn it, shape (3, 3)."""
 
 
 def rotation(axis: Sequence[float], angle: Any) -> Any:
@@ -47,9 +60,33 @@ def rotation_rpy(rpy: Any) -> Any:
     return rotation((0, 0, 1), rpy[2]) @ rotation((0, 1, 0), rpy[1]) @ rotation((1, 0, 0), rpy[0])
 
 
-def nominal_origins(joints: Sequence[Joint]) -> Any:
-    """Return the origins of joints as written, one after the other, shape (6 joints,)."""
-    return ca.DM([number for joint in joints for number in (*joint.origin.xyz, *joint.origin.rpy)])
+def frames_of_origins(origins: np.ndarray) -> np.ndarray:
+    """Return frames [p | R | axes] of joints, shape (joints, 3, 7), by their :attr:`Robot.origins`.
+
+    The axes are those of roll, pitch and yaw.
+    """
+    parts = [(o[:3, None], matrix_rpy(o[3:]), rpy_axes(o[3:])) for o in origins]
+    return np.array([np.hstack(part) for part in parts])
+
+
+def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:
+    """Return the frames of joints as written."""
+    origins = np.array([[*joint.origin.xyz, *joint.origin.rpy] for joint in joints])
+    return joint_frames(ca.DM(columns_of(frames_of_origins(origins))))
+
+
+def joint_frames(numbers: Any) -> list[JointFrame]:
+    """Return frames by their numbers: for each joint the columns of [p | R | axes]."""
+    frames = (
+        ca.reshape(numbers[begin : begin + NUMBERS], 3, 7)
+        for begin in range(0, numbers.numel(), NUMBERS)
+    )
+    return [JointFrame(frame[:, 0], frame[:, 1:4], frame[:, 4:]) for frame in frames]
+
+
+def columns_of(frames: np.ndarray) -> np.ndarray:
+    """Return the numbers of :func:`joint_frames`."""
+    return frames.swapaxes(1, 2).ravel()
 
 
 def link_poses(
@@ -65,9 +102,18 @@ def link_poses(
     Returns:
         [R | p], shape (N, joints + 1, 3, 4).
     """
-    given = nominal_origins(joints).full().ravel() if origins is None else origins.ravel()
-    function = _row_function("poses", tuple(map(_kind, joints)), (), q.shape[1])
-    return function(q, given, np.zeros(0))[0].reshape(len(q), len(joints) + 1, 3, 4)
+    written = [[*joint.origin.xyz, *joint.origin.rpy] for joint in joints]
+    frames = frames_of_origins(np.array(written) if origins is None else origins)
+    function = _link_poses(tuple(map(kind_of_joint, joints)), q.shape[1])
+    return function(q, columns_of(frames))[0].reshape(len(q), len(joints) + 1, 3, 4)
+
+
+@lru_cache(maxsize=64)
+def _link_poses(joints: tuple[Joint, ...], columns: int) -> RowFunction:
+    numbers, q = ca.SX.sym("frames", NUMBERS * len(joints)), ca.SX.sym("q", columns)
+    links, _, _ = frames_and_motions(joints, joint_frames(numbers), q)
+    poses = [ca.SX.eye(4)[:3, :], *(ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in links)]
+    return RowFunction("poses", [numbers, q], [ca.vertcat(*poses)])
 
 
 class Motion(NamedTuple):
@@ -93,207 +139,56 @@ class Motion(NamedTuple):
 
 
 def frames_and_motions(
-    joints: Sequence[Joint], origins: Any, q: Any
+    joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any
 ) -> tuple[list[tuple[Any, Any]], list[Motion], list[Motion]]:
     """Return rotation and position of each joint's child link in the base frame, and the motions.
 
-    Origins are x y z [m] roll pitch yaw [rad] of each joint of the chain, one after the other; q
-    are positions of those that move [rad], [m] for a prismatic joint, and their tilts may follow.
-    Motions are by each number of the origins, and of q.
+    Frames are those of the chain's joints; q are positions of those that move [rad], [m] for a
+    prismatic joint, and their tilts may follow. Motions are by x y z and the three numbers of the
+    rotation of each frame, and by q.
     """
     turn, p = ca.DM.eye(3), ca.DM.zeros(3)
-    frames: list[tuple[Any, Any]] = []
-    of_origins: list[Motion] = []
+    links: list[tuple[Any, Any]] = []
+    of_frames: list[Motion] = []
     of_q = dict[int, Motion]()
-    for i, (origin, motions) in enumerate(_motions(joints, origins, q)):
-        p = p + turn @ origin[:3]
-        turned, turns = turn, list[Motion]()
-        for k in (2, 1, 0):  # yaw, pitch, roll
-            turns.append(Motion(i, False, turned[:, k], p))
-            turned = turned @ rotation(np.eye(3)[k].tolist(), origin[3 + k])
-        of_origins += [*(Motion(i, True, turn[:, k], p) for k in range(3)), *turns[::-1]]
-        # known angles are one rotation
-        turn = turn @ rotation_rpy(origin[3:]) if isinstance(origin, ca.DM) else turned
+    for i, (frame, motions) in enumerate(zip(frames, _motions(joints, q), strict=True)):
+        p, axes = p + turn @ frame.p, turn @ frame.axes
+        of_frames += [Motion(i, True, turn[:, k], p) for k in range(3)]
+        of_frames += [Motion(i, False, axes[:, k], p) for k in range(3)]
+        turn = turn @ frame.R
         for column, axis, slides in motions:
             of_q[column] = Motion(i, slides, turn @ ca.DM(axis), p)
             if slides:
                 p = p + of_q[column].axis * q[column]
             else:
                 turn = turn @ rotation(axis, q[column])
-        frames.append((turn, p))
-    return frames, of_origins, [of_q[column] for column in range(len(of_q))]
+        links.append((turn, p))
+    return links, of_frames, [of_q[column] for column in range(len(of_q))]
 
 
-def ball_position(joints: Sequence[Joint], origins: Any, q: Any) -> Any:
+def ball_position(joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any) -> Any:
     """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`frames_and_motions`."""
     # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
-    for origin, motions in reversed(_motions(joints, origins, q)):
+    for frame, motions in reversed([*zip(frames, _motions(joints, q), strict=True)]):
         for column, axis, slides in reversed(motions):
             p = p + q[column] * ca.DM(axis) if slides else rotation(axis, q[column]) @ p
-        for k, of_frame in enumerate(np.eye(3).tolist()):
-            p = rotation(of_frame, origin[3 + k]) @ p
-        p = p + origin[:3]
+        p = frame.R @ p + frame.p
     return p
 
 
-def _motions(joints: Sequence[Joint], origins: Any, q: Any) -> list[tuple[Any, list[Any]]]:
-    """Return each joint's origin, and its motions: index in q, axis, and True for a slide."""
+def _motions(joints: Sequence[Joint], q: Any) -> list[list[Any]]:
+    """Return each joint's motions: index in q, axis, and True for a slide."""
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
-    parts = [(origins[6 * i : 6 * i + 6], list[Any]()) for i in range(len(joints))]
+    motions = [list[Any]() for _ in joints]
     for column in range(q.shape[0]):
         tilt, place = divmod(column, len(moving))
-        joint, own = joints[moving[place]], parts[moving[place]][1]
-        axis = across(joint.axis)[tilt - 1] if tilt else joint.axis
-        own.append((column, axis, not tilt and joint.type == "prismatic"))
-    return parts
+        joint = joints[moving[place]]
+        axis = (joint.tilt_axes or across(joint.axis))[tilt - 1] if tilt else joint.axis
+        motions[moving[place]].append((column, axis, not tilt and joint.type == "prismatic"))
+    return motions
 
 
-@dataclass(frozen=True)
-class Linearisation:
-    """Ball positions of N samples, and their derivatives."""
-
-    points: np.ndarray
-    """Ball centres, shape (N, 3) [m]."""
-    by_parameters: np.ndarray
-    """Derivatives by the n free parameters, shape (N, 3, n)."""
-    by_joints: np.ndarray
-    """Derivatives by the m joint positions, shape (N, 3, m), or with tilts (N, 3, 3 m)."""
-
-
-class BallModel:
-    """The ball's centre as a function of some free origin numbers and the joint positions.
-
-    Args:
-        robot: The robot.
-        free: Variable origin numbers, as indices into ``robot.origins.ravel()`` (six for each
-            joint); all others stay as the URDF has them.
-    """
-
-    def __init__(self, robot: Robot, free: Sequence[int]) -> None:
-        self.robot = robot
-        self.free = np.array(free, dtype=int)
-        self._given = robot.origins.ravel()
-        self.nominal: np.ndarray = self._given[self.free]
-        self._chain = (tuple(map(_kind, robot.joints)), tuple(self.free.tolist()))
-
-    @property
-    def function(self) -> Any:
-        """The ball's position as a CasADi function of the free numbers and one configuration."""
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
-        origins = ca.SX(self._given)
-        origins[self.free.tolist()] = x
-        p = ca.densify(ball_position(self.robot.joints, origins, q))
-        return ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
-
-    def origins(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the origins of all joints for values of the free numbers, shape (joints, 6)."""
-        origins = self._given.copy()
-        origins[self.free] = parameters
-        return origins.reshape(-1, 6)
-
-    def turns(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the turn of the whole robot about the base's axes, shape (3, n) [rad/rad].
-
-        Only the angles of origins up to the first joint that moves turn it.
-        """
-        first = next(i for i, joint in enumerate(self.robot.joints) if joint.actuated)
-        turned = self.rotations(parameters, np.zeros((1, len(self.robot.actuated))))
-        return np.where(self.free // 6 <= first, turned.by_parameters[0], 0.0)
-
-    def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """Return the ball's centres in the base frame, shape (N, 3) [m].
-
-        The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
-        [rad], or with tilts (N, 3 m).
-        """
-        return self._values("points", parameters, positions)[0]
-
-    def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
-        """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        points, *slopes = self._values("linear", parameters, positions)
-        return Linearisation(points, *self._by_axis(slopes))
-
-    def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
-        """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
-
-        Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
-        """
-        R, *slopes = self._values("rotations", parameters, positions)
-        return Linearisation(R.reshape(-1, 3, 3), *self._by_axis(slopes))
-
-    def log_volume(
-        self, parameters: np.ndarray, positions: np.ndarray
-    ) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
-
-        A small box of joint positions becomes one of ball positions sqrt(det(Jq Jq^T)) times as
-        large; with less than three joints there is none, and all are zero. Derivatives are by the
-        free numbers, shape (n,), and by a turn of each joint in all positions, shape (m,).
-        """
-        if positions.shape[1] < 3:
-            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
-        value, slope, by_joints = self._values("volume", parameters, positions)
-        return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
-
-    def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
-        function = _row_function(kind, *self._chain, positions.shape[1])
-        return function(positions, self._given, parameters)
-
-    def _by_axis(self, slopes: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-        """Yield slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
-        return (slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
-
-
-@lru_cache(maxsize=256)
-def _row_function(
-    kind: str, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
-) -> RowFunction:
-    """Return a function of given origins, x and rows q, which arms of like joints share.
-
-    To build one takes longer than most of its calls.
-    """
-    given, x, q = (
-        ca.SX.sym(*s) for s in (("given", 6 * len(joints)), ("x", len(free)), ("q", columns))
-    )
-    origins, n = ca.SX(given), len(free)
-    origins[list(free)] = x
-    if kind == "points":
-        return RowFunction(kind, [given, x, q], [ca.densify(ball_position(joints, origins, q))])
-    frames, of_origins, of_q = frames_and_motions(joints, origins, q)
-    if kind == "poses":
-        poses = [ca.SX.eye(4)[:3, :], *(ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in frames)]
-        return RowFunction(kind, [given, x, q], [ca.vertcat(*poses)])
-    motions, (value, p) = [*(of_origins[i] for i in free), *of_q], frames[-1]
-    if kind == "rotations":
-        slopes = ca.horzcat(*(one.turn for one in motions))
-    else:
-        value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
-    if kind == "volume":
-        value, slopes = _log_volume([of_origins[i] for i in free], of_q, p)
-    return RowFunction(kind, [given, x, q], [value, slopes[:, :n], slopes[:, n:]])
-
-
-def _log_volume(of_origins: list[Motion], of_q: list[Motion], p: Any) -> tuple[Any, Any]:
-    """Return ln sqrt(det(J J^T)) of the ball at p, with J by q, and its slopes by all motions.
-
-    They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
-    the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
-    """
-    chain = sorted(of_q, key=lambda one: one.joint)
-    J, turns = (ca.horzcat(*of) for of in zip(*((k.shift(p), k.turn) for k in chain), strict=True))
-    g = ca.inv(J @ J.T) @ J
-    turned, shifted = ca.cross(J, g), ca.cross(g, turns)
-    slopes: list[Any] = []
-    for motion in (*of_origins, *of_q):
-        n = sum(one.joint < motion.joint for one in chain)  # how many of them are before it
-        n = next((i for i, one in enumerate(chain, 1) if one is motion), n)
-        slopes.append(
-            motion.turn.T @ ca.sum2(turned[:, n:]) + motion.shift(p).T @ ca.sum2(shifted[:, :n])
-        )
-    return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)
-
-
-def _kind(joint: Joint) -> Joint:
+def kind_of_joint(joint: Joint) -> Joint:
     """Return a joint of the same type and axis, and of nothing else."""
-    return Joint("", joint.type, "", "", Origin(), joint.axis)
+    return Joint("", joint.type, "", "", Origin(), joint.axis, tilt_axes=joint.tilt_axes)

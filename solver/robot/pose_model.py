@@ -13,7 +13,12 @@ import casadi as ca
 import numpy as np
 
 from .chain import Body, Joint, find_chain, require_link
-from .kinematics import Motion, frames_and_motions, link_poses, nominal_origins
+from .kinematics import (
+    Motion,
+    frames_and_motions,
+    link_poses,
+    written_frames,
+)
 from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import ModelError
@@ -57,8 +62,8 @@ class PoseModel:
         """
         q = ca.SX.sym("q", len(robot.actuated))
         true = q if correct is None else correct(q)
-        places = ca.DM((robot.origins if origins is None else origins).ravel())
-        frames, _, motions = frames_and_motions(robot.joints, places, true)
+        joints = robot.joints if origins is None else robot.with_origins(origins).joints
+        frames, _, motions = frames_and_motions(joints, written_frames(joints), true)
         return cls(q, true, frames, motions)
 
     @property
@@ -145,7 +150,7 @@ def gravity_moments(
 
     Returns:
         Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
-        then about the first axis :func:`across` each, then about the second.
+        then about the first of each one's :attr:`.Joint.tilt_axes`, then about the second.
     """
     function = _moments(robot.joints, robot.bodies, payload)
     return function(positions, np.array(gravity))[0]
@@ -165,7 +170,7 @@ def moments_function(
 def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
     q, tilts, gravity = (ca.SX.sym(*of) for of in (("q", m), ("tilts", 2 * m), ("gravity", 3)))
-    frames, _, _ = frames_and_motions(joints, nominal_origins(joints), ca.vertcat(q, tilts))
+    frames, _, _ = frames_and_motions(joints, written_frames(joints), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]

@@ -24,7 +24,7 @@ def test_the_calibrated_demo_arm_is_the_true_one(demo):
     """Distances between far ball positions agree with the truth; the base frame itself cannot."""
     calibration = mukca.load_calibration(demo / "calibrated/calibration.json").calibrated
     _, arm = demo_arm()
-    truth = arm.origins.ravel()[[p.index for p in calibration.parameters]]
+    truth = calibration.model.parameters_at(arm.origins)
     ready = np.array([0, 0.6, 0, -1.9, 0, 2.4, 0])
     q = ready + np.random.default_rng(0).uniform(-0.4, 0.4, (50, 7))
     true = calibration.model.points(truth, q)

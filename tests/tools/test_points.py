@@ -11,7 +11,8 @@ from cases import by_table
 from worlds import measured_points
 
 import mukca
-from mukca.solver.data import Pose, turn
+from mukca.solver.data import Pose
+from mukca.solver.robot import turn
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow

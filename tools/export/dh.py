@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...solver.calibration import pose_of_numbers
-from ...solver.data import turn
-from ...solver.robot import Joint
+from ...solver.robot import Joint, turn
 from .request import Exported, Request, losses_without
 
 NEARLY_PARALLEL = math.radians(5.0)

@@ -16,8 +16,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...solver.calibration import joints_named, pose_of_numbers
-from ...solver.data import kabsch_rotation, turn
-from ...solver.robot import end_of_tag, with_attributes, with_edits
+from ...solver.data import kabsch_rotation
+from ...solver.robot import end_of_tag, turn, with_attributes, with_edits
 from .request import Exported, ExportError, Request, after_last_exported, losses_without
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")

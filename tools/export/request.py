@@ -11,10 +11,10 @@ import numpy as np
 
 from ..._version import __version__
 from ...errors import MukcaError
-from ...solver.bayes.results import angles_near
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
 from ...solver.results import encode
+from ...solver.robot import angles_near
 
 if TYPE_CHECKING:
     from ...solver.calibration import Calibration

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...recorder import Placement, RecordingError, Sample, read_table
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quaternion_of
-from ...solver.data import turn
-from ...solver.robot import workspace
+from ...solver.robot import turn, workspace
 
 JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""

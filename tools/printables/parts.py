@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...solver.data import turn
+from ...solver.robot import turn
 from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh

@@ -13,5 +13,6 @@ from .recordings import lead as lead
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record
 from .recordings import simulate_recordings as simulate_recordings
+from .recordings import truth_of as truth_of
 from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb

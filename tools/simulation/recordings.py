@@ -7,7 +7,7 @@ printed socket allows. What is written down are the joint positions that put the
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
@@ -66,7 +66,7 @@ class SimulationOptions(TypedDict, total=False):
     translation: float
     """Standard deviation of the true joint origins from the model's (2e-3) [m]."""
     rotation: float
-    """The same of their roll, pitch and yaw (5e-3) [rad]."""
+    """The same of the turn of each joint's frame about each of its axes (5e-3) [rad]."""
     noise: float
     """Standard deviation of the ball's place in its socket, per axis (5e-5) [m]."""
     compliance: float
@@ -131,14 +131,18 @@ def simulate_recordings(
     arms, places, hands = (np.random.default_rng([chosen["seed"], k]) for k in range(3))
     arm = perturb(robot, arms, chosen["translation"], chosen["rotation"])
     bases = reachable_bases(arm, places, placements, check_distance(chosen["distance"]))
-    parameters = choose_parameters(robot)
-    values = arm.origins.ravel()[[p.index for p in parameters]]
     how = Imperfection(chosen["noise"], _deflection(robot, arms, chosen))
     samples = chosen["samples"]
     return (
-        CalibratedRobot(robot, parameters, values, how.deflection),
+        truth_of(robot, arm, how.deflection),
         [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
     )
+
+
+def truth_of(robot: Robot, arm: Robot, deflection: Deflection) -> CalibratedRobot:
+    """Return a simulated arm as a perfect calibration of its nominal robot would have it."""
+    truth = CalibratedRobot(robot, choose_parameters(robot), deflection=deflection)
+    return replace(truth, values=truth.model.parameters_at(arm.origins))
 
 
 def _deflection(

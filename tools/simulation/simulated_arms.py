@@ -36,21 +36,18 @@ def perturb(
 ) -> Robot:
     """Return an arm like the nominal one, its actuated joints' and ball's origins a little off.
 
-    ``translation`` is the standard deviation of x, y, z [m], ``angle`` of roll, pitch, yaw [rad].
+    ``translation`` is the standard deviation of x, y, z [m], ``angle`` that of the turn of a frame
+    about each of its axes [rad].
     Real arms keep the nominal size: links are machined to better than 0.1 %, while such draws
     differ by up to 2 %. With ``zeros``, as of servos, that is the size beside the joints' zeros.
     """
-    origins = robot.origins
-    for row, joint in zip(origins, robot.joints, strict=True):
-        if joint.actuated or joint is robot.ball_joint:
-            row[:3] += generator.normal(0, translation, 3)
-            row[3:] += generator.normal(0, angle, 3)
-    if keep_size:
-        parameters = choose_parameters(robot)
-        model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
-        by_scale, index = model.by_scale()[: len(parameters)], [p.index for p in parameters]
-        turning = [joint.actuated for joint in robot.joints]
-        for _ in range(4):  # fixed joints keep their lengths, so the others take their part
-            larger = float(by_scale @ (origins.ravel()[index] - model.ball.nominal))
-            origins[turning, :3] *= 1 - larger
-    return robot.with_origins(origins)
+    parameters = choose_parameters(robot)
+    model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
+    widths = [translation if p.unit == "m" else angle for p in parameters]
+    values = model.ball.nominal + generator.normal(0, 1, len(widths)) * widths
+    by_scale = model.by_scale()[: len(parameters)]
+    links = np.array([p.unit == "m" and not p.of_ball for p in parameters])
+    for _ in range(4 if keep_size else 0):  # fixed joints keep their lengths
+        larger = float(by_scale @ (values - model.ball.nominal))
+        values[links] *= 1 - larger
+    return robot.with_origins(model.ball.origins(values))

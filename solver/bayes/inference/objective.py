@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...data import Pose, distance_covariance, rotation_vectors
+from ...data import Pose, distance_covariance
+from ...robot import rotation_vectors
 from ..model import ExtendedModel, Movement, SampleRows
 
 

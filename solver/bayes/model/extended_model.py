@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...robot import BallModel, Parameter, Robot, workspace
+from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
 from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
 from .prior_group import Expected, GivenPrior
 
@@ -222,8 +222,11 @@ class ExtendedModel:
 
 
 def extend(
-    robot: Robot, parameters: Sequence[Parameter], extensions: Sequence[str] = ()
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    extensions: Sequence[str] = (),
+    rotation_numbers: RotationNumbers = "vector",
 ) -> ExtendedModel:
     """Return the model of a robot with free parameters and some of :data:`.EFFECTS`."""
-    ball = BallModel(robot, [p.index for p in parameters])
+    ball = BallModel(robot, [p.index for p in parameters], rotation_numbers)
     return ExtendedModel(robot, tuple(parameters), ball, ()).with_effects(extensions)

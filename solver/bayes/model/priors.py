@@ -77,12 +77,11 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     off = float(np.linalg.norm(tool.translation))
     if off > FARTHEST or float(np.median(found.distances)) > MOST_OFF:
         tool = replace(tool, translation=np.zeros(3))
-    before = ball.origins(ball.nominal)
-    after = before.copy()
+    origins = ball.origins(ball.nominal)
     k = -1  # the ball's joint is the last
-    origin = (Pose.of(Origin.of(before[k])) @ tool).origin
-    after[k] = *origin.xyz, *origin.rpy
-    return (after - before).ravel()[ball.free]
+    origin = (Pose.of(Origin.of(origins[k])) @ tool).origin
+    origins[k] = *origin.xyz, *origin.rpy
+    return ball.parameters_at(origins) - ball.nominal
 
 
 def _with_given(

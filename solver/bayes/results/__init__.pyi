@@ -3,7 +3,6 @@ from .geometric_projection import project_to_geometry as project_to_geometry
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
 from .joint_offsets import DECIDED as DECIDED
-from .joint_offsets import angles_near as angles_near
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets

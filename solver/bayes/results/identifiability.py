@@ -8,7 +8,7 @@ import numpy as np
 
 from ...data import IDENTITY, Pose
 from ...results import Direction
-from ...robot import Origin, Robot, matrix_rpy, rpy_axes
+from ...robot import Robot
 from ..inference import Posterior
 from .uncertainty import UNDECIDED, prior_covariance
 
@@ -85,7 +85,7 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
     free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
-    origins = model.ball.origins(posterior.values)
+    frames = model.ball.frames(posterior.values)
     named: list[tuple[str, np.ndarray]] = []
 
     def add(text: str, changes: dict[int, np.ndarray]) -> None:
@@ -106,24 +106,24 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
         if not joint.actuated or any(j.actuated for j in robot.joints[one + 1 : other]):
             continue
         against = "the ball" if other == ball else robot.joints[other].name
-        between = [Pose.of(Origin.of(origin)) for origin in origins[one + 1 : other]]
+        between = [Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[one + 1 : other]]
         to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
-        own, axis = matrix_rpy(origins[one, 3:]), np.array(joint.axis)
+        own, axis = frames[one, :, 1:4], np.array(joint.axis)
         away = -to_other.rotation @ axis
         slide, back = np.zeros(6), np.zeros(6)
         slide[:3], back[:3] = own @ axis, away
         add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
         if joint.type == "prismatic":
             continue
-        turn = np.concatenate([np.zeros(3), _rates(origins[one], own @ axis)])
-        lever = origins[other, :3] - to_other.translation
-        back = np.concatenate([np.cross(away, lever), _rates(origins[other], away)])
+        turn = np.concatenate([np.zeros(3), _rates(frames[one], own @ axis)])
+        lever = frames[other, :, 0] - to_other.translation
+        back = np.concatenate([np.cross(away, lever), _rates(frames[other], away)])
         add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
     return named
 
 
-def _rates(origin: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    """Return how fast roll, pitch and yaw change while a frame spins about a vector."""
-    # The spin is the sum of the rates times the axes: x after pitch and yaw, y after yaw, and z.
-    rates: np.ndarray = np.linalg.lstsq(rpy_axes(origin[3:]), spin, rcond=None)[0]
+def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """Return how fast the numbers of a rotation change while its frame spins about a vector."""
+    # The spin is the sum of the rates times the axes.
+    rates: np.ndarray = np.linalg.lstsq(frame[:, 4:], spin, rcond=None)[0]
     return rates.astype(np.float64)

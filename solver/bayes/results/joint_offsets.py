@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...data import Pose
-from ...robot import BallModel, Parameter, rotation, rotation_rpy
+from ...robot import BallModel, Parameter, angles_near, rotation
 from ..inference import Posterior
 
 DECIDED = math.radians(0.2)
@@ -43,26 +42,21 @@ def offsets_in_origins(
 
     All of the origin of a joint whose zero is not 0 is free; zeros have shape (m,) [rad, m].
     """
-    values, origins = values.copy(), model.origins(values)
+    frames, origins = model.frames(values), model.origins(values)
     place = {parameter.index: i for i, parameter in enumerate(parameters)}
+    changed: list[int] = []
     for joint, offset in zip(model.robot.actuated, offsets.tolist(), strict=True):
         j = model.robot.joints.index(joint)
         if not offset:
             continue
-        R = rotation_rpy(origins[j, 3:].tolist()).full()
+        R = frames[j, :, 1:4]
         if joint.type == "prismatic":
-            values[[place[6 * j + k] for k in range(3)]] += R @ np.array(joint.axis) * offset
+            origins[j, :3] += R @ np.array(joint.axis) * offset
+            changed += [place[6 * j + k] for k in (0, 1, 2)]
             continue
         turned = R @ rotation(joint.axis, offset).full()
-        values[[place[6 * j + k] for k in (3, 4, 5)]] = angles_near(turned, origins[j, 3:])
-    return values
-
-
-def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
-    roll, pitch, yaw = Pose(R, np.zeros(3)).origin.rpy
-    if np.hypot(R[0, 0], R[1, 0]) < 1e-9:  # only roll -+ yaw is known
-        roll, yaw = near[0], yaw - np.copysign(1, R[2, 0]) * near[0]
-    both = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
-    both -= 2 * np.pi * np.round((both - near) / (2 * np.pi))
-    return both[int(np.argmin(np.abs(both - near).sum(axis=1)))]
+        origins[j, 3:] = angles_near(turned, origins[j, 3:])
+        changed += [place[6 * j + k] for k in (3, 4, 5)]
+    with_offsets = values.copy()
+    with_offsets[changed] = model.parameters_at(origins)[changed]
+    return with_offsets

@@ -7,7 +7,8 @@ from math import log
 
 import numpy as np
 
-from ...data import FrameError, MultiRobotObservations, fit_pose, rotation_vectors
+from ...data import FrameError, MultiRobotObservations, fit_pose
+from ...robot import rotation_vectors
 from ..inference import JointPosterior, Objective, linearise, refit
 from ..model import Gaussian, PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT

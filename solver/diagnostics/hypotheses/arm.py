@@ -5,25 +5,48 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...robot import COMPONENTS, BallModel, Joint, link_axes
 from .base import changes
 from .kinds import Block, Parameters
 from .scene import Scene
 
 LENGTHS, ANGLES = (5e-3, 0.03), (0.03, 0.15)
 """Typical errors of a URDF's numbers [m], [rad]."""
+SINGLE = 0.1
+"""Share of the largest error of an origin's numbers, up to which the others count as none."""
 VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
 ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
 """Typical sizes: offsets [rad, m], shares of the reading, and of the last step."""
 
 
-def of_number(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Block]:
-    """Return the block of a model's numbers in a unit, one of which is wrong."""
-    chosen = [i for i, p in enumerate(scene.parameters) if p.unit == unit and not p.of_ball]
-    of = [scene.parameters[i] for i in chosen]
-    names = [{"joint": p.joint, "component": p.component} for p in of]
-    columns = scene.by_geometry[:, chosen].T[:, :, None]
-    yield Block(scene.all_samples, columns, names, widths)
+def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Block]:
+    """Return blocks of joints whose origins are wrong: along one axis of a link, or anyhow.
+
+    The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
+    """
+    joints = [joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint]
+    every = {joint.name: _directions(scene, joint, unit) for joint in joints}
+    directions = {name: along for name, along in every.items() if along.any()}
+    if not directions:
+        return
+    axes = [(name, k) for name, along in directions.items() for k in range(3) if along[:, k].any()]
+    columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
+    named = [{"joint": name, "axis": k} for name, k in axes]
+    yield Block(scene.all_samples, columns, named, widths)
+    columns = np.array([scene.by_geometry @ along for along in directions.values()])
+    yield Block(scene.all_samples, columns, [{"joint": name} for name in directions], widths)
+
+
+def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
+    """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
+    i, free = scene.robot.joints.index(joint), scene.parameters
+    own = [k for k, p in enumerate(free) if p.joint == joint.name and p.unit == unit]
+    components = [free[k].index % 3 for k in own]
+    axes = link_axes(scene.robot)[i if unit == "m" else i + 1]
+    directions = np.zeros((len(free), 3))
+    directions[own] = axes if len(own) == 3 else np.eye(3)[components]
+    return directions
 
 
 def of_version(scene: Scene) -> Iterable[Block]:
@@ -81,6 +104,25 @@ def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Paramete
     return {"offset": -float(values[0])}
 
 
-def error(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return the error of the model's number [m, rad]."""
-    return {"error": -float(values[0])}
+def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -> Parameters:
+    """Return which number of an origin in the URDF is wrong, and by how much [m], [rad].
+
+    Where it is no single one, it is how far the joint is displaced, or turned, in all.
+    """
+    name = parameters["joint"]
+    i = [joint.name for joint in scene.robot.joints].index(name)
+    axis = parameters.get("axis")
+    along = _directions(scene, scene.robot.joints[i], unit)
+    change = (along if axis is None else along[:, [axis]]) @ values
+    ball = BallModel(scene.robot, [p.index for p in scene.parameters])
+    errors = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
+    own = slice(0, 3) if unit == "m" else slice(3, 6)
+    size = float(np.linalg.norm(change))
+    largest = own.start + int(np.argmax(np.abs(errors[own])))
+    others = np.delete(errors[own], largest - own.start)
+    if float(np.linalg.norm(others)) > SINGLE * abs(errors[largest]):
+        whole = "place" if unit == "m" else "rotation"
+        return {"component": whole, "error": size, "sense": "off"}
+    wrong = float(errors[largest])
+    sense = "too large" if wrong > 0 else "too small"
+    return {"component": COMPONENTS[largest], "error": wrong, "sense": sense}

@@ -11,8 +11,14 @@ KINDS = (
     kind_of("scaled", base.of_distance, base.share),
     kind_of("one_socket", base.of_one_socket),
     kind_of("known", base.of_known),
-    kind_of("length", partial(arm.of_number, unit="m", widths=arm.LENGTHS), arm.error),
-    kind_of("angle", partial(arm.of_number, unit="rad", widths=arm.ANGLES), arm.error),
+    kind_of(
+        "length", partial(arm.of_origin, unit="m", widths=arm.LENGTHS), partial(arm.error, unit="m")
+    ),
+    kind_of(
+        "angle",
+        partial(arm.of_origin, unit="rad", widths=arm.ANGLES),
+        partial(arm.error, unit="rad"),
+    ),
     kind_of("version", arm.of_version),
     kind_of("other_arm", arm.of_other_arm),
     kind_of("zero", arm.of_zero, arm.offset),

@@ -6,9 +6,9 @@ from imagined import slopes
 
 from mukca.solver.bayes.model import Deflection, extend
 from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS
-from mukca.solver.bayes.results import angles_near
 from mukca.solver.robot import (
     BallModel,
+    angles_near,
     choose_parameters,
     gravity_moments,
     load_robot,

@@ -5,9 +5,8 @@ import pytest
 
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import angles_near
 from mukca.solver.design import expected_groups
-from mukca.solver.robot import choose_parameters, load_robot, rotation, rotation_rpy
+from mukca.solver.robot import angles_near, choose_parameters, load_robot, rotation, rotation_rpy
 from mukca.tools.simulation import perturb
 
 ROBOTS = ("panda", "ur5", "so101")
@@ -40,14 +39,15 @@ def test_zeros_make_no_link_longer(name):
     """Nor does an origin that is turned about its joint, which moves the balls as a zero does."""
     robot = load_robot(name)
     parameters = choose_parameters(robot)
-    by_scale = extend(robot, parameters, [JOINT_OFFSET.name]).by_scale()
+    model = extend(robot, parameters, [JOINT_OFFSET.name])
+    by_scale = model.by_scale()
     assert np.abs(by_scale[len(parameters) :]).max() < 1e-9
     for i, joint in enumerate(robot.joints):
         if joint.actuated:
             turned = rotation_rpy(joint.origin.rpy) @ rotation(joint.axis, 1e-5)
-            after, before = robot.origins, robot.origins
-            after[i, 3:] = angles_near(np.array(turned.full()), before[i, 3:])
-            changed = (after - before).ravel()[[p.index for p in parameters]]
+            after = robot.origins
+            after[i, 3:] = angles_near(np.array(turned.full()), after[i, 3:])
+            changed = model.ball.parameters_at(after) - model.ball.nominal
             assert abs(by_scale[: len(parameters)] @ changed) < 1e-8
 
 
@@ -57,5 +57,5 @@ def test_a_simulated_arm_has_its_size_as_a_fit_counts_it(zeros):
     parameters = choose_parameters(robot)
     model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
     arm = perturb(robot, np.random.default_rng(0), 2e-3, 5e-3, zeros=zeros)
-    differences = (arm.origins - robot.origins).ravel()[[p.index for p in parameters]]
+    differences = model.ball.parameters_at(arm.origins) - model.ball.nominal
     assert abs(model.by_scale()[: len(parameters)] @ differences) < 1e-9

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from cases import by_table
 
-from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames, turn
+from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames
+from mukca.solver.robot import turn
 
 
 def pose(seed):

@@ -9,15 +9,8 @@ from cases import by_table
 import mukca
 from mukca.recorder import Sample
 from mukca.solver.calibration import quaternion_of
-from mukca.solver.data import (
-    check_orientations,
-    hand_eye,
-    measure,
-    rotation_matrices,
-    rotation_vectors,
-    turn,
-)
-from mukca.solver.robot import BallModel, workspace
+from mukca.solver.data import check_orientations, hand_eye, measure, rotation_matrices
+from mukca.solver.robot import BallModel, rotation_vectors, turn, workspace
 
 HEADER = "a,b,x,y,z,qx,qy,qz,qw"
 ROW = "0.1,-1.5,1,2,3,0,0,0.6,0.8"

@@ -32,7 +32,9 @@ def test_without_noise_the_truth_is_found(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-12)
-    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
+    calibration = CalibratedRobot(
+        nominal, problem.parameters, solve(problem).x, rotation_numbers="rpy"
+    )
     before = evaluate(calibration.nominal_ball(measured[4].positions), measured[4])
     after = evaluate(calibration.ball(measured[4].positions), measured[4])
     assert before.mean_absolute_error > 1e-3
@@ -50,8 +52,11 @@ def test_with_noise_the_held_out_error_is_the_noise(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]
     problem = build_problem(nominal, measured[:4], regularization=1e-6)
-    calibration = CalibratedRobot(nominal, problem.parameters, solve(problem).x)
-    truth = CalibratedRobot(nominal, problem.parameters, arm.origins.ravel()[problem.model.free])
+    calibration = CalibratedRobot(
+        nominal, problem.parameters, solve(problem).x, rotation_numbers="rpy"
+    )
+    values = problem.model.parameters_at(arm.origins)
+    truth = CalibratedRobot(nominal, problem.parameters, values, rotation_numbers="rpy")
     held_out = measured[4]
     by_noise = evaluate(truth.ball(held_out.positions), held_out).mean_absolute_error
     found = evaluate(calibration.ball(held_out.positions), held_out).mean_absolute_error

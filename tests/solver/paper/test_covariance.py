@@ -22,7 +22,7 @@ def recordings(panda, true_panda):
 def size(panda, placement, distance=0.05):
     """Return by how much the arm comes out larger, and the deviation of that."""
     problem = build_problem(panda, [measure(placement, panda, distance)])
-    by_scale = extend(panda, problem.parameters).by_scale()
+    by_scale = extend(panda, problem.parameters, rotation_numbers="rpy").by_scale()
     x = solve(problem).x
     deviation = float(by_scale @ covariance(problem, x) @ by_scale) ** 0.5
     return float(by_scale @ (x - problem.start)), deviation

@@ -11,7 +11,8 @@ import mukca
 from mukca import MukcaError
 from mukca.recorder import Sample
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import Pose, turn
+from mukca.solver.data import Pose
+from mukca.solver.robot import turn
 from mukca.tools.extract import joints_of
 
 pytestmark = pytest.mark.slow

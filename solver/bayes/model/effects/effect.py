@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 Array: TypeAlias = "np.ndarray"
 """The command line reads the names of effects without numpy."""
 OWN, ACROSS_1, ACROSS_2 = 0, 1, 2
-"""Axes of a joint: its own, and b and c of :func:`mukca.solver.robot.chain.across`."""
+"""Axes of a joint: its own, and the two of :attr:`mukca.solver.robot.Joint.tilt_axes`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,235 @@
+"""The ball's position by the numbers of the joints' frames, with its derivatives."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from .chain import Joint
+from .kinematics import (
+    NUMBERS,
+    JointFrame,
+    Motion,
+    ball_position,
+    columns_of,
+    frames_and_motions,
+    frames_of_origins,
+    joint_frames,
+    kind_of_joint,
+    rotation_rpy,
+)
+from .rotations import angles_near, rotation_vectors, turn, turn_rates
+from .row_function import RowFunction
+from .urdf import Robot
+
+RotationNumbers = Literal["vector", "rpy"]
+"""Meaning of the three numbers of a joint's rotation: a rotation vector in the joint's frame, zero
+for the nominal robot, or the roll, pitch and yaw of its origin."""
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Ball positions of N samples, and their derivatives."""
+
+    points: np.ndarray
+    """Ball centres, shape (N, 3) [m]."""
+    by_parameters: np.ndarray
+    """Derivatives by the n free parameters, shape (N, 3, n)."""
+    by_joints: np.ndarray
+    """Derivatives by the m joint positions, shape (N, 3, m), or with tilts (N, 3, 3 m)."""
+
+
+class BallModel:
+    """The ball's centre as a function of some free origin numbers and the joint positions.
+
+    Args:
+        robot: The robot.
+        free: Variable origin numbers, as indices into ``robot.origins.ravel()`` (six for each
+            joint); all others stay as the URDF has them.
+        rotation_numbers: What the last three of each joint's six numbers are.
+    """
+
+    def __init__(
+        self, robot: Robot, free: Sequence[int], rotation_numbers: RotationNumbers = "vector"
+    ) -> None:
+        self.robot = robot
+        self.rotation_numbers: RotationNumbers = rotation_numbers
+        self.free = np.array(free, dtype=int)
+        self._origins = robot.origins
+        self._frames = frames_of_origins(self._origins)
+        self._given = self._origins.copy()
+        if rotation_numbers == "vector":
+            self._given[:, 3:] = 0.0
+        self.nominal: np.ndarray = self._given.ravel()[self.free]
+        self._turned = np.unique(self.free[self.free % 6 >= 3] // 6)
+        self._chain = (tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist()))
+
+    @property
+    def function(self) -> Any:
+        """The ball's position as a CasADi function of the free numbers and one configuration.
+
+        Rotations are roll, pitch and yaw.
+        """
+        assert self.rotation_numbers == "rpy"
+        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
+        numbers = ca.SX(self._given.ravel())
+        numbers[self.free.tolist()] = x
+        each = [numbers[6 * i : 6 * i + 6] for i in range(len(self._given))]
+        frames = [JointFrame(one[:3], rotation_rpy(one[3:]), None) for one in each]
+        p = ca.densify(ball_position(self.robot.joints, frames, q))
+        return ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
+
+    def frames(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the frames [p | R | axes] of all joints in the links before them, (joints, 3, 7).
+
+        Arguments are those of :meth:`points`. By a rotation vector w a joint's R is R exp(w).
+        """
+        numbers = self._numbers(parameters)
+        if self.rotation_numbers == "rpy":
+            return frames_of_origins(numbers)
+        frames = self._frames.copy()
+        frames[:, :, 0] = numbers[:, :3]
+        vectors = numbers[self._turned, 3:]
+        R = frames[self._turned, :, 1:4] @ turn(vectors)
+        frames[self._turned, :, 1:4] = R
+        frames[self._turned, :, 4:] = R @ turn_rates(vectors)
+        return frames
+
+    def _numbers(self, parameters: np.ndarray) -> np.ndarray:
+        numbers = self._given.copy()
+        numbers.ravel()[self.free] = parameters
+        return numbers
+
+    def origins(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the origins of all joints for values of the free numbers, shape (joints, 6).
+
+        Of the angles that make a rotation they are the nearest to those written.
+        """
+        origins = self._numbers(parameters)
+        if self.rotation_numbers == "rpy":
+            return origins
+        vectors, frames = origins[:, 3:].copy(), self.frames(parameters)
+        origins[:, 3:] = self._origins[:, 3:]
+        for i in np.flatnonzero(vectors.any(axis=1)).tolist():
+            origins[i, 3:] = angles_near(frames[i, :, 1:4], self._origins[i, 3:])
+        return origins
+
+    def parameters_at(self, origins: np.ndarray) -> np.ndarray:
+        """Return the free numbers of an arm with such origins, shape (joints, 6), as (n,)."""
+        numbers = origins.astype(float)
+        if self.rotation_numbers == "vector":
+            R = frames_of_origins(origins)[:, :, 1:4]
+            numbers[:, 3:] = rotation_vectors(self._frames[:, :, 1:4].swapaxes(1, 2) @ R)
+        return numbers.ravel()[self.free]
+
+    def slopes_of(self, other: "BallModel", parameters: np.ndarray) -> np.ndarray:
+        """Return the derivatives of its free numbers by another model's, for the same frames.
+
+        The other model has the same chain and free numbers, with values of shape (n,).
+        """
+        before, after = (
+            other.frames(parameters),
+            self.frames(self.parameters_at(other.origins(parameters))),
+        )
+        slopes = np.eye(6 * len(before)).reshape(len(before), 6, len(before), 6)
+        for i in self._turned.tolist():
+            slopes[i, 3:, i, 3:] = np.linalg.solve(after[i, :, 4:], before[i, :, 4:])
+        return slopes.reshape(6 * len(before), -1)[np.ix_(self.free, self.free)]
+
+    def turns(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the turn of the whole robot about the base's axes, shape (3, n) [rad/rad].
+
+        Only the angles of origins up to the first joint that moves turn it.
+        """
+        first = next(i for i, joint in enumerate(self.robot.joints) if joint.actuated)
+        turned = self.rotations(parameters, np.zeros((1, len(self.robot.actuated))))
+        return np.where(self.free // 6 <= first, turned.by_parameters[0], 0.0)
+
+    def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Return the ball's centres in the base frame, shape (N, 3) [m].
+
+        The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
+        [rad], or with tilts (N, 3 m).
+        """
+        return self._values("points", parameters, positions)[0]
+
+    def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
+        """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
+        points, *slopes = self._values("linear", parameters, positions)
+        return Linearisation(points, *self._by_axis(slopes))
+
+    def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
+        """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
+
+        Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
+        """
+        R, *slopes = self._values("rotations", parameters, positions)
+        return Linearisation(R.reshape(-1, 3, 3), *self._by_axis(slopes))
+
+    def log_volume(
+        self, parameters: np.ndarray, positions: np.ndarray
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
+
+        A small box of joint positions becomes one of ball positions sqrt(det(Jq Jq^T)) times as
+        large; with less than three joints there is none, and all are zero. Derivatives are by the
+        free numbers, shape (n,), and by a turn of each joint in all positions, shape (m,).
+        """
+        if positions.shape[1] < 3:
+            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
+        value, slope, by_joints = self._values("volume", parameters, positions)
+        return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
+
+    def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
+        function = _row_function(kind, *self._chain, positions.shape[1])
+        return function(positions, columns_of(self.frames(parameters)))
+
+    def _by_axis(self, slopes: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+        """Yield slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
+        return (slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
+
+
+@lru_cache(maxsize=256)
+def _row_function(
+    kind: str, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
+) -> RowFunction:
+    """Return a function of the joints' frames and rows q, which arms of like joints share.
+
+    To build one takes longer than most of its calls.
+    """
+    numbers, q = ca.SX.sym("frames", NUMBERS * len(joints)), ca.SX.sym("q", columns)
+    frames, n = joint_frames(numbers), len(free)
+    if kind == "points":
+        return RowFunction(kind, [numbers, q], [ca.densify(ball_position(joints, frames, q))])
+    links, of_frames, of_q = frames_and_motions(joints, frames, q)
+    motions, (value, p) = [*(of_frames[i] for i in free), *of_q], links[-1]
+    if kind == "rotations":
+        slopes = ca.horzcat(*(one.turn for one in motions))
+    else:
+        value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
+    if kind == "volume":
+        value, slopes = _log_volume([of_frames[i] for i in free], of_q, p)
+    return RowFunction(kind, [numbers, q], [value, slopes[:, :n], slopes[:, n:]])
+
+
+def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[Any, Any]:
+    """Return ln sqrt(det(J J^T)) of the ball at p, with J by q, and its slopes by all motions.
+
+    They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
+    the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
+    """
+    chain = sorted(of_q, key=lambda one: one.joint)
+    J, turns = (ca.horzcat(*of) for of in zip(*((k.shift(p), k.turn) for k in chain), strict=True))
+    g = ca.inv(J @ J.T) @ J
+    turned, shifted = ca.cross(J, g), ca.cross(g, turns)
+    slopes: list[Any] = []
+    for motion in (*of_frames, *of_q):
+        n = sum(one.joint < motion.joint for one in chain)  # how many of them are before it
+        n = next((i for i, one in enumerate(chain, 1) if one is motion), n)
+        slopes.append(
+            motion.turn.T @ ca.sum2(turned[:, n:]) + motion.shift(p).T @ ca.sum2(shifted[:, :n])
+        )
+    return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)
