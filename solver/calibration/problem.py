@@ -1,5 +1,6 @@
 """Recordings made ready for a fit: checked against the robot, and inspected."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,6 +26,8 @@ from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
 
+LOCKED = math.radians(6)
+"""A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
 STEADY = "screw the base down, let the arm warm up, and record it again"
 Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
@@ -155,6 +158,19 @@ def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
     ]
 
 
+def _locked_angles(robot: Robot, options: SolveOptions) -> list[str]:
+    """Return a warning of joints whose roll and yaw are nearly one turn, which the paper fits."""
+    free = {p.joint for p in choose_parameters(robot, options.free, options.fix) if p.unit == "rad"}
+    joints = [joint for joint in robot.joints if joint.name in free and joint.actuated]
+    locked = [j.name for j in joints if abs(math.cos(j.origin.rpy[1])) < math.sin(LOCKED)]
+    if options.method != "paper" or not locked:
+        return []
+    return [
+        f"{', '.join(locked)}: a pitch near 90 degrees makes roll and yaw one turn, and the third "
+        "turn is lost to --method paper; --method auto has all three"
+    ]
+
+
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
     free = {parameter.name for parameter in parameters}
@@ -191,6 +207,7 @@ def _measured(
     )
     check_distinct([*fitted, *held_out])
     warnings += _held_as_exact(robot, options)
+    warnings += _locked_angles(robot, options)
     warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
     return CalibrationProblem(
         robot, fitted, options.load, options=options, test=held_out, warnings=tuple(warnings)

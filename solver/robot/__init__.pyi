@@ -1,3 +1,4 @@
+from .axes import link_axes as link_axes
 from .ball_model import BallModel as BallModel
 from .ball_model import RotationNumbers as RotationNumbers
 from .chain import Joint as Joint
@@ -10,7 +11,6 @@ from .inverse_kinematics import workspace as workspace
 from .kinematics import link_poses as link_poses
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
-from .link_axes import link_axes as link_axes
 from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters

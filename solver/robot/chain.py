@@ -110,14 +110,15 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
     next one, as the x axis of a modified Denavit-Hartenberg frame, and c is at right angles to
     both. Where there is no normal, the joint beyond counts, or at last the one before, all at zero.
     """
-    R, p = np.eye(3), np.zeros(3)
+    rotation, p = np.eye(3), np.zeros(3)
     frames: list[np.ndarray] = []
     lines: list[tuple[np.ndarray, np.ndarray]] = []
     for joint in joints:
-        p, R = p + R @ np.array(joint.origin.xyz), R @ matrix_rpy(joint.origin.rpy)
+        p = p + rotation @ np.array(joint.origin.xyz)
+        rotation = rotation @ matrix_rpy(joint.origin.rpy)
         if joint.actuated:
-            frames.append(R)
-            lines.append((R @ np.array(joint.axis), p))
+            frames.append(rotation)
+            lines.append((rotation @ np.array(joint.axis), p))
     tilting = list(joints)
     for i, j in enumerate(k for k, joint in enumerate(joints) if joint.actuated):
         others = [*lines[i + 1 :], *reversed(lines[:i])]

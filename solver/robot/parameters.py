@@ -1,7 +1,8 @@
 """The parameters of a calibration: free numbers of the joint origins, and their names.
 
-A parameter is called ``JOINT.x``, ``.y``, ``.z`` [m] or ``JOINT.roll``, ``.pitch``, ``.yaw``
-[rad], as in the joint's ``<origin>``.
+A parameter is called ``JOINT.x``, ``.y``, ``.z`` [m], as in the joint's ``<origin>``, or
+``JOINT.roll``, ``.pitch``, ``.yaw`` [rad]: the turn of the joint's frame about its own x, y and z
+axis, together a rotation vector. By the paper's method these are the origin's own angles.
 """
 
 from collections.abc import Sequence
