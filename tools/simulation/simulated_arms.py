@@ -6,7 +6,14 @@ import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
 from ...solver.bayes.model.effects import JOINT_OFFSET
-from ...solver.robot import STANDARD_GRAVITY, Robot, choose_parameters
+from ...solver.robot import (
+    STANDARD_GRAVITY,
+    Joint,
+    Robot,
+    choose_parameters,
+    matrix_rpy,
+    rpy_axes,
+)
 
 
 @dataclass(frozen=True)
@@ -44,10 +51,25 @@ def perturb(
     parameters = choose_parameters(robot)
     model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
     widths = [translation if p.unit == "m" else angle for p in parameters]
-    values = model.ball.nominal + generator.normal(0, 1, len(widths)) * widths
+    changes = generator.normal(0, 1, len(widths)) * widths
+    for i in np.unique(model.ball.free // 6).tolist():
+        turned = (model.ball.free // 6 == i) & (model.ball.free % 6 >= 3)
+        changes[turned] = _usual_axes(robot.joints[i]) @ changes[turned]
+    values = model.ball.nominal + changes
     by_scale = model.by_scale()[: len(parameters)]
     links = np.array([p.unit == "m" and not p.of_ball for p in parameters])
     for _ in range(4 if keep_size else 0):  # fixed joints keep their lengths
         larger = float(by_scale @ (values - model.ball.nominal))
         values[links] *= 1 - larger
     return robot.with_origins(model.ball.origins(values))
+
+
+def _usual_axes(joint: Joint) -> np.ndarray:
+    """Return axes at right angles in a joint's frame, near those of its roll, pitch and yaw.
+
+    Turns about these are drawn: a seed then draws nearly the arm that it drew by roll, pitch and
+    yaw, which have such axes where the pitch is zero.
+    """
+    rpy = joint.origin.rpy
+    U, _, Vt = np.linalg.svd(matrix_rpy(rpy).T @ rpy_axes(rpy))
+    return U @ Vt

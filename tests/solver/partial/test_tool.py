@@ -144,9 +144,7 @@ def test_an_arm_whose_samples_leave_open_if_lengths_or_angles_are_wrong_is_held_
     arm, how = perturb(robot, generator, TRANSLATION, TURN), realistic_flaws(robot, generator)
     bases = reachable_bases(arm, generator, 2)
     train = [record(arm, base, generator, imperfection=how) for base in bases]
-    found = mukca.calibrate(robot, train).document.parameters
-    axes = ("x", "y", "z", "roll", "pitch", "yaw")
-    rows = ((joint.name, [*joint.origin.xyz, *joint.origin.rpy]) for joint in arm.joints)
-    true = {f"{name}.{axis}": v for name, own in rows for axis, v in zip(axes, own, strict=True)}
-    off = [(p.calibrated - true[p.name], p.standard_deviation) for p in found]
+    calibration = mukca.calibrate(robot, train)
+    found, truth = calibration.document.parameters, calibration.model.parameters_at(arm.origins)
+    off = [(p.calibrated - t, p.standard_deviation) for p, t in zip(found, truth, strict=True)]
     assert max(abs(one) / deviation for one, deviation in off if deviation) < 6
