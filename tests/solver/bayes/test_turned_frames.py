@@ -48,7 +48,7 @@ def told(hypotheses):
     """Names, probabilities and sizes of explanations, but what they say of a URDF's numbers."""
     keys = ("joint", "placement", "offset", "size")
     return [
-        (h.name, f"{h.probability:.6f}", *(h.parameters.get(key) for key in keys))
+        (h.name, f"{h.probability:.3f}", *(h.parameters.get(key) for key in keys))
         for h in hypotheses
     ]
 

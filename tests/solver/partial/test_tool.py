@@ -145,6 +145,9 @@ def test_an_arm_whose_samples_leave_open_if_lengths_or_angles_are_wrong_is_held_
     bases = reachable_bases(arm, generator, 2)
     train = [record(arm, base, generator, imperfection=how) for base in bases]
     calibration = mukca.calibrate(robot, train)
-    found, truth = calibration.document.parameters, calibration.model.parameters_at(arm.origins)
+    found, truth = (
+        calibration.document.parameters,
+        calibration.calibrated.model.parameters_at(arm.origins),
+    )
     off = [(p.calibrated - t, p.standard_deviation) for p, t in zip(found, truth, strict=True)]
     assert max(abs(one) / deviation for one, deviation in off if deviation) < 6
