@@ -52,9 +52,10 @@ def perturb(
     model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
     widths = [translation if p.unit == "m" else angle for p in parameters]
     changes = generator.normal(0, 1, len(widths)) * widths
-    for i in np.unique(model.ball.free // 6).tolist():
-        turned = (model.ball.free // 6 == i) & (model.ball.free % 6 >= 3)
-        changes[turned] = _usual_axes(robot.joints[i]) @ changes[turned]
+    for joint in robot.joints:
+        turned = [i for i, p in enumerate(parameters) if p.joint == joint.name and p.unit == "rad"]
+        if turned:
+            changes[turned] = _usual_axes(joint) @ changes[turned]
     values = model.ball.nominal + changes
     by_scale = model.by_scale()[: len(parameters)]
     links = np.array([p.unit == "m" and not p.of_ball for p in parameters])
