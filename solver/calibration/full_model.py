@@ -13,12 +13,21 @@ from ..results import CalibratedRobot
 from ..robot import Goal, Robot, pose_on_flange, ur_controller
 from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
-from .poses import Controller, PoseError, Setup, as_poses, checked, half_way, one_payload, one_pose
+from .poses import (
+    HERE,
+    Controller,
+    PoseError,
+    Setup,
+    as_poses,
+    checked,
+    half_way,
+    one_payload,
+    one_pose,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-HERE = np.eye(4)
 MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
 
@@ -41,6 +50,7 @@ class FullModel:
         self.calibrated = calibrated
         """The calibrated robot: predictions and URDFs."""
         self.tool, self.base = tool, base
+        self._into_base = HERE if base is HERE else np.linalg.inv(base)
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] | None = None
         """Pose of the base in a frame; of robots that were calibrated together."""
         self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
@@ -106,6 +116,8 @@ class FullModel:
             PoseError: A pose of the setup is none.
             ModelError: No such link, or no such mass.
         """
+        if not setup:
+            return self
         check_keywords("this method", setup, Setup.__annotations__)
         tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
         base = setup.get("base")
@@ -188,7 +200,7 @@ class FullModel:
 
     def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:
         """Return what of the tool's poses counts, and poses in the base as rows of 12."""
-        inside = np.linalg.inv(self.base) @ as_poses(pose, "pose")
+        inside = self._into_base @ as_poses(pose, "pose")
         goal: Goal = "pose" if np.shape(pose)[-2:] == (4, 4) else "point"
         return goal, inside[..., :3, :].reshape(-1, 12)
 

@@ -12,12 +12,15 @@ from ..data import rotation_matrices
 from ..results import CalibratedRobot, Payload
 from ..robot import Robot, matrix_rpy
 
+HERE = np.eye(4)
 Controller = Robot | str | Path | None
 """Model of a controller, or file of its factory calibration; None for the nominal one."""
 MARGIN = 1e-3
 """Positions farther than this outside of the limits are said, since encoders err [rad, m]."""
 SKEWED = 1e-3
 """Largest error of a rotation matrix that was only rounded."""
+NEARLY = 1e-7
+"""Largest error of a matrix that one step of Newton makes a rotation, to its square."""
 
 
 class Setup(TypedDict, total=False):
@@ -100,6 +103,9 @@ def half_way(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _nearest_rotation(matrix: np.ndarray) -> np.ndarray:
+    square = matrix.swapaxes(-1, -2) @ matrix
+    if np.abs(square - HERE[:3, :3]).max(initial=0) < NEARLY:
+        return matrix @ (1.5 * HERE[:3, :3] - square / 2)
     U, _, Vt = np.linalg.svd(matrix)
     return U @ Vt
 

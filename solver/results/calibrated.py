@@ -135,17 +135,20 @@ class CalibratedRobot:
 
     def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
         """Return one row of joint positions for each pose; the middle of the ranges for none."""
-        robot = self.robot
-        endless = ~np.isfinite(robot.upper - robot.lower)
-        middle = np.where(endless, 0.0, (robot.lower + robot.upper) / 2)
-        start = middle if q is None else q
+        start = self.middle if q is None else q
         rows = self.positions(start, what, stacked=True)
         if len(rows) not in (1, count):
             raise JointsError(
                 f"{what} of shape {np.shape(start)} for {count} poses; give them once, or "
                 "for each pose"
             )
-        return np.broadcast_to(rows, (count, rows.shape[1])).copy()
+        return rows if len(rows) == count else np.repeat(rows, count, axis=0)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The middle of the joints' ranges, zero for those without end, shape (m,) [rad]."""
+        lower, upper = self.robot.lower, self.robot.upper
+        return np.where(np.isfinite(upper - lower), (lower + upper) / 2, 0.0)
 
     def stopped(self, q: np.ndarray) -> str:
         """Return the joint that stands at its limit, empty for none."""

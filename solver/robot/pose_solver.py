@@ -24,6 +24,8 @@ a singular configuration, or where a limit is in the way."""
 AWAY, MARGIN = 3, 2.0
 """In the first of these rounds joints keep a distance from their limits, this multiple of the root
 of the residual: an arm that is singular at a limit reaches a pose near it by way of others."""
+FREE_STEPS = 5
+"""Steps that bring one pose from a start nearby to TOLERANCE, without anything else in the way."""
 SHORTEST = 0.3
 """In the other rounds, the least share of a step that is taken, see :func:`_relaxed`."""
 TINY = 1e-300
@@ -92,6 +94,11 @@ class PoseSolver:
         """
         N, m = len(near), len(self.lower)
         q = np.clip(near, self.lower, self.upper)
+        if N == 1:
+            parts = (q, targets, q if prefer is None else prefer)
+            solution = self._after_free_steps(np.concatenate(parts, axis=1), tool)
+            if solution.left.max() < TOLERANCE:
+                return solution
         found = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
         # A row holds q, target, prefer; the best q, and the step before; its residual, and the
         # square of that. Columns are contiguous, since these are computed with.
@@ -143,6 +150,8 @@ class PoseSolver:
         Of several solutions the nearest to the first start is taken.
         """
         found = self.solve(targets, near, prefer, tool)
+        if found.reached.all():
+            return found
         generator = np.random.default_rng(0)
         for spread in SPREADS:
             missing = np.flatnonzero(~found.reached)
@@ -175,6 +184,29 @@ class PoseSolver:
         lower = np.where(wide, np.maximum(self.lower, near - np.pi), self.lower)
         upper = np.where(wide, np.minimum(self.upper, near + np.pi), self.upper)
         return generator.uniform(lower, upper)
+
+    def _after_free_steps(self, row: np.ndarray, tool: np.ndarray) -> Solutions:
+        """Return where the steps of a row of q, target and prefer lead, if no limit is in the way.
+
+        Of a single row, NumPy would take ten times as long for all that stands around the steps.
+        """
+        [state] = self._free_steps(np.concatenate((row[0], tool, np.zeros(3)))[None])
+        left = np.inf if state[0, -1] else state[:, -3:-1]
+        rounds = np.array([FREE_STEPS])
+        return Solutions(state[:, : len(self.lower)], np.full((1, 2), left), rounds)
+
+    @cached_property
+    def _free_steps(self) -> RowFunction:
+        """FREE_STEPS steps of a row: q, target, prefer, tool, what was left, and 1 if stopped."""
+        step, inputs = self._expressions
+        q, target, prefer, tool = (step.symbols[k] for k in ("q", "target", "prefer", "tool"))
+        after, longest, stopped = q + step.change, ca.norm_inf(step.change), ca.SX.sym("stopped")
+        beyond = ca.mmax(ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP))
+        state = ca.vertcat(inputs, tool, ca.SX.sym("left", 2), stopped)
+        posture = ca.if_else(longest < SETTLED, after, prefer)
+        stops = ca.fmax(stopped, beyond > 0)
+        outputs = ca.vertcat(after, target, posture, tool, step.left, stops)
+        return RowFunction("steps", [state.T], [outputs], FREE_STEPS)
 
     def _step(
         self, rows: np.ndarray, tool: np.ndarray, away: np.ndarray

@@ -24,15 +24,17 @@ class RowFunction:
 
     Its inputs are column vectors of symbols, its outputs vectors or matrices. CasADi goes through
     all instructions row by row. Of many rows, NumPy computes each instruction for all of them at
-    once, in a fifth of the time.
+    once, in a fifth of the time. What is computed ``times`` times is each time computed of the
+    output before: then there is one input, a row, and one output like it.
     """
 
-    def __init__(self, name: str, inputs: list[Any], outputs: list[Any]) -> None:
+    def __init__(self, name: str, inputs: list[Any], outputs: list[Any], times: int = 1) -> None:
         # CasADi writes column by column, NumPy reads row by row.
         turned = [ca.densify(ca.SX(output).T) for output in outputs]
         self._sizes = [output.numel() for output in turned]
         self._lengths = [symbol.numel() for symbol in inputs]
-        self.function = ca.Function(name, inputs, turned, {"cse": True})
+        function = ca.Function(name, inputs, turned, {"cse": True})
+        self.function = function.fold(times) if times > 1 else function
         self._mapped = lru_cache(maxsize=32)(self._map)
         self._program = lru_cache(maxsize=8)(self._instructions)
 
@@ -163,6 +165,7 @@ _INSTRUCTIONS: dict[str, Any] = {
     "TWICE": partial(np.multiply, _TWO),
     "INV": np.reciprocal,
     "SQRT": np.sqrt,
+    "LOG": np.log,
     "ATAN2": np.arctan2,
     "FMIN": np.fmin,
     "FMAX": np.fmax,

@@ -67,6 +67,16 @@ class CurveFit:
         return sample_scales(self.state.noises, self.samples.sources, self.samples.slopes)
 
     @cached_property
+    def parts_of_noise(self) -> tuple[np.ndarray, ...]:
+        """Parts of M by each source's seat and by its joints, as blocks of shape (N, 3, 3)."""
+        slopes, sources = self.samples.slopes, self.samples.sources
+        by_joints, parts = slopes @ slopes.transpose(0, 2, 1), list[np.ndarray]()
+        for k, noise in enumerate(self.state.noises):
+            shares = ((sources == k) / self.weights)[:, None, None]
+            parts += [noise.space**2 * np.eye(3) * shares, noise.joint**2 * by_joints * shares]
+        return tuple(parts)
+
+    @cached_property
     def curves(self) -> tuple[np.ndarray, ...]:
         """The curves' part of M and, unless it is given, its derivative by log l, (3 N, 3 N)."""
         samples, prior = self.samples, self.prior
@@ -151,7 +161,7 @@ class CurveFit:
             V[own, own] += block
         return V
 
-    @property
+    @cached_property
     def projected_blocks(self) -> np.ndarray:
         """Blocks of V, one a sample, shape (N, 3, 3)."""
         n = len(self.weights)
@@ -214,15 +224,10 @@ def marginalised(fit: CurveFit) -> CurveFit:
 
 def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     """Return the largest relative change, and curves and noises after a step."""
-    samples, p, noises, prior = fit.samples, fit.pulls, fit.state.noises, fit.prior
-    by_joints = samples.slopes @ samples.slopes.transpose(0, 2, 1)
-    slopes: list[np.ndarray] = []  # of M by the logarithm of each square, times p
-    traces: list[float] = []
-    for k, noise in enumerate(noises):
-        for square, V_i in ((noise.space**2, np.eye(3)), (noise.joint**2, by_joints)):
-            block = square * V_i * ((samples.sources == k) / fit.weights)[:, None, None]
-            slopes.append((block @ p.reshape(-1, 3, 1)).ravel())
-            traces.append(float(np.sum(fit.projected_blocks * block)))
+    p, noises, prior = fit.pulls, fit.state.noises, fit.prior
+    # slopes of M by the logarithm of each square, times p
+    slopes = [(blocks @ p.reshape(-1, 3, 1)).ravel() for blocks in fit.parts_of_noise]
+    traces = [float(np.sum(fit.projected_blocks * blocks)) for blocks in fit.parts_of_noise]
     learned = fit.curves if len(fit.curves) == 2 else ()
     slopes += [one @ p for one in learned]
     traces += [float(np.vdot(fit.projection, one)) for one in learned]

@@ -10,6 +10,7 @@ from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
+from .curve_score import promised_gain
 from .laplace import expectation_propagation
 from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest, samples_around
 from .posterior import JointPosterior
@@ -20,7 +21,7 @@ LOG_EVIDENCE = 10.0
 sockets or points, it rose by 2.4 at most in 60 recordings."""
 GIVEN = "kept, as an earlier calibration has them and these data change them"
 FIRST_SAMPLES, HINT = 100, 1.0
-"""Samples that are looked at first, and the rise by them below which curves are not sought on."""
+"""Samples that are looked at first, and the rise below which curves are not sought on."""
 EXACT = 10.0
 """Noise of less than so many times the least that there may be is that of exact data."""
 FIRST_LENGTH = 0.08
@@ -76,6 +77,8 @@ def _with_joint_curves(
         rows = _random_rows(n, most)
         flat = _fit_of(around, rows, CurvePrior(0.0, LONGEST))
         plain = marginalised(replace(flat, state=state))
+        if promised_gain(plain) < HINT:
+            return found, "not supported by the data (they would not raise the evidence)"
         state, first = plain.state, fitted or _initial_scales(plain)
         begun = replace(plain, state=first.state, prior=first.prior, weights=plain.next_weights)
         fitted = marginalised(begun)

@@ -63,6 +63,17 @@ def test_commands_bring_the_tool_to_poses_and_points(model):
     assert point.shape == q[3].shape and model.ball(point) == pytest.approx(model.ball(q)[3])
 
 
+def test_a_pose_alone_is_solved_as_beside_others(model):
+    q = workspace(model.robot, 12)
+    q[1, 1] = model.robot.upper[1]
+    near = np.clip(q - 0.05, model.robot.lower, model.robot.upper)
+    T = model.flange(q)
+    together = model.command(T, near)
+    alone = np.array([model.command(*one) for one in zip(T, near, strict=True)])
+    assert alone == pytest.approx(together, abs=1e-7)
+    assert np.abs(model.flange(alone) - T).max() < 1e-9
+
+
 def test_other_starts_are_tried_where_the_first_leads_nowhere(model):
     T = model.flange(workspace(model.robot, 15))
     assert np.abs(model.flange(model.command(T)) - T).max() < 1e-9

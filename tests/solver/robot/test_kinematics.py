@@ -28,6 +28,18 @@ def crane():
     return parse_robot(scan(Path(__file__).with_name("crane.urdf").read_bytes(), "crane"))
 
 
+def test_many_rows_are_computed_as_few_are(panda):
+    model = BallModel(panda, [p.index for p in choose_parameters(panda)])
+    q = np.random.default_rng(0).uniform(-1, 1, (600, 7))
+    halves = np.split(q, 6)  # few enough for the other way
+    together = model.log_volume(model.nominal, q)
+    alone = [model.log_volume(model.nominal, half) for half in halves]
+    for whole, *parts in zip(together, *alone, strict=True):
+        assert whole == pytest.approx(np.mean(parts, axis=0), abs=1e-12)
+    points = [model.points(model.nominal, half) for half in halves]
+    assert model.points(model.nominal, q) == pytest.approx(np.concatenate(points), abs=1e-14)
+
+
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])
 def test_derivatives_agree_with_finite_differences(name):
     robot = crane() if name == "crane" else load_robot(name)
