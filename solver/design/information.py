@@ -158,12 +158,16 @@ class ParameterCovariance:
 def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
     """Return a covariance after measurements with derivatives A and noise 1 (Kalman's update).
 
-    With sign -1, without measurements that are in it.
+    With K the gain it is (1 - K A) Sigma (1 - K A)^T + K K^T (Joseph's form), in which an error of
+    K counts to second order only, so that it stays a covariance. With sign -1, without measurements
+    that are in it.
     """
     cross = A @ covariance
     S = cross @ A.T + sign * np.eye(len(A))
-    kept = covariance - cross.T @ np.linalg.solve(S, cross)
-    return 0.5 * (kept + kept.T)
+    K = np.linalg.solve(S, cross).T
+    reduced = covariance - K @ cross
+    result = reduced - (reduced @ A.T) @ K.T + sign * K @ K.T
+    return 0.5 * (result + result.T)
 
 
 def joint_covariance(
