@@ -27,6 +27,7 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
+from ..results import Summary
 from .evidence import (
     DIVERGED,
     EVERYTHING,
@@ -148,8 +149,9 @@ def what_changed(
 ) -> Validity:
     """Tell what changed since a calibration, and how large its errors are.
 
-    It is valid if the evidence names no change, and its errors keep the arm's limits. A change that
-    leaves them within limits that are given is allowed.
+    It is valid if the evidence, by the full model, names no change, and its errors keep the arm's
+    limits. A change that leaves them within limits that are given is allowed, but for that of a
+    joint's zero.
 
     Args:
         calibration: The calibration.
@@ -182,10 +184,9 @@ def what_changed(
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
     else:
         then = document.summary.test or document.summary.train
-        before = None if then is None else then.loaded.mean_absolute_error
-        reason, advice = _reason_and_advice(changes, rows, new.loaded, limits, before)
-        small = document.summary.test and new.loaded.mean_absolute_error <= (before or 0.0)
-        allowed = (repeatability or small) and all(row.status != "fail" for row in rows)
+        reason, advice = _reason_and_advice(changes, rows, new, limits, then)
+        within = repeatability and all(row.status != "fail" for row in rows)
+        allowed = within and changes.cause is None
         status = "pass" if not changes.changed else "warning" if allowed else "fail"
         row = limit_row("validity", status, reason[:-1], text=reason[:-1], title="what changed")
         rows += [row] if changes.probabilities else []
@@ -252,15 +253,20 @@ def _states_lengths(measured: Measurement) -> bool:
 def _reason_and_advice(
     changes: Changes,
     rows: Sequence[LimitResult],
-    now: Metrics,
+    new: Summary,
     limits: Limits,
-    before: float | None,
+    then: Summary | None,
 ) -> tuple[str, str]:
-    """Return the reason of the verdict, and the next step."""
-    mean, length, likely = now.mean_absolute_error, now.distance_error, changes.likeliest
+    """Return the reason of the verdict, and the next step.
+
+    Limits are on ``calibrated.urdf``; by the full model the errors are compared with earlier ones.
+    """
+    mean, length = new.loaded.mean_absolute_error, new.loaded.distance_error
+    likely, before = changes.likeliest, then and then.calibrated.mean_absolute_error
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
-    figures = mm(mean) if allowed is None else f"{mm(mean)}, limit {mm(allowed)}"
-    drifted = f"drifted: {figures}" + (f", {mm(before)} when it was made" if before else "")
+    limit, full = f", limit {mm(allowed)}" if allowed else "", new.calibrated.mean_absolute_error
+    figures = f"{mm(mean)}{limit}"
+    drifted = f"drifted: {mm(full)}{limit}" + (f", {mm(before)} when it was made" if before else "")
     share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
     status = {row.name: row.status for row in rows}
     if changes.changed and likely == LENGTHS:
@@ -277,7 +283,7 @@ def _reason_and_advice(
     if changes.changed:
         return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", _NEXT[likely]
     if status.get("mean_absolute_error") == "fail":
-        if before is not None and mean <= WORSE * before:
+        if before is not None and full <= WORSE * before:
             text = f"not valid ({figures}), and it was no better when it was made."
             return text, "Calibrate again with more placements."
         return f"{drifted}. No single joint explains it: calibrate again.", ""

@@ -1,11 +1,10 @@
 """``mukca check`` and ``validate``: recordings by themselves, and a calibration on others."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from ....recorder import Placement
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
@@ -31,40 +30,13 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     )
 
 
-def _what_changed(
-    since: "calibration.Calibration",
-    placements: "Sequence[Placement]",
-    settings: SolveOptions,
-    terminal: cli.Terminal,
-    stood: str = "",
-) -> "partial.Validity":
-    allowed = metres(settings.validated().repeatability_mm)
-    found = partial.what_changed(since, placements, stood, settings.distance, repeatability=allowed)
-    terminal.warn(*found.warnings)
-    return found
-
-
-def _check_since(options: _CheckOptions, file: Path, terminal: cli.Terminal) -> int:
-    """Print what changed since a calibration, and the next step."""
-    since = calibration.load_calibration(cli.one_arm(file))
-    placements = cli.read_data(options.data, options.settings)
-    found = _what_changed(since, placements, options.settings, terminal, options.stood)
-    terminal.say(*found.odds, found.text, *found.not_shown)
-    result = {
-        "robot": since.document.robot,
-        "probabilities": found.probabilities,
-        "likeliest": found.likeliest,
-        "verdict": found.as_dict(),
-    }
-    emit_with_page(options, terminal, (found.text, *found.odds, *found.not_shown), result)
-    return found.verdict.exit_status
-
-
 def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
-        return _check_since(options, options.calibration, terminal)
+        names = [field.name for field in fields(_ValidateOptions)]
+        same = {name: getattr(options, name) for name in names}
+        return run_validate(_ValidateOptions(**same), terminal)
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
@@ -161,12 +133,13 @@ def _amount(
 class _ValidateOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     data: Sequence[Path] = cli.argument()
+    stood: str = ""
     settings: SolveOptions = cli.part(SolveOptions, "distance repeatability_mm flange_poses")
 
 
 @cli.for_each_arm
 def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
-    """Show nominal and calibrated errors on placements; those trained on are marked."""
+    """Show errors on placements, those trained on marked; then what changed, and the next step."""
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
@@ -175,20 +148,28 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         m = data.measure(placement, robot, settings.distance, sockets=1)
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
         terminal.warn(*beyond)
-    found = _what_changed(calibrated, placements, settings, terminal)
-    errors, notes = found.errors, list(found.not_shown)
+    allowed = metres(settings.validated().repeatability_mm)
+    found = partial.what_changed(
+        calibrated, placements, options.stood, settings.distance, repeatability=allowed
+    )
+    terminal.warn(*found.warnings)
+    errors, lines = found.errors, [found.text, *found.odds, *found.not_shown]
     show_errors(errors, terminal)
     if errors.summary.train is not None:
-        notes.append(
+        lines.append(
             "The calibration was trained on some of these placements: their errors prove little."
         )
-    if found.verdict.exit_status == 1:
-        notes.append("mukca check --calibration tells what changed, and how sure that is.")
-    terminal.say(found.text, *notes)
+    terminal.say(*lines)
     fit = calibrated.result.as_dict()
     keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
-    result = {**{key: fit[key] for key in keys}, **errors.as_dict(), "verdict": found.as_dict()}
-    emit_with_page(options, terminal, (found.text, *notes, repr(errors)), result)
+    result = {
+        **{key: fit[key] for key in keys},
+        **errors.as_dict(),
+        "probabilities": found.probabilities,
+        "likeliest": found.likeliest,
+        "verdict": found.as_dict(),
+    }
+    emit_with_page(options, terminal, (*lines, repr(errors)), result)
     return found.verdict.exit_status
 
 
