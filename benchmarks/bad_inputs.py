@@ -22,6 +22,7 @@ import numpy as np
 
 import mukca
 from mukca.recorder import write_holes
+from mukca.solver.robot import shipped_robots
 from mukca.tools.cli import main as mukca_main
 from mukca.tools.simulation import Base, perturb, record
 
@@ -162,6 +163,11 @@ def broken_urdf(words: str) -> Spoil:
     return spoil
 
 
+def panda_urdf(pattern: str, new: str) -> Spoil:
+    """The shipped Panda with each text of a pattern replaced."""
+    return broken_urdf(re.sub(pattern, new, shipped_robots()["panda"].read_text()))
+
+
 def occupied(folder: Path) -> list[str]:
     (folder / "out").mkdir()
     (folder / "out" / "calibration.json").write_text("mine")
@@ -278,6 +284,15 @@ MISTAKES: dict[str, Spoil] = {
     "no such tip": options("--tip", "finger"),
     "a URDF that is no XML": broken_urdf("<robot"),
     "a URDF without joints": broken_urdf('<robot name="r"><link name="a"/></robot>'),
+    "a Git LFS pointer": broken_urdf("version https://git-lfs.github.com/spec/v1\n"),
+    "a xacro file": panda_urdf(r'rpy="', 'rpy="${turn} '),
+    "a URDF in degrees": panda_urdf(r"1\.5707\d*", "90"),
+    "a URDF in millimetres": panda_urdf(r"\b0\.333\b", "333"),
+    "a URDF in grams": panda_urdf(r'mass value="([\d.]+)"', r'mass value="\g<1>e3"'),
+    "limits 0 to 0": panda_urdf(r'lower="[^"]*" upper="[^"]*"', 'lower="0" upper="0"'),
+    "a floating base": panda_urdf(
+        r'(<joint name="panda_base_joint" type=)"fixed"', r'\1"floating"'
+    ),
     "results that are there already": occupied,
 }
 

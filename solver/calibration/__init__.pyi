@@ -25,6 +25,7 @@ from .options import check_keywords as check_keywords
 from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .poses import Setup as Setup
+from .poses import one_pose as one_pose
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import CalibrationProblem as CalibrationProblem

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...plausible import ON_FLANGE
 from ..data import Load
 from ..results import CalibratedRobot
-from ..robot import Goal, Robot, pose_on_flange, ur_controller
+from ..robot import Goal, Robot, check_controller, pose_on_flange, ur_controller
 from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
 from .poses import (
@@ -131,7 +132,7 @@ class FullModel:
             tool = pose_on_flange(self.robot, tool, origins)
         return FullModel(
             self._loaded(one_payload(payload)),
-            self.tool if tool is None else one_pose(tool, "tool"),
+            self.tool if tool is None else one_pose(tool, "tool", ON_FLANGE),
             self.base if base is None else one_pose(base, "base"),
         )
 
@@ -262,10 +263,14 @@ class FullModel:
             Shape (..., 4, 4), in the frame of the controller's model's base [m].
 
         Raises:
-            ModelError: A ``calibration.conf`` that is none, or not of this type of arm.
+            ModelError: A ``calibration.conf`` that is none, or a model of another arm: its flange
+                stands 20 mm or more from the nominal one's in the same posture.
         """
+        file = controller if isinstance(controller, str | Path) else None
         if isinstance(controller, str | Path):
             controller = ur_controller(self.robot, controller)
+        if controller is not None:
+            check_controller(self.robot, controller, file)
         believed = CalibratedRobot(controller or self.robot)
         tool = self.kinematics(tool=setup.get("tool")).tool
         return FullModel(believed, tool).flange(self.command(pose, near, prefer, **setup))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
+from ...plausible import LENGTH, ROTATION, Quantity
 from ..data import rotation_matrices
 from ..results import CalibratedRobot, Payload
 from ..robot import Robot, matrix_rpy
@@ -45,11 +46,14 @@ class PoseError(MukcaError):
     """Numbers that are no pose."""
 
 
-def one_pose(pose: ArrayLike, what: str) -> np.ndarray:
-    """Return one pose, shape (4, 4), checked as by :func:`as_poses`."""
+def one_pose(pose: ArrayLike, what: str, place: Quantity = LENGTH) -> np.ndarray:
+    """Return one pose, shape (4, 4), checked as by :func:`as_poses`; its place is a quantity."""
     T = as_poses(pose, what)
     if T.shape != (4, 4) or np.shape(pose) == (3,):
         raise PoseError(f"{what} of shape {np.shape(pose)}: one pose of shape (4, 4) is needed")
+    doubt = place.doubt(T[:3, 3])
+    if doubt:
+        raise PoseError(f"{what}: its place has {doubt}")
     return T
 
 
@@ -117,6 +121,11 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
         raise PoseError(f"{given.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw")
     T, turns = _translations(given[..., :3]), given[..., 3:]
     if turns.shape[-1] == 3:
+        for row, rpy in enumerate(turns.reshape(-1, 3)):
+            doubt = ROTATION.doubt(rpy)
+            if doubt:
+                where = f"row {row}: " if given.ndim > 1 else ""
+                raise PoseError(f"{where}roll, pitch or yaw is {doubt}")
         for pose, rpy in zip(T.reshape(-1, 4, 4), turns.reshape(-1, 3), strict=True):
             pose[:3, :3] = matrix_rpy(rpy)
         return T

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
+from ...plausible import JOINT_POSITION
 from ..bayes.model import Deflection
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
@@ -34,7 +35,6 @@ ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
-_FARTHEST = 8 * np.pi
 """Beyond all joints, endless ones too [rad]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
@@ -261,11 +261,10 @@ class CalibratedRobot:
         They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
         """
         rows = self._rows(q, what, stacked=stacked)
-        if (abs(rows) > _FARTHEST).any():
-            row, column = np.argwhere(abs(rows) > _FARTHEST)[0].tolist()
+        for row, column in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
             raise JointsError(
                 f"{what}: row {row}, {self.robot.joint_names[column]!r} is "
-                f"{rows[row, column]:.4g}; angles are radians (are these degrees?)"
+                f"{JOINT_POSITION.doubt([rows[row, column]])}"
             )
         return rows
 

@@ -4,6 +4,7 @@ from .ball_model import RotationNumbers as RotationNumbers
 from .chain import Joint as Joint
 from .chain import find_chain as find_chain
 from .chain import find_root as find_root
+from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError

@@ -158,7 +158,11 @@ def _joint(text: UrdfText, name: str) -> Joint:
     where, written = f"{text.source}: joint {name!r}", text.joints[name]
     kind = written.attributes.get("type", "without a type")
     if kind not in (*_CALIBRATED, "fixed"):
-        raise ModelError(f"{where} is {kind}, which a chain to calibrate cannot have")
+        child = written.read("child", "link")
+        cure = (
+            f"; begin the chain below it: --base {child}" if kind in ("floating", "planar") else ""
+        )
+        raise ModelError(f"{where} is {kind}, which a chain to calibrate cannot have{cure}")
     if kind != "fixed" and written.first("mimic"):
         leader = written.read("mimic", "joint")
         raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
@@ -169,8 +173,11 @@ def _joint(text: UrdfText, name: str) -> Joint:
             numbers(limits.attributes.get(key, "0"), where, key, 1, finite=False)[0]
             for key in ("lower", "upper")
         )
-    if not lower <= upper:
-        raise ModelError(f"{where}: its limits {lower} to {upper} leave no room")
+    if not lower < upper:
+        raise ModelError(
+            f"{where}: its limits {lower:g} to {upper:g} leave no room; write its range, or make "
+            "it continuous, or fixed if it cannot move"
+        )
     axis = (1.0, 0.0, 0.0)
     if kind != "fixed":  # a joint that does not move has no axis, whatever is written there
         along = numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)

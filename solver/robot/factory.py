@@ -26,6 +26,10 @@ TABLES: dict[str, list[float]] = json.loads(
 ALPHA = np.pi / 2 * np.array([1, 0, 0, 1, -1, 0])
 SAME = 1e-4
 """Largest difference of a URDF from its type's table [m, rad]."""
+OF_FACTORY = 0.02
+"""No factory's calibration moves the flange that far [m]."""
+POSTURES = 20
+"""Postures in which two models are compared."""
 _ROW = r"^\s*delta_{}\s*=\s*\[([^\]]*)\]"
 
 
@@ -77,3 +81,37 @@ def _chain(
     end = replace(moving[-1], name="flange_of_table", type="fixed")
     about_z = [replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None) for joint in moving]
     return tuple(replace(j, origin=o) for j, o in zip((*about_z, end), origins, strict=True))
+
+
+def check_controller(robot: Robot, controller: Robot, file: str | Path | None = None) -> None:
+    """Refuse a controller's model, or one by its factory's file, that is another arm's.
+
+    A factory's calibration moves the flange by millimetres. The flanges' places in some postures
+    are compared after the base frames are laid over each other: bases of one name, and that of a
+    controller's file, stand at one place and may be turned; others may stand elsewhere, too.
+
+    Raises:
+        ModelError: The joints are not as many, or the flange is 20 mm off or more.
+    """
+    what = str(file or controller.source)
+    if len(controller.actuated) != len(robot.actuated):
+        raise ModelError(
+            f"controller {what}: {len(controller.actuated)} joints, but {robot.name} has "
+            f"{len(robot.actuated)}"
+        )
+    postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, len(robot.actuated)))
+    nominal, believed = (
+        np.array([last_frame(arm.joints[:-1], q)[:3, 3] for q in postures])
+        for arm in (robot, controller)
+    )
+    if file is None and controller.base != robot.base:
+        nominal, believed = nominal - nominal.mean(axis=0), believed - believed.mean(axis=0)
+    U, _, Vt = np.linalg.svd(nominal.T @ believed)
+    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    off = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())
+    if off >= OF_FACTORY:
+        raise ModelError(
+            f"controller {what}: its flange stands up to {1e3 * off:.0f} mm from that of "
+            f"{robot.name} in the same posture, and a factory's calibration moves it by "
+            "millimetres: this is another arm's"
+        )

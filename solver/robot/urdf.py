@@ -12,14 +12,17 @@ from typing import Any
 
 import numpy as np
 
+from ...plausible import LENGTH, MASS, ON_FLANGE, ROTATION
 from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
 from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 
 BALL_LINK = "ball_link"
+HEAVIEST = 300.0
+"""No arm moves more mass than this for each square metre of its reach [kg/m^2]."""
+LEAST_REACH = 1.0
+"""A ball may be that far from its link, however small the arm [m]."""
 OWN_BALL = "printed_ball"
 """Link of a ball that the user puts on a model that has one already."""
-FARTHEST_CENTRE = 5.0
-"""No payload's centre is this far from the flange [m]."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +99,8 @@ class Robot:
         if not (math.isfinite(mass) and mass >= 0):
             raise ModelError(f"payload: a mass of {mass} kg; give zero or more")
         place = _three_numbers(centre, "payload")
-        if max(map(abs, place)) > FARTHEST_CENTRE:
-            raise ModelError(f"payload: its centre {list(place)} is in metres; is this in mm?")
+        if doubt := ON_FLANGE.doubt(place):
+            raise ModelError(f"payload: its centre {list(place)}: {doubt}")
         body = Body(len(self.joints) - 2, float(mass), place)
         return replace(self, bodies=(*self.bodies, body))
 
@@ -192,4 +195,22 @@ def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK
             f"be fixed to a link: --flange {tip} --ball X Y Z"
         )
     bodies = find_bodies(text, joints)
+    _check_sizes(text.source, joints, bodies)
     return Robot(text.name, text.source, text, base, tip, joints, bodies)
+
+
+def _check_sizes(source: str, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
+    """Refuse a chain in degrees, in millimetres or in grams."""
+    for joint in joints:
+        for quantity, numbers in ((ROTATION, joint.origin.rpy), (LENGTH, joint.origin.xyz)):
+            if doubt := quantity.doubt(numbers):
+                raise ModelError(f"{source}: origin of joint {joint.name!r}: {doubt}")
+    *links, tip = (math.hypot(*joint.origin.xyz) for joint in joints)
+    reach = sum(links)
+    if doubt := ON_FLANGE.doubt([tip], max(reach, LEAST_REACH)):
+        raise ModelError(
+            f"{source}: {joints[-1].child!r} is farther from its link than the arm reaches, {doubt}"
+        )
+    mass = sum(body.mass for body in bodies)
+    if doubt := MASS.doubt([mass], HEAVIEST * max(reach, LEAST_REACH) ** 2):
+        raise ModelError(f"{source}: the masses that the arm moves sum up to {doubt}")

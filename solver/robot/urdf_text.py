@@ -10,13 +10,9 @@ from html import escape
 from pathlib import Path
 from xml.parsers import expat
 
-from ...errors import MukcaError
+from .encoding import ModelError, in_utf8
 
 _TAG = re.compile(rb"(?:[^\"'>]|\"[^\"]*\"|'[^']*')*>")
-
-
-class ModelError(MukcaError):
-    """A robot model cannot be read, or is not what calibration needs."""
 
 
 @dataclass(frozen=True)
@@ -141,10 +137,11 @@ def scan(data: bytes, source: str) -> UrdfText:
     No entity is ever expanded.
 
     Raises:
-        ModelError: Not UTF-8, not XML, a document type or entity declaration, a xacro file, no
-            ``<robot>``, or what :class:`UrdfText` refuses. The message begins with the source.
+        ModelError: Of no encoding that is known, not XML, a document type or entity declaration, a
+            xacro file, no ``<robot>``, or what :class:`UrdfText` refuses. The message begins with
+            the source.
     """
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    data = in_utf8(data, source)
     parser = expat.ParserCreate("utf-8")
     document = Element("", {}, 0, (0, 0))
     opened = [document]
@@ -155,7 +152,8 @@ def scan(data: bytes, source: str) -> UrdfText:
     def start(tag: str, attributes: dict[str, str]) -> None:
         if opened[-1] is document and tag != "robot":
             raise refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
-        if tag.startswith("xacro:"):
+        templated = any("${" in value or "$(" in value for value in attributes.values())
+        if tag.startswith("xacro:") or templated:
             raise refuse("this is a xacro file; expand it first: xacro FILE > robot.urdf")
         begin = parser.CurrentByteIndex
         span = begin, end_of_tag(data, begin)

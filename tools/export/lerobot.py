@@ -7,7 +7,7 @@ its homing offset (Feetech), or more (Dynamixel); its range stays, or the shift 
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -104,11 +104,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     joints = document.model.joint_names
     if not coefficients:
         raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
-    named = dict(zip(joints, motors, strict=False))  # the gripper's is the last motor
-    if set(joints) <= set(motors):
-        named = {joint: joint for joint in joints}
-    elif len(motors) < len(joints):
-        raise ExportError(f"{request.like}: {len(motors)} motors for {len(joints)} joints")
+    named = _motors_of(request, joints, motors)
     zeros: list[Zero] = []
     for joint in joints:
         value = coefficients[f"{joint}.zero"]
@@ -119,6 +115,32 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
             ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
         zeros.append(Zero(joint, named[joint], value.value, value.standard_deviation, ticks, why))
     return zeros
+
+
+def _motors_of(
+    request: Request, joints: Sequence[str], motors: Mapping[str, MotorCalibration]
+) -> dict[str, str]:
+    """Return the motor of each joint: that of its name, else that of its place along the arm.
+
+    The ids of an arm's motors count from 1 at its base. The order in the file means nothing.
+    """
+    if set(joints) <= set(motors):
+        return {joint: joint for joint in joints}
+    with_id: dict[int, list[str]] = {}
+    for name, motor in motors.items():
+        with_id.setdefault(motor.id, []).append(name)
+    named: dict[str, str] = {}
+    for number, joint in enumerate(joints, 1):
+        candidates = with_id.get(number, [])
+        if len(candidates) != 1:
+            what = f"{', '.join(candidates)} all have" if candidates else "no motor has"
+            raise ExportError(
+                f"{request.like}: {what} the id {number}, by which the motor of {joint} is known; "
+                "give the file of this arm alone, or call its motors as the model its joints: "
+                f"{', '.join(joints)}"
+            )
+        named[joint] = candidates[0]
+    return named
 
 
 def _shifted(

@@ -188,9 +188,9 @@ def test_a_controller_that_is_sent_corrected_poses_reaches_the_true_ones(bent_pa
 
 
 CONF = """[mounting]
-delta_theta = [ 1e-4, -0.1, 0.15, -0.05, 2e-4, -1e-4]
+delta_theta = [ 1e-4, -1e-3, 1.5e-3, -5e-4, 2e-4, -1e-4]
 delta_a = [ 2e-4, 3e-4, -1e-4, 1e-4, -2e-4, 0]
-delta_d = [ 1e-4, 12.5, -12.6, 0.1, 1e-4, -3e-4]
+delta_d = [ 1e-4, 1.25, -1.26, 0.01, 1e-4, -3e-4]
 delta_alpha = [ 1e-3, -2e-3, 1e-3, 5e-4, -1e-3, 0]
 """
 UR10E = np.array([[0.1807, 0, 0, 0.17415, 0.11985, 0.11655], [0, -0.6127, -0.57155, 0, 0, 0]])
@@ -233,6 +233,20 @@ def test_a_factory_calibration_is_what_its_controller_computes_by(tmp_path):
         file.write_text(text)
         with pytest.raises(mukca.MukcaError, match=said):
             arm(name).corrected_pose(np.eye(4), controller=file)
+
+
+@pytest.mark.slow
+def test_the_controller_of_another_arm_is_refused(tmp_path):
+    file = tmp_path / "calibration.conf"
+    file.write_text(CONF.replace("-1e-3, 1.5e-3, -5e-4", "-0.1, 0.15, -0.05"))
+    model = arm("ur10e")
+    T = model.flange(np.array([0.1, -1.2, 1.6, -1.9, -1.5, 0.3]))
+    for other in (mukca.load_robot("ur5e"), mukca.load_robot("xarm6"), mukca.load_robot("panda")):
+        with pytest.raises(mukca.MukcaError, match=f"controller {other.name}: "):
+            model.corrected_pose(T, controller=other)
+    with pytest.raises(mukca.MukcaError, match=r"calibration\.conf: its flange stands up to"):
+        model.corrected_pose(T, controller=file)
+    model.corrected_pose(T, controller=mukca.load_robot("ur10e", base="base_link_inertia"))
 
 
 @pytest.mark.slow

@@ -163,6 +163,39 @@ def test_bad_models_get_one_line(odd, old, new, told):
     assert "odd.urdf" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("head", "comment", "encoding"),
+    [
+        ("", "\N{GREEK SMALL LETTER PI}", "utf-8-sig"),
+        ("", "\N{GREEK SMALL LETTER PI}", "utf-16"),
+        ("", "\N{GREEK SMALL LETTER PI}", "utf-16-le"),
+        ('<?xml version="1.0" encoding="UTF-16"?>', "\N{GREEK SMALL LETTER PI}", "utf-16-be"),
+        ('<?xml version="1.0" encoding="UTF-16"?>', "\N{GREEK SMALL LETTER PI}", "utf-8"),
+        ('\n\n <?xml version="1.0"?>', "\N{GREEK SMALL LETTER PI}", "utf-8"),
+        ("<?xml version='1.0' encoding='ISO-8859-1'?>", "gepr\xfcft", "latin-1"),
+        ('<?xml version="1.0" encoding="GBK"?>', "\u673a\u68b0\u81c2", "gbk"),
+        ('<?xml version="1.0" encoding="Shift_JIS"?>', "\u30b4\u30e0", "shift_jis"),
+    ],
+)
+def test_a_model_in_any_encoding_is_read_edited_and_written_in_utf8(odd, head, comment, encoding):
+    text = ODD_ARM.replace("an odd arm", comment).partition("\n")[2]
+    odd.write_bytes(f"{head}\n{text}".encode(encoding))
+    robot = load_robot(str(odd))
+    assert comment in robot.text.data.decode()
+    odd.write_bytes(ODD_ARM.replace('"0.1 0 0.2"', '"0.1 0 0.25"').encode())
+    changed = set_origins(robot.text, load_robot(str(odd)).text.origins)
+    assert changed.decode() == robot.text.data.decode().replace('"0.1 0 0.2"', '"0.1 0.0 0.25"')
+    odd.write_bytes(changed)
+    yourdfpy.URDF.load(str(odd), load_meshes=False)
+    assert load_robot(str(odd)).joint_names == ("turn", "slide", "endless")
+
+
+def test_a_model_that_is_not_in_its_encoding_is_told_with_the_line(odd):
+    odd.write_bytes(ODD_ARM.replace("an odd arm", "\n gepr\xfcft").encode("latin-1"))
+    with pytest.raises(ModelError, match=r"odd.urdf:3: not in utf-8.*; save the file as UTF-8"):
+        load_robot(str(odd))
+
+
 def test_unknown_robots_and_links_are_told(odd):
     with pytest.raises(ModelError, match=r"No such file.*panda"):
         load_robot("pandas")

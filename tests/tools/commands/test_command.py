@@ -69,7 +69,7 @@ def test_a_recording_is_no_file_of_joint_positions(folder, command, tmp_path):
 
 @pytest.mark.parametrize(
     ("first", "status", "said"),
-    [(3.5, 0, "3: 'panda_joint1' is 3.5, outside"), (90, 2, "3: 'panda_joint1' is 90; angles are")],
+    [(3.5, 0, "3: 'panda_joint1' is 3.5, outside"), (90, 2, "3: 'panda_joint1' is 90: radians")],
 )
 def test_joints_are_told_with_their_line(folder, command, tmp_path, first, status, said):
     header, *lines = (folder / "joints.csv").read_text().splitlines()

@@ -104,6 +104,36 @@ def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_pat
     assert new.ball(shifted) == pytest.approx(calibrated.geometric_ball(q), abs=1e-9)
 
 
+def by_other_names(motors, order):
+    """The motors called as no joint is, in another order."""
+    names = {name: f"motor_of_{name}" for name in motors}
+    return {names[name]: motors[name] for name in sorted(motors, key=order)}
+
+
+@pytest.mark.parametrize("order", [lambda name: name, lambda name: name[::-1]])
+def test_motors_of_other_names_are_known_by_their_ids(export, calibration, like, tmp_path, order):
+    like.write_text(json.dumps(by_other_names(present(), order)))
+    out = tmp_path / "new.json"
+    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
+    old, new = present(), json.loads(out.read_text())
+    offsets = [
+        old[name]["homing_offset"] - new[f"motor_of_{name}"]["homing_offset"] for name in JOINTS
+    ]
+    assert offsets == TICKS
+
+
+@pytest.mark.parametrize(
+    ("number", "says"),
+    [(2, "motor_of_shoulder_lift, motor_of_elbow_flex all have the id 2"), (9, "no motor has")],
+)
+def test_motors_that_no_id_tells_apart_are_refused(
+    refused, calibration, like, tmp_path, number, says
+):
+    like.write_text(json.dumps(by_other_names(present(id=number), lambda name: 0)))
+    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
+    refused(says, "export", calibration, *words, "--out", tmp_path / "new.json")
+
+
 @by_table("change", "words", "says")
 def test_what_cannot_be_gets_one_line(refused, calibration, like, tmp_path, change, words, says):
     like.write_text(json.dumps(present(**change)))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....errors import MukcaError
+from ....plausible import ON_FLANGE
 from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration
 from ....solver.calibration import UsageError
@@ -36,14 +37,18 @@ class _PathOptions(PayloadOptions):
 
     def setup(self) -> "Setup":
         """Return the tool and the payload on the arm."""
-        from ....solver.calibration import pose_of_numbers
+        from ....solver.calibration import one_pose, pose_of_numbers
 
         tool = self.tool
         if tool is not None and "," in tool:
             try:
-                tool = pose_of_numbers([float(word) for word in tool.split(",")])
+                tool = one_pose(
+                    pose_of_numbers([float(word) for word in tool.split(",")]), "pose", ON_FLANGE
+                )
             except ValueError:
                 raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
+            except MukcaError as error:
+                raise UsageError(f"--tool {self.tool}: {error}") from None
         return {"tool": tool, "payload": self.carried}
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .... import recorder
+from ....plausible import JOINT_POSITION
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
@@ -141,6 +142,9 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
         raise UsageError("--board, --dictionary and --intrinsics are for folders of images")
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     near = numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
+    doubt = JOINT_POSITION.doubt(near or ())
+    if doubt:
+        raise UsageError(f"--near {options.near}: {doubt}")
     views = [one for path in options.data for one in _views(path, options)]
     views = [extract.joints_of(calibrated, one, near) for one in views]
     found = partial.handeye(calibrated, views, options.camera, options.name)
