@@ -264,7 +264,7 @@ class CalibratedRobot:
         for row, column in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
             raise JointsError(
                 f"{what}: row {row}, {self.robot.joint_names[column]!r} is "
-                f"{JOINT_POSITION.doubt([rows[row, column]])}"
+                f"{JOINT_POSITION.doubt(rows[row, column : column + 1].tolist())}"
             )
         return rows
 
