@@ -1,6 +1,7 @@
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since
+from .conclusion import figures_in_words as figures_in_words
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import Recordings as Recordings
 from .data_sufficiency import checks_row as checks_row
@@ -50,4 +51,5 @@ from .verdict import Premise as Premise
 from .verdict import Scope as Scope
 from .verdict import Verdict as Verdict
 from .verdict import judge as judge
+from .verdict import stamp_of as stamp_of
 from .verdict import worst as worst

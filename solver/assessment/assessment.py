@@ -8,6 +8,7 @@ from msgspec import structs
 from ..data import Measurement
 from ..diagnostics import inspect_all
 from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
+from .conclusion import conclude
 from .data_sufficiency import checks_row, rows_of_the_fit
 from .errors import (
     KnownDistanceErrors,
@@ -21,7 +22,7 @@ from .held_out import between_row, error_rows, held_out_rows
 from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
-from .verdict import Verdict, judge
+from .verdict import Verdict
 
 FEW = 15
 """With fewer samples in a socket its mean is too uncertain for a limit on means of many."""
@@ -61,7 +62,8 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
-    verdict = judge(rows, rests_on(document), document.hypotheses or ())
+    causes, held = document.hypotheses or (), document.summary.test
+    verdict = conclude(rows, document.better, held, rests_on(document), causes)
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
     figures = limits, between, summary, placements, covered, verdict

@@ -5,18 +5,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..data import Measurement
-from ..results import Diagnostic, DistanceDeviation, Scale, Uncertainty
+from ..results import (
+    Better,
+    Diagnostic,
+    DistanceDeviation,
+    Improvement,
+    Scale,
+    Uncertainty,
+)
 from ..robot import InverseKinematics
 from .formatting import joined, mm, plural
 from .held_out import drift_rows
 from .limits import (
     NEAR,
+    TITLES,
     WORKSPACE,
     Limit,
     LimitResult,
     Limits,
+    Status,
     limit_row,
     predicted_limit,
     with_full,
@@ -50,18 +60,34 @@ judge, what an operator kept, and bases that drifted, or moved by little."""
 
 
 def accuracy_rows(
-    uncertainty: Uncertainty | None, limit: Limit, coverage: Coverage
+    uncertainty: Uncertainty | None, better: Better | None, limit: Limit, coverage: Coverage
 ) -> list[LimitResult]:
-    """Return whether the errors that are predicted of distances are small beside the limit."""
+    """Return whether the errors of distances that are predicted are small beside the limit."""
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
-        return [limit_row(WORKSPACE, "fail", words)]
-    near = [] if uncertainty.near is None else [_row(NEAR, uncertainty.near, limit, coverage)]
-    return [*near, _row(WORKSPACE, uncertainty.distance_deviation, limit, coverage)]
+        return [limit_row("known", "not enough", words)]
+    near, everywhere = uncertainty.near, uncertainty.distance_deviation
+    rows = [] if near is None else [_row(NEAR, near, better and better.recorded_places, limit)]
+    rows.append(_row(WORKSPACE, everywhere, better and better.workspace, limit))
+    more = f"record more varied samples{_least_travel(coverage)}, and a second placement far from"
+    return [
+        row if row.status != "not enough" else replace(row, text=f"{row.text}; {more} the first")
+        for row in rows
+    ]
 
 
-def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Coverage) -> LimitResult:
+def _row(
+    name: str, predicted: DistanceDeviation, improvement: Improvement | None, limit: Limit
+) -> LimitResult:
+    """Return whether the upper end of the 68 % interval of an error is within its limit.
+
+    Older files have a standard deviation in its place.
+    """
     found = predicted.median if predicted.alone is None else predicted.alone
+    full = None if predicted.alone is None else predicted.median
+    if improvement is not None:
+        found, corrected = improvement.now.high, improvement.corrected
+        full = None if corrected is None else corrected.high
     if limit.value is None:
         return limit_row(name, "not evaluated", limit.source, found)
     allowed = predicted_limit(limit.value)
@@ -69,14 +95,9 @@ def _row(name: str, predicted: DistanceDeviation, limit: Limit, coverage: Covera
     if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
         allowed = LENGTH_TOLERANCE * predicted.length
         words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
-    row = limit_row(name, "pass", words, found, allowed)
-    if found > allowed:
-        text = (
-            f"{row.title} are known to {mm(found)} only, where {mm(allowed)} is asked; record more "
-            f"varied samples{_least_travel(coverage)}, and a second placement far from the first"
-        )
-        row = limit_row(name, "not enough", text, found, allowed)
-    full = None if predicted.alone is None else predicted.median
+    status: Status = "pass" if found <= allowed else "not enough"
+    text = f"{TITLES[name]} are right to {mm(found)} only, where {mm(allowed)} is asked"
+    row = limit_row(name, status, words, found, allowed, text=text)
     return with_full(row, full, "not enough")
 
 
@@ -85,13 +106,13 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
     deviation = scale.deviation if scale is not None else None
     if deviation is None or deviation <= SIZE_DEVIATION:
         words = "the paper's method does not say how well it knows; --method auto does"
-        return limit_row(WORKSPACE, "not evaluated", words)
+        return limit_row("known", "warning", words)
     text = (
         f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
         f"sockets could hide in that; record more varied samples{_least_travel(coverage)}, with "
         "sockets farther apart, or use --method auto"
     )
-    return limit_row(WORKSPACE, "not enough", text)
+    return limit_row("known", "not enough", text)
 
 
 def _least_travel(coverage: Coverage) -> str:
@@ -122,7 +143,8 @@ def rows_of_the_fit(
     rows.append(travel_row(covered, _bound(predictions)))
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
-    return [*rows, *accuracy_rows(document.uncertainty, limits.mean_absolute_error, covered)]
+    limit = limits.mean_absolute_error
+    return [*rows, *accuracy_rows(document.uncertainty, document.better, limit, covered)]
 
 
 @dataclass(frozen=True)
@@ -180,10 +202,9 @@ def samples_row(
 
     With ``tied`` sockets, distances between placements were given, so that any two count.
     """
-    by_socket, title = any(m.kind == "sockets" for m in trained), ""
+    by_socket = any(m.kind == "sockets" for m in trained)
     what, part, advice = "sample", "in a socket ", "record at least {} in each, better 30"
     if not by_socket:
-        title = "measured points"
         what, part, advice = "measured point", "", "measure {} or more"
 
     def most(placements: Sequence[Measurement], *, together: bool) -> int:
@@ -200,10 +221,10 @@ def samples_row(
         least = one if by_socket else 2 * one
         if placements and count < least:
             text = f"only {plural(count, what)} {part}{role}; {advice.format(least)}"
-            return limit_row("samples", "not enough", text, title=title)
+            return limit_row("samples", "not enough", text)
     more = " or more in each socket" if by_socket else ""
     text = f"{plural(found[0], what)}{more} trained on"
-    return limit_row("samples", "pass", text, title=title)
+    return limit_row("samples", "pass", text)
 
 
 def _bound(predictions: Predictions) -> list[str]:

@@ -3,17 +3,17 @@
 Distances are judged, too: a model that shrinks to a point has small errors and wrong distances.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import NormalDist, fmean
+from types import MappingProxyType
 
-import msgspec
 import numpy as np
 
 from ..data import Metrics, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
-from .limits import TITLES, Limit, LimitResult, Limits, limit_row, with_full
+from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_full
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
@@ -69,24 +69,27 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     full = None if full == loaded else full
     words = f"{joined(others)}, which proves nothing"
     missing = f"{words}; record another {NEAREST:g} m away" if others else NOTHING_HELD_OUT
-    found = error_rows(loaded, full, limits, missing, by_instrument=by_instrument)
+    proved = [one for one in predictions.of_role("test") if one.name in proving]
+    known = _deviations_of(proved, rows)
+    found = error_rows(loaded, full, limits, missing, by_instrument=by_instrument, known=known)
     if others:
         status = "warning" if proving else "not evaluated"
         found.append(limit_row("held_out", status, words, text=words))
-    deviations = _distance_deviations(rows)
-    return [*(_unless_uncertain(row, deviations) for row in found), *deviations]
+    return [*found, *_distance_deviations(rows)]
 
 
-def _unless_uncertain(row: LimitResult, deviations: Sequence[LimitResult]) -> LimitResult:
-    """Return a failed row of the distance as open where the limit is below its uncertainty."""
-    broken = row.name == "distance_error" and {row.status, row.full_status} <= {"fail", None}
-    uncertainty = next((one.limit or 0.0 for one in deviations if one.status == "pass"), 0.0)
-    if not broken or (row.limit or 0.0) > uncertainty:
-        return row
-    known = f"known to {mm(uncertainty, 3)} only"
-    text = f"{row.text}, but it is {known}: record more samples in each socket"
-    full = None if row.full_status is None else "not enough"
-    return msgspec.structs.replace(row, status="not enough", full_status=full, text=text)
+def _deviations_of(
+    held: Sequence[PlacementPrediction], rows: Sequence[PlacementErrors]
+) -> dict[str, float]:
+    """Return the standard deviations of held-out means: of the error, and of the distances [m]."""
+    if not held:
+        return {}
+    errors = np.concatenate([one.errors("geometric") for one in held])
+    found = {"mean_absolute_error": float(errors.std() / len(errors) ** 0.5)}
+    lengths = [row.distance_deviation for row in rows if row.distance_deviation]
+    if lengths:
+        found["distance_error"] = float(np.linalg.norm(lengths)) / len(lengths)
+    return found
 
 
 def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
@@ -119,13 +122,18 @@ def error_rows(
     missing: str,
     *,
     by_instrument: bool = False,
+    known: Mapping[str, float] = MappingProxyType({}),
 ) -> list[LimitResult]:
-    """Return rows on the errors of ``calibrated.urdf``; ``missing`` says why there are none."""
+    """Return rows on the errors of ``calibrated.urdf``; ``missing`` says why there are none.
+
+    ``known`` has standard deviations of the errors by the rows' names [m].
+    """
     no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
     for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
         by_urdf, by_full = (metrics and getattr(metrics, name) for metrics in (loaded, full))
-        rows.append(_length_row(name, getattr(limits, name), by_urdf, by_full, why))
+        limit, deviation = getattr(limits, name), known.get(name, 0.0)
+        rows.append(_length_row(name, limit, by_urdf, by_full, why, deviation))
     return rows
 
 
@@ -142,16 +150,27 @@ def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitRe
 
 
 def _length_row(
-    name: str, limit: Limit, reached: float | None, full: float | None, missing: str
+    name: str,
+    limit: Limit,
+    reached: float | None,
+    full: float | None,
+    missing: str,
+    deviation: float = 0.0,
 ) -> LimitResult:
+    """Return whether a limit is kept; it is missed only beyond the figure's own deviation."""
     if reached is None or limit.value is None:
         reason = missing if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)
-    text = f"{TITLES[name]} {mm(reached, 3)}, limit {mm(limit.value, 3)}"
+    own = f" (+- {mm(deviation, 3)})" if deviation else ""
+    text = f"{TITLES[name]} {mm(reached, 3)}{own}, limit {mm(limit.value, 3)}"
     if full is not None:
         text += f" (with corrected joint positions {mm(full, 3)})"
-    status = "pass" if reached <= limit.value else "fail"
-    row = limit_row(name, status, limit.source, reached, limit.value, text=text)
+    status: Status = "fail" if reached > limit.value + deviation else "pass"
+    if reached > limit.value and deviation > limit.value:
+        status, text = "not enough", f"{text}: record more samples in each socket"
+    row = limit_row(
+        name, status, limit.source, reached, limit.value, text=text, deviation=deviation or None
+    )
     return with_full(row, full, "fail")
 
 

@@ -52,6 +52,8 @@ class LimitResult(Document, kw_only=True, frozen=True):
     limit: float | None
     """[m]."""
     status: Status
+    deviation: float | None = None
+    """Standard deviation of that value [m]: a limit is missed only beyond it."""
     full: float | None = None
     """Value reached by the full model, if ``calibrated.urdf`` is not all of it [m]."""
     full_status: Status | None = None
@@ -62,6 +64,8 @@ class LimitResult(Document, kw_only=True, frozen=True):
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 """Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
+LIMITS = ("mean_absolute_error", "distance_error", "between_placements", NEAR, WORKSPACE)
+"""Rows with a figure and a limit; all others are reasons."""
 TITLES = {
     "mean_absolute_error": "held-out error (MAE)",
     "distance_error": "held-out distance error",
@@ -74,7 +78,9 @@ TITLES = {
     "distortion": "sockets' distance reproduced",
     "distance_given": "distance of the sockets",
     "scale": "size of the arm",
-    "samples": "samples in each socket",
+    "samples": "number of samples",
+    "validity": "what changed",
+    "known": "how well it is known",
     "travel": "travel of each joint",
     NEAR: "distances near the recorded places",
     WORKSPACE: "distances in the workspace",
@@ -90,13 +96,20 @@ def limit_row(
     limit: float | None = None,
     *,
     text: str = "",
-    title: str = "",
+    deviation: float | None = None,
 ) -> LimitResult:
     """Return a row of the verdict; its text is its title and the reason, if not said otherwise."""
-    title = title or TITLES[name]
+    title = TITLES[name]
     text = text or (reason if status == "not enough" else f"{title}: {reason}")
     return LimitResult(
-        name=name, title=title, status=status, reason=reason, found=found, limit=limit, text=text
+        name=name,
+        title=title,
+        status=status,
+        reason=reason,
+        found=found,
+        limit=limit,
+        deviation=deviation,
+        text=text,
     )
 
 

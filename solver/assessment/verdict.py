@@ -1,22 +1,30 @@
-"""The one judge of a robot's model: rows, each a limit that is kept or not, become one verdict."""
+"""A verdict as one value, from which terminal, page and JSON are drawn; and that of recordings."""
 
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Any, Literal
 
-from msgspec.structs import replace
+import msgspec
 
 from ..diagnostics import cause
-from ..results import Document, Hypothesis
-from .formatting import joined, mm
-from .limits import NEAR, WORKSPACE, LimitResult, Status, predicted_limit
+from ..results import Better, Document, Hypothesis
+from .formatting import joined
+from .limits import LIMITS, LimitResult, Status
 
 Outcome = Literal["pass", "fail", "incomplete"]
-Kind = Literal["not_enough", "not_validated"]
+Kind = Literal["better", "no_better", "not_enough", "not_validated"]
 Scope = Literal["workspace", "recorded_places"]
 INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
-_OPEN = {"not_enough": "NOT ENOUGH DATA", "not_validated": "NOT VALIDATED"}
+STAMPS: dict[tuple[str, str | None], str] = {
+    ("pass", None): "PASS",
+    ("fail", "better"): "BETTER",
+    ("fail", None): "FAIL",
+    ("incomplete", "no_better"): "NO BETTER",
+    ("incomplete", "not_enough"): "NOT ENOUGH DATA",
+    ("incomplete", "not_validated"): "NOT VALIDATED",
+}
+"""Titles of verdicts by status and kind."""
 _EXIT: dict[Outcome, int] = {"pass": 0, "fail": 1, "incomplete": 3}
 
 
@@ -34,16 +42,26 @@ class Premise(Document, kw_only=True, frozen=True):
 
 
 class Verdict(Document, kw_only=True, frozen=True):
-    """Verdict on a model by its limits."""
+    """Verdict on a model: is it better than the nominal one, and within its limits?"""
 
     status: Outcome
     kind: Kind | None
-    """Reason that the status is ``incomplete``; None for others."""
+    """``better`` (a ``fail`` of limits), or the reason of ``incomplete``; None for others."""
     scope: Scope | None
     """Where a PASS holds; None for others."""
     title: str
     text: str
+    """Reasons, in words."""
+    answer: tuple[str, ...] = ()
+    """What it was and is, and whether to load it: two lines."""
+    use: bool = False
+    """True where ``calibrated.urdf`` is to be loaded."""
+    better: Better | None = None
+    """Errors before and now, and the probability that they are smaller; None where not known."""
     limits: tuple[LimitResult, ...]
+    """Limits on figures that are there."""
+    reasons: tuple[LimitResult, ...] = ()
+    """What else bears on the verdict: faults, and what is missing."""
     rests_on: tuple[Premise, ...] = ()
 
     @property
@@ -53,13 +71,30 @@ class Verdict(Document, kw_only=True, frozen=True):
 
     @property
     def stamp(self) -> str:
-        """The title without its conditions, as in "NOT VALIDATED"."""
+        """The title without its conditions, as in "NO BETTER"."""
         return self.title.partition(", if ")[0].partition(";")[0]
 
-    def as_said(self) -> dict[str, object]:
+    def status_of(self, name: str) -> Status:
+        """Return the status of a row by its name; what is no reason is ``pass``."""
+        for row in (*self.limits, *self.reasons):
+            if row.name == name:
+                return row.status
+        return "pass"
+
+    def as_said(self) -> dict[str, Any]:
         """Return the verdict by name without its rows, as the command line's JSON has it."""
-        names = ("status", "kind", "scope", "title", "text")
-        return {name: getattr(self, name) for name in names}
+        names = ("status", "kind", "scope", "title", "text", "answer", "use")
+        said: dict[str, Any] = {name: getattr(self, name) for name in names}
+        better = msgspec.to_builtins(self.better)
+        if self.better is not None:
+            more = "probability", "corrected_probability"
+            better |= {name: getattr(self.better, name) for name in more}
+        return {**said, "better": better}
+
+
+def stamp_of(status: str, kind: str | None) -> str:
+    """Return the title of a verdict."""
+    return STAMPS.get((status, kind), status)
 
 
 def worst(statuses: Iterable[int]) -> int:
@@ -68,102 +103,61 @@ def worst(statuses: Iterable[int]) -> int:
     return next((status for status in (1, 3) if status in found), 0)
 
 
-def judge(
-    rows: Sequence[LimitResult], rests_on: Sequence[Premise] = (), causes: Sequence[Hypothesis] = ()
-) -> Verdict:
-    """Return the verdict that follows from rows, what a PASS ``rests_on``, and likely ``causes``.
-
-    A row that fails is a FAIL, unless the URDF, which has no elasticity, exceeds the limit by
-    little and the full model keeps it. That narrows a PASS to the recorded places, as a large
-    predicted error in the whole workspace does.
-    """
-    by_full, _ = _outcome(rows, [row.full_status or row.status for row in rows])
-    exceeded = _slightly_exceeded(rows) if by_full == "pass" else []
-    rows = [replace(row, status="warning") if row in exceeded else row for row in rows]
-    status, kind = _outcome(rows, [row.status for row in rows])
-    scope: Scope | None = None
-    if status == "pass":
-        known = any(row.name == WORKSPACE and row.status == "pass" for row in rows) and not exceeded
-        scope = "workspace" if known else "recorded_places"
-    words = cause(causes)
-    first = f"{words[0].upper()}{words[1:]}. " if words and status != "pass" else ""
+def judge(rows: Sequence[LimitResult], causes: Sequence[Hypothesis] = ()) -> Verdict:
+    """Return the verdict on recordings, or on later samples, that follows from rows alone."""
+    statuses = {row.status for row in rows}
+    open_ = any(row.status == "not evaluated" and row.name in NEEDED for row in rows)
+    status: Outcome = "pass"
+    kind: Kind | None = None
+    if "fail" in statuses:
+        status = "fail"
+    elif "not enough" in statuses or open_:
+        status, kind = "incomplete", "not_enough" if "not enough" in statuses else "not_validated"
     return Verdict(
         status=status,
         kind=kind,
-        scope=scope,
-        title=_OPEN[kind] if kind else _title(rows, exceeded, scope, by_full, rests_on),
-        text=first + _text(rows, status),
-        limits=tuple(rows),
-        rests_on=tuple(rests_on),
+        scope="workspace" if status == "pass" else None,
+        title=stamp_of(status, kind),
+        text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
+        limits=tuple(row for row in rows if is_limit(row)),
+        reasons=tuple(row for row in rows if is_reason(row)),
     )
 
 
-def _outcome(
-    rows: Sequence[LimitResult], statuses: Sequence[Status]
-) -> tuple[Outcome, Kind | None]:
-    pairs = list(zip(rows, statuses, strict=True))
-    if "fail" in statuses:
-        return "fail", None
-    near = any(row.name == NEAR and status == "pass" for row, status in pairs)
-    short = [row for row, status in pairs if status == "not enough"]
-    if any(not (near and row.name == WORKSPACE) for row in short):
-        return "incomplete", "not_enough"
-    missing = [row for row, status in pairs if status == "not evaluated" and row.name in NEEDED]
-    if any(row.reason != INSTRUMENT for row in missing):
-        return "incomplete", "not_validated"
-    return "pass", None
+def is_limit(row: LimitResult) -> bool:
+    """Tell whether a row holds a figure against a limit."""
+    return row.name in LIMITS and row.found is not None and row.limit is not None
 
 
-def _slightly_exceeded(rows: Sequence[LimitResult]) -> list[LimitResult]:
-    """Return the rows that fail, if all exceed their limit by no more than predictions may."""
-    broken = [row for row in rows if row.status == "fail"]
-    near = [row for row in broken if (row.found or 0.0) <= predicted_limit(row.limit or 0.0)]
-    return broken if len(near) == len(broken) else []
+def is_reason(row: LimitResult) -> bool:
+    """Tell whether a row is no limit, but bears on the verdict all the same."""
+    missing = row.status == "not evaluated" and row.name not in NEEDED
+    return not is_limit(row) and row.status != "pass" and not missing
 
 
-def _title(
-    rows: Sequence[LimitResult],
-    exceeded: Sequence[LimitResult],
-    scope: Scope | None,
-    by_full: str,
-    rests_on: Sequence[Premise],
-) -> str:
-    if scope is None:
-        apart = by_full == "pass" and any(row.full_status for row in rows)
-        return "FAIL for the URDF alone; PASS with corrected joint positions" if apart else "FAIL"
-    title = "PASS" if scope == "workspace" else "PASS near the recorded places"
-    title += " with corrected joint positions" if exceeded else ""
-    if rests_on:
-        title += f", if {joined([one.text for one in rests_on])}"
-    for row in exceeded:
-        alone, most = mm(row.found or 0.0), mm(row.limit or 0.0)
-        title += f"; the {row.title} of the URDF alone is {alone}, where {most} is asked"
-    elsewhere = next((row for row in rows if row.name == WORKSPACE), None)
-    if scope == "workspace" or elsewhere is None:
-        return title
-    if elsewhere.found is None:
-        return f"{title}; nothing is known of the rest of the workspace"
-    found, full = mm(elsewhere.found), elsewhere.full
-    found += "" if full is None else f" ({mm(full)} with corrected joint positions)"
-    return f"{title}; in the whole workspace distances are known to {found}"
+def cause_words(causes: Sequence[Hypothesis]) -> str:
+    """Return the most probable cause as a sentence; empty for none."""
+    words = cause(causes)
+    return f"{sentence(words)} " if words else ""
 
 
-def _text(rows: Sequence[LimitResult], status: Outcome) -> str:
+def sentence(words: str) -> str:
+    """Return words as a sentence."""
+    return f"{words[:1].upper()}{words[1:]}".rstrip(".") + "."
+
+
+def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
+    """Return what keeps a verdict from PASS, or the limits that are kept, then warnings."""
     by_status = {
         status: [row for row in rows if row.status == status]
         for status in ("pass", "warning", "fail", "not enough", "not evaluated")
     }
-    if status == "fail":
-        words = f"{joined([row.text for row in by_status['fail']])}."
-    elif status != "pass" and by_status["not enough"]:
-        words = f"{'; '.join(row.text for row in by_status['not enough'])}."
-    elif status != "pass":
-        words = next(f"{row.text}." for row in by_status["not evaluated"] if row.name in NEEDED)
-    elif by_status["pass"]:
-        words = f"Within its limit: {joined([row.title for row in by_status['pass']])}."
-    else:
-        words = "Nothing was held against a limit."
-    words = words[0].upper() + words[1:]
-    words += "".join(f" {row.text[0].upper()}{row.text[1:]}." for row in by_status["warning"])
-    missing = [row.title for row in by_status["not evaluated"]]
-    return words + (f" Not evaluated: {joined(missing)}." if missing else "")
+    kept = [row.title for row in by_status["pass"] if is_limit(row)]
+    words = [f"Within its limit: {joined(kept)}."] if kept and status == "pass" else []
+    broken = by_status["fail"] or by_status["not enough"]
+    words += [sentence(row.text) for row in broken]
+    needed = [row.text for row in by_status["not evaluated"] if row.name in NEEDED]
+    if status != "pass" and not broken:
+        words += [sentence(text) for text in needed[:1]]
+    words += [sentence(row.text) for row in by_status["warning"]]
+    return " ".join(words) or "Nothing was held against a limit."

@@ -197,7 +197,7 @@ class Calibration(FullModel):
     def __repr__(self) -> str:
         doc = self.document
         distance = distance_text(doc.placements)
-        lines = [f"{doc.robot}, calibrated by method {doc.method}", distance]
+        lines = [f"{doc.robot}, calibrated by method {doc.method}", *self.verdict.answer, distance]
         lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])

@@ -15,7 +15,7 @@ from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, build_problem, solve
-from ..robot import BallModel, Robot, choose_parameters
+from ..robot import BallModel, choose_parameters
 from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem
@@ -64,15 +64,14 @@ class Errors(tuple[results.PlacementErrors, ...]):
     @property
     def title(self) -> str:
         """Subject of the table."""
+        refitted = any(row.ball_refitted is not None for row in self)
+        title = f"errors in mm, nominal{', ball refitted' * refitted} > calibrated"
         if any(row.geometric is not None for row in self):
-            return (
-                "errors in mm, nominal > calibrated.urdf; below, with joint positions corrected "
-                "first"
-            )
-        return "errors in mm, nominal > calibrated"
+            return f"{title}.urdf; below, with joint positions corrected first"
+        return title
 
     def table(self) -> list[tuple[bool, list[str]]]:
-        """Return the rows of the table, nominal > calibrated [mm]; True marks a summary.
+        """Return the rows of the table, before > calibrated [mm]; True marks a summary.
 
         Where the URDF is not the full model, a row of the full model's errors follows each.
         """
@@ -112,8 +111,8 @@ def _kind(row: results.PlacementErrors) -> str:
 def _rows(
     row: results.PlacementErrors | results.Summary, name: str, samples: str
 ) -> list[tuple[bool, list[str]]]:
-    nominal, loaded, full = map(_figures, (row.nominal, row.loaded, row.calibrated))
-    cells = [f"{before} > {after}" for before, after in zip(nominal, loaded, strict=True)]
+    before, loaded, full = map(_figures, (row.before, row.loaded, row.calibrated))
+    cells = [f"{first} > {last}" for first, last in zip(before, loaded, strict=True)]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
         rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in full)]))
@@ -165,10 +164,14 @@ def placement_errors(
     )
 
 
-def errors_of(problem: CalibrationProblem, fit: Fit) -> Errors:
-    """Return the errors of all placements, and how large they should be where that is known."""
-    weight = problem.options.regularization or REGULARIZATION
-    others = _ball_refitted(problem.robot, problem.measurements, weight)
+def errors_of(
+    problem: CalibrationProblem, fit: Fit, before: results.CalibratedRobot | None
+) -> Errors:
+    """Return the errors of all placements, and how large they should be where that is known.
+
+    ``before`` is the nominal robot with its ball refitted, if that is identified.
+    """
+    others = {} if before is None else {"ball_refitted": before}
     points = [m for m in problem.measurements if m.kind == "points"]
     frames = {
         name: data.fit_frames([(model.predict(m), m) for m in points])
@@ -229,10 +232,10 @@ def history(
     )
 
 
-def _ball_refitted(
-    robot: Robot, train: Sequence[Measurement], regularization: float
-) -> dict[str, results.CalibratedRobot]:
-    """Return the nominal robot with only the ball's place fitted; none if it is not identified."""
+def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None:
+    """Return the nominal robot with only the ball's place fitted; None if it is not identified."""
+    robot, train = problem.robot, problem.measurements
+    regularization = problem.options.regularization or REGULARIZATION
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]
     ball = choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"])
@@ -241,8 +244,8 @@ def _ball_refitted(
     elif measured:
         x = _ball_by_points(BallModel(robot, [p.index for p in ball]), measured)
     else:
-        return {}
-    return {"ball_refitted": results.CalibratedRobot(robot, ball, x)}
+        return None
+    return results.CalibratedRobot(robot, ball, x)
 
 
 def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarray:

@@ -62,8 +62,13 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
     return tuple(np.round(values, 9).tolist())
 
 
-def known_of(fit: Fit, problem: CalibrationProblem) -> dict[str, Any]:
-    """Return the document's figures of a posterior by their keys; none without a posterior."""
+def known_of(
+    fit: Fit, problem: CalibrationProblem, before: results.CalibratedRobot | None
+) -> dict[str, Any]:
+    """Return the document's figures of a posterior by their keys; none without a posterior.
+
+    ``before`` is the nominal robot with its ball refitted, if that is identified.
+    """
     posterior, selected, calibrated = fit.posterior, fit.selected, fit.calibrated
     if posterior is None or selected is None:
         return {}
@@ -72,6 +77,8 @@ def known_of(fit: Fit, problem: CalibrationProblem) -> dict[str, Any]:
     columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
     beyond = list(zip(*columns, strict=True))[model.geometry : model.scalars]  # none of the curves
     measured, turns = (posterior.noises.get(kind) for kind in ("points", "turns"))
+    nominal = before or calibrated.with_ball_alone
+    models = bayes.Models(nominal.ball, calibrated.geometric_ball, corrected=exported is not None)
     weak = bayes.weakly_identifiable_directions(posterior)
     return {
         "coefficients": tuple(
@@ -98,6 +105,7 @@ def known_of(fit: Fit, problem: CalibrationProblem) -> dict[str, Any]:
         "posterior": stored_posterior(selected.full, fit.index, problem),
         # frames are results of the first robot, in its base
         "frames": (bayes.frame_poses(selected.full) or None) if fit.index == 0 else None,
+        "better": bayes.better_than_nominal(posterior, load, models, recorded, problem.test),
         "uncertainty": results.Uncertainty(
             weak_directions=weak,
             correlations=bayes.correlations(posterior),

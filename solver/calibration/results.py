@@ -14,7 +14,7 @@ from ..bayes.inference import Posterior
 from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
-from .errors import errors_of, history
+from .errors import ball_refitted, errors_of, history
 from .fit import Fit
 from .outlook import outlook_of
 from .problem import CalibrationProblem
@@ -32,10 +32,11 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     if selected is not None:
         warnings = (*warnings, UNKNOWN) if posterior is None else warnings
         problem = problem.at_rest(posterior and posterior.moved, selected.movements)
-    errors, deflection = errors_of(problem, fit), calibrated.deflection
+    before, deflection = ball_refitted(problem), calibrated.deflection
+    errors = errors_of(problem, fit, before)
     full = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    known, names = estimates.known_of(fit, problem), problem.robot.joint_names
+    known, names = estimates.known_of(fit, problem, before), problem.robot.joint_names
     for m in problem.test:
         beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)

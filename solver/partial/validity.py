@@ -181,19 +181,19 @@ def what_changed(
         reason = f"not known; {rows[0].reason}."
     elif few := too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed):
         reason, changes = few, replace(changes, untold=())
-        rows = [limit_row("samples", "not enough", reason, text=reason[:-1], title="samples")]
+        rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
     else:
         then = document.summary.test or document.summary.train
         reason, advice = _reason_and_advice(changes, rows, new, limits, then)
         within = repeatability and all(row.status != "fail" for row in rows)
         allowed = within and changes.cause is None
         status = "pass" if not changes.changed else "warning" if allowed else "fail"
-        row = limit_row("validity", status, reason[:-1], text=reason[:-1], title="what changed")
+        row = limit_row("validity", status, reason[:-1], text=reason[:-1])
         rows += [row] if changes.probabilities else []
     length = distance_row(
         [] if any(map(_states_lengths, measured)) else assumed_distances(document)
     )
-    verdict = judge([*rows, length], (), causes)
+    verdict = judge([*rows, length], causes)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
     said = reason, advice

@@ -26,6 +26,7 @@ from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
 from .curves import sampled_ranges as sampled_ranges
+from .estimates import Better as Better
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction
@@ -33,6 +34,8 @@ from .estimates import DistanceDeviation as DistanceDeviation
 from .estimates import ErrorCurves as ErrorCurves
 from .estimates import ErrorMap as ErrorMap
 from .estimates import Forecast as Forecast
+from .estimates import Improvement as Improvement
+from .estimates import Interval as Interval
 from .estimates import JointCurve as JointCurve
 from .estimates import JointEffect as JointEffect
 from .estimates import LaterZero as LaterZero

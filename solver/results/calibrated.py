@@ -175,6 +175,12 @@ class CalibratedRobot:
         """The robot by its nominal URDF."""
         return self._rigid(self.model.nominal)
 
+    @property
+    def with_ball_alone(self) -> "CalibratedRobot":
+        """The robot by its nominal URDF, but for the ball's place on the flange."""
+        of_ball = np.array([p.of_ball for p in self.parameters], dtype=bool)
+        return self._rigid(np.where(of_ball, self.geometry, self.model.nominal))
+
     @cached_property
     def geometric(self) -> "CalibratedRobot":
         """The robot by ``calibrated.urdf`` alone, without any correction of joint positions."""

@@ -148,6 +148,8 @@ class FitResult(Document, kw_only=True, frozen=True):
     noise: estimates.NoiseScale | None = None
     log_evidence: float | None = None
     uncertainty: estimates.Uncertainty | None = None
+    better: estimates.Better | None = None
+    """What it improves; None by the paper's method, and in older files."""
     scale: estimates.Scale | None = None
     frames: tuple[FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""

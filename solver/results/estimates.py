@@ -176,6 +176,54 @@ class Uncertainty(Document, kw_only=True, frozen=True):
     cannot_see: tuple[str, ...]
 
 
+class Interval(Document, kw_only=True, frozen=True):
+    """An error of distances [m], with its 68 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Improvement(Document, kw_only=True, frozen=True):
+    """Errors of distances before a calibration and after it: medians over pairs of poses."""
+
+    before: Interval
+    """By the nominal model with its ball refitted."""
+    now: Interval
+    """By ``calibrated.urdf``."""
+    corrected: Interval | None = None
+    """With joint positions corrected first; None where that is ``calibrated.urdf``."""
+    probability: float
+    """Probability that ``calibrated.urdf`` is better than the nominal model."""
+    corrected_probability: float | None = None
+    """The same with joint positions corrected first."""
+
+
+class Better(Document, kw_only=True, frozen=True):
+    """What a calibration improves."""
+
+    workspace: Improvement
+    """Distances between random poses of the workspace."""
+    recorded_places: Improvement | None = None
+    """Distances near the recorded places, at the worst of them; None where none is in reach."""
+
+    @property
+    def places(self) -> tuple[Improvement, ...]:
+        """Those of the workspace, and of the recorded places where there are any."""
+        return (self.workspace, *filter(None, [self.recorded_places]))
+
+    @property
+    def probability(self) -> float:
+        """Probability that ``calibrated.urdf`` is better, where that is the least sure."""
+        return min(one.probability for one in self.places)
+
+    @property
+    def corrected_probability(self) -> float | None:
+        """The same with joint positions corrected first; None where that is no other model."""
+        those = [one.corrected_probability for one in self.places]
+        return min((p for p in those if p is not None), default=None)
+
+
 class Forecast(Document, kw_only=True, frozen=True):
     """Gain of another placement, if it were trained on too."""
 

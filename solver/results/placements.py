@@ -48,6 +48,11 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
         """By ``calibrated.urdf``, which is what a user loads."""
         return self.geometric or self.calibrated
 
+    @property
+    def before(self) -> Metrics:
+        """By the nominal model, its ball refitted where that is known."""
+        return self.ball_refitted or self.nominal
+
 
 class Summary(Document, kw_only=True, frozen=True):
     """The means over the placements of one role."""
@@ -65,9 +70,19 @@ class Summary(Document, kw_only=True, frozen=True):
         return self.geometric or self.calibrated
 
     @property
+    def before(self) -> Metrics:
+        """By the nominal model, its ball refitted where that is known."""
+        return self.ball_refitted or self.nominal
+
+    @property
     def removed_when_loaded(self) -> float:
-        """1 - loaded / nominal, of the mean absolute error."""
-        return removed_share(self.nominal, self.loaded)
+        """1 - loaded / before, of the mean absolute error."""
+        return removed_share(self.before, self.loaded)
+
+    @property
+    def removed_by_full(self) -> float:
+        """The same with joint positions corrected first."""
+        return removed_share(self.before, self.calibrated)
 
 
 class Summaries(Document, kw_only=True, frozen=True):

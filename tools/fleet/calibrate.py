@@ -10,7 +10,6 @@ from typing import Any
 
 from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
-from ...solver.assessment import mm
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.data import copied_sockets
 from ...solver.partial import what_changed
@@ -144,12 +143,13 @@ def _session(
         placements=len(document.placements),
         samples=sum(sum(row.samples) for row in document.placements),
         held_out=document.summary.test is not None,
-        nominal=summary.nominal.mean_absolute_error,
+        nominal=summary.before.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,
         status="refused" if document.distorted else verdict.status,
         kind=verdict.kind,
         scope=verdict.scope,
+        answer=verdict.answer,
         text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
         todo=report.todo[0] if report.todo else None,
         drift=drift,
@@ -188,8 +188,6 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
     if last.status != "pass":
         cause = last.text.partition(": ")[2].partition(". ")[0]
-        if last.status == "fail" and last.calibrated > last.nominal:
-            cause = f"Worse than before, {mm(last.nominal)} > {mm(last.calibrated)}; {cause}"
         return f"{last.todo.text if last.todo else 'Look at its report'}. {cause}"
     if last.drift is not None and last.drift.status == "fail":
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"

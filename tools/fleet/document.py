@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Literal
 from urllib.parse import quote
 
-from ...solver.assessment import Kind, Outcome, Scope, mm, plural
+from ...solver.assessment import Kind, Outcome, Scope, mm, plural, stamp_of
 from ...solver.results import CurveAgreement, Document, ErrorCurves, ParameterValue
 from ..report import render
 from ..report.figures import Step
@@ -35,7 +35,7 @@ class FleetSession(Document, kw_only=True, frozen=True):
     held_out: bool
     """True if a placement was held out; else the errors are those of the fit itself."""
     nominal: float
-    """Mean absolute error of the nominal model [m]."""
+    """Mean absolute error of the nominal model, its ball refitted [m]."""
     calibrated: float
     """Mean absolute error of ``calibrated.urdf`` [m]."""
     distance_error: float | None
@@ -44,6 +44,8 @@ class FleetSession(Document, kw_only=True, frozen=True):
     kind: Kind | None = None
     scope: Scope | None = None
     text: str
+    answer: tuple[str, ...] = ()
+    """Its verdict in two lines: what the errors were and are, and whether to load it."""
     todo: Step | None = None
     drift: FleetDrift | None = None
     parameters: tuple[ParameterValue, ...] = ()
@@ -142,9 +144,7 @@ def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
 
 
 def _status(session: FleetSession) -> str:
-    words = {"pass": "PASS", "fail": "FAIL", "incomplete": "NOT ENOUGH DATA"}
-    not_validated = session.kind == "not_validated"
-    return "NOT VALIDATED" if not_validated else words.get(session.status, session.status)
+    return stamp_of(session.status, session.kind)
 
 
 def _link(arm: FleetArm) -> str:

@@ -166,7 +166,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
         zeros=diagnostics.is_coarse(known),
         repeatability=known,
     )
-    found = assessment.judge([assessment.checks_row(survey.diagnostics)], causes=survey.hypotheses)
+    found = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
     if found.status == "fail":
         return f"Verdict: {found.title}. {found.text}", found.exit_status
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)

@@ -16,8 +16,8 @@ from ...solver.calibration import calibrate
 from ...solver.data import RobotRecordings, measure, observe_all
 from ...solver.diagnostics import size_level
 
-WORKSPACE = "predicted_distance"
-"""Row of a verdict on the predicted error of distances in the workspace."""
+WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
+"""Rows of a verdict on distances in the workspace, and near the recorded places."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,11 @@ def sufficiency_of(
     row = next((row for row in solved.verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:
         return None
-    failed = solved.verdict.status == "fail"
-    enough = not failed and solved.verdict.kind != "not_enough"
+    verdict = solved.verdict
+    failed = verdict.status == "fail" and not verdict.use
+    near = verdict.status_of(NEAR) == "pass"
+    asked = [r for r in (*verdict.limits, *verdict.reasons) if r.status in ("fail", "not enough")]
+    enough = verdict.use and not any(not (near and r.name == WORKSPACE) for r in asked)
     enough = enough and np.bincount(placements[-1].sockets)[:2].min() >= LEAST_SAMPLES
     size = solved.document.scale
     known = size.deviation or 0.0 if size else 0.0

@@ -5,4 +5,5 @@ from .build import report_files as report_files
 from .build import simulation_page as simulation_page
 from .build import write_report as write_report
 from .console import show as show
-from .console import show_verdict as show_verdict
+from .console import show_answer as show_answer
+from .console import show_limits as show_limits

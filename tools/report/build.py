@@ -120,7 +120,7 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
     steps: list[dict[str, object]] = []
     for allowed in sorted(changes):
         answers: list[Answer] = [figures.answer_at(row, allowed) for row in report.placements]
-        use = figures.use_text(called, answers, _NUMBER, report.verdict.status).split(_NUMBER, 1)
+        use = figures.use_text(called, answers, _NUMBER, report.verdict.stamp).split(_NUMBER, 1)
         below = map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)
         steps.append({"allowed": allowed, "answers": answers, "use": use, "map": below})
     return steps

@@ -26,7 +26,8 @@ _STYLES = {
 
 def show(console: Console, report: ReportDocument) -> None:
     """Print the report in short."""
-    show_verdict(console, report.verdict, report.limits, report.todo)
+    show_answer(console, report.verdict)
+    show_limits(console, report.verdict, report.limits, report.todo)
     console.print(_placements(console, report))
     answers = report.answers
     for title, text in (
@@ -43,11 +44,18 @@ def show(console: Console, report: ReportDocument) -> None:
             console.print(Text.assemble(f"  {check.level} ", line))
 
 
-def show_verdict(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
-    """Print the verdict, limit by limit."""
+def show_answer(console: Console, verdict: Verdict) -> None:
+    """Print what the errors were and are, and whether to load the model."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
+    style = "bold green" if verdict.use else style
+    for words in verdict.answer:
+        console.print(Text(words))
     stamp = verdict.stamp
     console.print(Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :]))
+
+
+def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
+    """Print the verdict limit by limit, what else bears on it, and the next step."""
     two = any(row.full is not None for row in verdict.limits)
     lengths = ["URDF alone", "at most", "with corrected joints"] if two else ["found", "at most"]
     rows: list[list[str | Text]] = []
@@ -56,14 +64,12 @@ def show_verdict(console: Console, verdict: Verdict, limits: Limits, todo: Itera
         values = (row.found, row.limit, row.full)[: len(lengths)]
         shown = ["-" if value is None else mm(value, 3) for value in values]
         rows.append([row.title, status, *shown])
-    console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
-    for row in verdict.limits:
-        unknown = row.found is None and row.status == "fail"
-        if unknown or row.status in ("warning", "not enough", "not evaluated"):
-            console.print(Text(f"{row.status.capitalize()}: {row.text}."))
-    for i, step in enumerate(todo):
-        head = "Do this next:\n" if i == 0 else ""
-        console.print(Text(f"{head}{i + 1}. {step.text}:"))
+    if rows:
+        console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
+    for row in verdict.reasons:
+        console.print(Text(f"{row.status.capitalize()}: {row.text}."))
+    for step in todo:
+        console.print(Text(f"Do this next: {step.text}:"))
         console.print(Text(f"   {step.command}"), soft_wrap=True)
         console.print(Text(f"   Expected: {step.expected}."))
     if limits.repeatability is not None:
@@ -81,7 +87,7 @@ def _placements(console: Console, report: ReportDocument) -> Table:
     top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
     for i, (row, use) in enumerate(zip(report.placements, report.answers.use.rows, strict=True)):
-        before, after = row.nominal.mean_absolute_error, row.loaded.mean_absolute_error
+        before, after = row.before.mean_absolute_error, row.loaded.mean_absolute_error
         cells: list[str | Text] = [
             use.name,
             "held out" if row.role == "test" else "trained on",

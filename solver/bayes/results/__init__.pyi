@@ -2,6 +2,8 @@ from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
+from .improvement import Models as Models
+from .improvement import better_than_nominal as better_than_nominal
 from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins

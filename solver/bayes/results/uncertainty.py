@@ -159,12 +159,12 @@ def distance_deviations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
-    covariance = _covariance(posterior)
+    covariance = covariance_of(posterior)
     return distances, np.sqrt([_variance(slope[None], covariance) for slope in slopes])
 
 
 @lru_cache(maxsize=1)  # it takes a while
-def _covariance(posterior: Posterior) -> np.ndarray:
+def covariance_of(posterior: Posterior) -> np.ndarray:
     """Return the covariance of the model's unknowns; play moves samples of servos together."""
     size = posterior.model.size
     if JOINT_OFFSET.name in posterior.model.extensions:
@@ -222,7 +222,7 @@ def length_deviation(
     offset = centres[1] - centres[0]
     direction = offset / max(float(np.linalg.norm(offset)), 1e-12)
     slope = direction @ (slopes[1] - slopes[0])
-    variance = slope @ _covariance(posterior) @ slope + direction @ noise @ direction
+    variance = slope @ covariance_of(posterior) @ slope + direction @ noise @ direction
     return float(variance + measured**2) ** 0.5
 
 
@@ -233,5 +233,5 @@ def scale(posterior: Posterior) -> Scale:
     distance between its sockets.
     """
     by_scale = posterior.model.by_scale()
-    variance = float(by_scale @ _covariance(posterior) @ by_scale)
+    variance = float(by_scale @ covariance_of(posterior) @ by_scale)
     return Scale(value=float(by_scale @ posterior.x), deviation=variance**0.5)

@@ -61,7 +61,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     assumed = [m.distance for m in seated if m.distance_source == "default"]
     judged = assessment.Recordings(placements, (), scale, assumed=assumed, tied=bool(known))
     rows = assessment.recording_rows(findings, judged)
-    verdict = assessment.judge(rows, causes=survey.hypotheses)
+    verdict = assessment.judge(rows, survey.hypotheses)
     if verdict.status != "pass":
         lines.append(f"{verdict.title}: {verdict.text}")
     elif not findings:

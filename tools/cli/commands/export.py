@@ -41,7 +41,7 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
             f"{places}; it was accepted by --accept-distorted"
         )
     with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail":
+        if loaded.verdict.status == "fail" and not loaded.verdict.use:
             terminal.warn(f"{options.calibration}: {loaded.verdict.title}: do not use it yet")
     names = ("serial_number", "force", "like", "joints", "servos", "flange")
     given = {name: getattr(options, name) for name in names}

@@ -27,6 +27,7 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
+        report.show_answer(terminal.console, one.verdict)
         _show(terminal, one)
     refused = [reason for one in robots.values() if (reason := one.refusal())]
     outputs: dict[str, str] = {}
@@ -35,15 +36,14 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
         judged = one.assessment
-        report.show_verdict(terminal.console, judged.verdict, judged.limits, figures.steps(judged))
+        report.show_limits(terminal.console, judged.verdict, judged.limits, figures.steps(judged))
     verdicts = [one.verdict for one in robots.values()]
     for reason in refused:
         terminal.warn(reason)
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
-    # one that is only not validated yet may be tried
-    usable = all(v.status == "pass" or v.kind == "not_validated" for v in verdicts)
+    usable = all(verdict.use for verdict in verdicts)
     terminal.say(*_closing_lines(outputs, usable=usable) if not refused else ())
     each = {name: one.verdict.as_said() for name, one in robots.items()}
     if isinstance(found, Mapping):
@@ -105,12 +105,6 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
         f"{result.optimizer}: {result.iterations} iterations in "
         f"{1e3 * result.solve_seconds:.0f} ms."
     ]
-    summary = result.summary.test or result.summary.train
-    if summary is not None and summary.ball_refitted is not None:
-        error = 1e3 * summary.ball_refitted.mean_absolute_error
-        lines.append(
-            f"With only the ball refitted, the nominal model stands at {error:.3f} mm MAE."
-        )
     lines += result.choices or ()
     lines += _frame_lines(result.frames or ())
     if result.uncertainty is not None:
@@ -121,8 +115,6 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
             f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{alone}."
         )
         lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
-    if result.summary.test is None:
-        lines.append("Not validated: no placement was held out. Add one by --test.")
     return lines
 
 
@@ -165,7 +157,7 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
         "holds the same figures for scripts"
     )
     if not usable:
-        return [written, f"Wrote {outputs['urdf']}: keep to the nominal URDF until this passes."]
+        return [written, f"Wrote {outputs['urdf']}: do not load it, see above."]
     return [
         written,
         f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "

@@ -99,14 +99,14 @@ def _data_answer(
     typical = diagnostics.standing_out(left) if len(left) > 1 else left
     repeatability = found.limits.repeatability
     most = np.inf if repeatability is None else UNSOUND * repeatability
-    limits = found.verdict.limits
+    reasons = found.verdict.reasons
     words = text(
         _TEXTS,
         "data",
         checked=checks is not None,
         errors=sum(check.level == "error" for check in checks or ()),
         warnings=sum(check.level == "warning" for check in checks or ()),
-        drifts=[row.text for row in limits if "drift" in row.name and row.status in _DRIFTS],
+        drifts=[row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS],
         trained=[names[i] for i in placements_with_errors(found) if placements[i].role == "train"],
         floors=left,
         repeatability=repeatability,
@@ -142,14 +142,16 @@ def _use_answer(found: assessment.Assessment) -> types.UseAnswer:
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
         where = area(row.position, brief=True)
         rows.append(types.UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
-    between = next(row for row in found.verdict.limits if row.name == "between_placements")
-    called, status = [row.called for row in rows], found.verdict.status
+    limits = {row.name: row.found for row in found.verdict.limits}
+    called, status = [row.called for row in rows], found.verdict.stamp
     return types.UseAnswer(
         rows=tuple(rows),
         text=use_text(called, answers, f"{1e3 * found.tolerance:g}", status),
         meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
-        between=text(_TEXTS, "between", found=between.found, uncertainty=uncertainty),
+        between=text(
+            _TEXTS, "between", found=limits.get("between_placements"), uncertainty=uncertainty
+        ),
         cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
     )
 

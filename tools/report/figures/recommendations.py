@@ -3,6 +3,8 @@
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
@@ -10,6 +12,7 @@ from ....errors import MukcaError
 from ....recorder import METADATA, RecordingError, read_keys, read_metadata
 from ....solver import assessment
 from ....solver.assessment import PlacementReport, joined, mm
+from ....solver.calibration import SolveOptions
 from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -21,47 +24,56 @@ _SPAN = 0.5
 """A distance in the workspace [m]."""
 
 
-def steps(found: assessment.Assessment) -> Iterator[Step]:
-    """Yield the next steps for a calibration, best first; none where the verdict is PASS."""
-    if found.verdict.status == "pass":
+def steps(found: assessment.Assessment) -> list[Step]:
+    """Return the next step for a calibration; none where the verdict is PASS."""
+    return list(islice(_steps(found), 1))
+
+
+def _steps(found: assessment.Assessment) -> Iterator[Step]:
+    """Yield steps, the most useful first."""
+    verdict, placements = found.verdict, found.placements
+    if verdict.status == "pass":
         return
-    document, placements = found.predictions.document, found.placements
-    status = {row.name: row.status for row in found.verdict.limits}
-    if status["data_checks"] != "pass":
+    document, status = found.predictions.document, verdict.status_of
+    if status("data_checks") != "pass":
+        yield from _leave_out(found)
         text = "See what is wrong in the recordings; record anew, or leave out, what it names"
         words = "figures that can be believed"
         folders = [row.folder for row in document.data]
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
         yield Step(text, command, words)
-        yield from _leave_out(found)
-    if {status.get("scale", "pass"), status["distance_given"]} != {"pass"}:
+    if {status("scale"), status("distance_given")} != {"pass"}:
         yield from _measure(document, placements)
     held_out = sum(row.role == "test" for row in placements)
-    open_ = "fail" in status.values() or "not enough" in status.values()
+    rows = (*verdict.limits, *verdict.reasons)
+    open_ = not verdict.use or any(row.status in ("fail", "not enough") for row in rows)
     if open_ and held_out > 1 and (farthest := farthest_held_out(found)):
         best, gap = farthest
         name, short = placements[best].name, found.predictions.names[best]
-        text = (
-            f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained "
-            "on; a second placement is what lowers the errors most"
-        )
+        text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
         yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
-    limits = found.verdict.limits[:2]
-    if any(row.status == "not evaluated" and row.found is not None for row in limits):
-        text = "Say how well the arm repeats, from its data sheet"
-        again = solve_command(document, given={"repeatability_mm": "MM"})
-        yield Step(text, again, "a verdict, not a smaller error")
     if all(row.kind == "points" for row in placements):
+        if found.limits.repeatability is None:
+            yield _repeatability(document)
         text = "Measure more points, in poses as varied as can be, and hold some of them out by"
         words = "an error that nothing was fitted to"
         yield Step(f"{text} --test", solve_command(document), words)
         return
+    if found.limits.repeatability is None and held_out and verdict.use:
+        yield _repeatability(document)
     text = "Record another placement far from the others, 30 samples in each socket, all varied"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too" if held_out else ", and hold it out by --test"
     yield _forecast(document, None, text, record_command(document))
+
+
+def _repeatability(document: CalibrationDocument) -> Step:
+    """Return the step that says how well the arm repeats, without which there are no limits."""
+    text = "Say how well the arm repeats, from its data sheet"
+    again = solve_command(document, given={"repeatability_mm": "MM"})
+    return Step(text, again, "limits to hold the errors against, not a smaller error")
 
 
 def _measure(
@@ -96,7 +108,8 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
         if document.method == "auto":
             why = "none of the places that were tried for it is within the arm's reach"
         return Step(text, command, f"no forecast: {why}")
-    before, after = document.uncertainty.distance_deviation.median, forecasts[name]
+    known = document.uncertainty.distance_deviation
+    before, after = known.median, forecasts[name]
     # several arms have a workspace each
     own = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
     falls = f"falls from {mm(before)} to {mm(after)}"
@@ -185,8 +198,16 @@ def solve_command(
         )
     held_out = folders("test")
     words = ["mukca", "solve", *folders("train"), *(["--test"] if held_out else []), *held_out]
-    words += [*robots, "--method", document.method, *as_options(settings)]
+    words += [*robots, *as_options(_unlike_defaults(document.method, settings))]
     return shlex.join([*words, "--out", "calibrated-again"] if moved or given else words)
+
+
+def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that differ from the defaults of a method, and the method itself."""
+    default = SolveOptions()
+    usual = replace(default, method=cast("Any", method)).validated().as_dict()
+    others = {key: value for key, value in settings.items() if value != usual.get(key)}
+    return others if method == default.method else {"method": method, **others}
 
 
 def as_options(settings: Mapping[str, Any]) -> list[str]:

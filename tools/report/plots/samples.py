@@ -142,7 +142,7 @@ HALF = 0.16
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
     rows, names = report.placements, [row.name for row in report.answers.use.rows]
-    before = [1e3 * row.nominal.mean_absolute_error for row in rows]
+    before = [1e3 * row.before.mean_absolute_error for row in rows]
     after = [1e3 * row.calibrated.mean_absolute_error for row in rows]
     x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
     panel = named_rows("error at each placement", names, x, pitch=28)

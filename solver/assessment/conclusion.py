@@ -1,0 +1,161 @@
+"""The conclusion on a calibration: is it better, is it within its limits, is it to be loaded?"""
+
+from collections.abc import Iterable, Sequence
+
+from ..results import Better, Hypothesis, Improvement, Summary
+from .formatting import fixed, joined, percent
+from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
+from .verdict import (
+    INSTRUMENT,
+    NEEDED,
+    Kind,
+    Outcome,
+    Premise,
+    Scope,
+    Verdict,
+    cause_words,
+    is_limit,
+    is_reason,
+    reasons_in_words,
+    sentence,
+    stamp_of,
+)
+
+SURE = 0.9
+"""Probability of being better from which a model is to be loaded."""
+DOUBTS = ("distance_given", "scale", "drift", "data_checks")
+"""Rows without whose evidence it cannot be told whether a model is better."""
+FEW = ("samples", "travel", "known")
+"""Rows by which more samples are asked for, where a model is not shown to be better."""
+URDF = "calibrated.urdf"
+_LOAD, _NOT = "USE IT:", "DO NOT LOAD IT:"
+
+
+def conclude(
+    rows: Sequence[LimitResult],
+    better: Better | None,
+    held_out: Summary | None,
+    rests_on: Sequence[Premise] = (),
+    causes: Sequence[Hypothesis] = (),
+) -> Verdict:
+    """Return the verdict on a calibration.
+
+    Args:
+        rows: Limits, and what else bears on the calibration.
+        better: Errors before and now; None where no posterior is known.
+        held_out: Errors held out, which decide then.
+        rests_on: What a PASS rests on.
+        causes: Explanations of the recordings, the most probable first.
+    """
+    contradiction = [row for row in rows if row.status == "fail" and row.name not in LIMITS]
+    doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
+    held_back = _held_back(rows)
+    is_better = _is_better(better, held_out)
+    status: Outcome = "incomplete"
+    kind: Kind | None = "no_better"
+    if contradiction:
+        status, kind = "fail", None
+    elif doubts:
+        kind = "not_enough"
+    elif is_better:
+        status, kind = ("fail", "better") if held_back else ("pass", None)
+    elif is_better is None or any(row.name in FEW for row in held_back):
+        kind = "not_enough"
+    scope: Scope | None = None
+    if status == "pass":
+        scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
+    use = status == "pass" or kind == "better"
+    first = [*contradiction, *doubts, *held_back]
+    return Verdict(
+        status=status,
+        kind=kind,
+        scope=scope,
+        title=_title(stamp_of(status, kind), scope, rests_on),
+        text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
+        answer=tuple(_answer(better, first, scope, use=use, shown=bool(is_better))),
+        use=use,
+        better=better,
+        limits=tuple(row for row in rows if is_limit(row)),
+        reasons=tuple(row for row in rows if is_reason(row)),
+        rests_on=tuple(rests_on),
+    )
+
+
+def _is_better(better: Better | None, held_out: Summary | None) -> bool | None:
+    """Tell whether a model is better than the nominal one; None where nothing says so."""
+    if better is not None:
+        return better.probability >= SURE
+    if held_out is None or held_out.ball_refitted is None:
+        return None
+    return held_out.loaded.mean_absolute_error < held_out.ball_refitted.mean_absolute_error
+
+
+def _held_back(rows: Sequence[LimitResult]) -> list[LimitResult]:
+    """Return the rows that keep a better model from a PASS, near the recorded places at least."""
+    near = _is_kept(rows, NEAR)
+    missed = [row for row in rows if row.status in ("fail", "not enough")]
+    missed = [row for row in missed if not (near and row.name == WORKSPACE)]
+    missing = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
+    return [*missed, *(row for row in missing if row.reason != INSTRUMENT)]
+
+
+def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:
+    return any(row.name == name and row.status == "pass" for row in rows)
+
+
+def _title(stamp: str, scope: Scope | None, rests_on: Sequence[Premise]) -> str:
+    if scope is None:
+        return stamp
+    title = stamp if scope == "workspace" else f"{stamp} near the recorded places"
+    return f"{title}, if {joined([one.text for one in rests_on])}" if rests_on else title
+
+
+def _answer(
+    better: Better | None,
+    first: Sequence[LimitResult],
+    scope: Scope | None,
+    *,
+    use: bool,
+    shown: bool,
+) -> list[str]:
+    """Return the two lines: what the errors were and are, and whether to load the model."""
+    odds = "" if better is None else f" ({percent(better.probability)})"
+    than = f"{URDF} is {'' if shown else 'not shown to be '}better than the nominal model{odds}"
+    words = f"{_LOAD if use else _NOT} {than}."
+    if not use and shown:
+        words = f"{_NOT} {sentence(first[0].text)}"
+    elif first:
+        words += f" {sentence(first[0].text)}"
+    elif scope == "recorded_places":
+        words += " It is within its limits near the recorded places, not yet in all the workspace."
+    elif scope == "workspace":
+        words += " It is within all limits."
+    corrected = None if better is None else better.corrected_probability
+    if not use and not shown and corrected is not None and corrected >= SURE:
+        words += f" With corrected joint positions it is better ({percent(corrected)})."
+    return [*([] if better is None else [figures_in_words(better)]), words]
+
+
+def figures_in_words(better: Better) -> str:
+    """Return the errors of distances before and now."""
+    everywhere, near = better.workspace, better.recorded_places
+    now = everywhere.now
+    interval = f"68 %: {_mm(now.low)} to {_mm(now.high)}"
+    words = f"Distances in the workspace were wrong by {_mm(everywhere.before.value)} mm "
+    words += f"and are now by {_mm(now.value)} ({interval})"
+    words += "" if near is None else f"; near the recorded places by {_mm(near.now.value)}"
+    return words + _corrected(everywhere, near)
+
+
+def _corrected(everywhere: Improvement, near: Improvement | None) -> str:
+    if everywhere.corrected is None:
+        return "."
+    words = f"; with corrected joint positions by {_mm(everywhere.corrected.value)}"
+    there = near and near.corrected
+    return f"{words} and {_mm(there.value)}." if there else f"{words}."
+
+
+def _mm(metres: float) -> str:
+    """Return millimetres with two digits that count, such as 2.8, 0.23 and 12."""
+    value = 1e3 * metres
+    return fixed(value, 0 if value >= 9.95 else 1 if value >= 0.995 else 2)
