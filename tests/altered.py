@@ -1,11 +1,14 @@
 """Placements as they would be otherwise, and what was found of them."""
 
+import json
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
 
 from mukca.recorder import sample_files
-from mukca.solver.results import write_files
+from mukca.solver.assessment import LIMITS
+from mukca.solver.results import encode, write_files
 
 HOLES = {
     "frontcenter": (0, 0),
@@ -22,6 +25,20 @@ def moved(placement, positions):
     """The placement as it would be with other joint positions."""
     pairs = zip(placement.samples, positions.tolist(), strict=True)
     return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+
+
+def statuses(verdict):
+    """The status of each row of a verdict, read from JSON or not: what is no reason passes."""
+    if not isinstance(verdict, dict):
+        verdict = json.loads(encode(verdict))
+    rows = [*verdict["limits"], *verdict.get("reasons", ())]
+    told = {row["name"]: row["status"] for row in rows}
+    return defaultdict(lambda: "pass", dict.fromkeys(LIMITS, "not evaluated") | told)
+
+
+def row_of(verdict, name):
+    """A row of a verdict by its name."""
+    return next(row for row in (*verdict.limits, *verdict.reasons) if row.name == name)
 
 
 def with_efforts(placement, efforts):

@@ -24,6 +24,7 @@ from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
 from .limits import ARMS as ARMS
+from .limits import LIMITS as LIMITS
 from .limits import RESOLUTION as RESOLUTION
 from .limits import LimitResult as LimitResult
 from .limits import Limits as Limits

@@ -62,7 +62,8 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         between_row(between, limits.between_placements),
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
-    causes, held = document.hypotheses or (), document.summary.test
+    causes, proved = document.hypotheses or (), held_out[0].found is not None
+    held = document.summary.test if proved else None
     verdict = conclude(rows, document.better, held, rests_on(document), causes)
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)

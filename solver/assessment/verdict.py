@@ -54,8 +54,8 @@ class Verdict(Document, kw_only=True, frozen=True):
     """Reasons, in words."""
     answer: tuple[str, ...] = ()
     """What it was and is, and whether to load it: two lines."""
-    use: bool = False
-    """True where ``calibrated.urdf`` is to be loaded."""
+    use: bool | None = None
+    """True where ``calibrated.urdf`` is to be loaded; None where that was not asked."""
     better: Better | None = None
     """Errors before and now, and the probability that they are smaller; None where not known."""
     limits: tuple[LimitResult, ...]
@@ -131,8 +131,8 @@ def is_limit(row: LimitResult) -> bool:
 
 def is_reason(row: LimitResult) -> bool:
     """Tell whether a row is no limit, but bears on the verdict all the same."""
-    missing = row.status == "not evaluated" and row.name not in NEEDED
-    return not is_limit(row) and row.status != "pass" and not missing
+    unasked = row.name in LIMITS and row.name not in NEEDED and row.status == "not evaluated"
+    return not is_limit(row) and row.status != "pass" and not unasked
 
 
 def cause_words(causes: Sequence[Hypothesis]) -> str:
