@@ -65,7 +65,7 @@ def accuracy_rows(
     """Return whether the errors of distances that are predicted are small beside the limit."""
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
-        return [limit_row("known", "not enough", words)]
+        return [limit_row("known", "fail", words, text=words)]
     near, everywhere = uncertainty.near, uncertainty.distance_deviation
     rows = [] if near is None else [_row(NEAR, near, better and better.recorded_places, limit)]
     rows.append(_row(WORKSPACE, everywhere, better and better.workspace, limit))

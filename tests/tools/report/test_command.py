@@ -74,7 +74,7 @@ def test_known_distances_come_from_a_file_too(run, copy, tmp_path):
 def test_a_pipe_gets_text_and_a_terminal_curves(run, copy, monkeypatch):
     _, pipe, _ = run(str(copy / "calibration.json"))
     assert "\x1b" not in pipe and "▁" not in pipe
-    for words in ("PASS", "front", "left", "Use:", "Next:", "Data:", "Not evaluated"):
+    for words in ("PASS", "front", "left", "Use:", "Next:", "Data:", "limit on"):
         assert words in pipe
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("FORCE_COLOR", "1")
