@@ -8,7 +8,7 @@ from msgspec import structs
 from ..data import Measurement
 from ..diagnostics import inspect_all
 from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
-from .conclusion import conclude
+from .conclusion import Verdict, conclude
 from .data_sufficiency import checks_row, rows_of_the_fit
 from .errors import (
     KnownDistanceErrors,
@@ -22,7 +22,6 @@ from .held_out import between_row, error_rows, held_out_rows
 from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
-from .verdict import Verdict
 
 FEW = 15
 """With fewer samples in a socket its mean is too uncertain for a limit on means of many."""
