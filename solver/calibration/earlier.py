@@ -13,7 +13,7 @@ from msgspec import structs
 from .. import results
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
 from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend
-from ..bayes.model.effects import EFFECTS
+from ..bayes.model.effects import EFFECTS, TILT
 from ..data import (
     Measurement,
     Pose,
@@ -43,8 +43,27 @@ def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[di
     """Return the expected elasticity of each robot's type, by extension."""
     own = [robot.joint_names for robot in robots]
     types = [one for file in files if file != "none" for one in _types_for(file, own)]
+    other_tilts = {robot.joint_names: tilts_about_other_axes(robot) for robot in robots}
+    types = [_without_tilts(one, other_tilts.get(one.joint_names, ())) for one in types]
     pooled = {one.joint_names: one for one in _pooled(types)}
     return [_expected(pooled.get(joints)) for joints in own]
+
+
+def tilts_about_other_axes(robot: Robot) -> list[str]:
+    """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
+    if all(joint.tilts_by_frame for joint in robot.actuated):
+        return []
+    return TILT.coefficient_names(robot.joint_names)
+
+
+def _without_tilts(
+    elasticity: results.TypeElasticity, names: Collection[str]
+) -> results.TypeElasticity:
+    """Return a type without some tilts, if they are about the axes of frames."""
+    if elasticity.tilt_axes == "link":
+        return elasticity
+    kept = tuple(one for one in elasticity.coefficients if one.name not in names)
+    return structs.replace(elasticity, coefficients=kept)
 
 
 def _types_for(
@@ -70,8 +89,10 @@ def _types_for(
 
 def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
-    types = _pooled([one for file in files for one in _types(file) if one.coefficients])
-    return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=tuple(types))
+    types = [one for file in files for one in _types(file) if one.coefficients]
+    by_frame = _pooled([one for one in types if one.tilt_axes == "frame"])
+    by_link = _pooled([one for one in types if one.tilt_axes == "link"])
+    return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=(*by_frame, *by_link))
 
 
 def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
@@ -86,7 +107,11 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
     kept = [effect for effect in SHARED if effect.name in document.deflection]
     names = {name for effect in kept for name in effect.coefficient_names(joints)}
     found = tuple(one for one in document.coefficients or () if one.name in names)
-    return (results.TypeElasticity(joint_names=joints, arms=1, coefficients=found),)
+    axes = "frame" if document.rotation_numbers == "rpy" else "link"
+    elasticity = results.TypeElasticity(
+        joint_names=joints, arms=1, coefficients=found, tilt_axes=axes
+    )
+    return (elasticity,)
 
 
 def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElasticity]:
@@ -98,7 +123,7 @@ def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElastic
         names = dict.fromkeys(one.name for one in every)
         means = tuple(_mean([one for one in every if one.name == name]) for name in names)
         arms = sum(one.arms for one in own)
-        pooled.append(results.TypeElasticity(joint_names=joints, arms=arms, coefficients=means))
+        pooled.append(structs.replace(own[0], arms=arms, coefficients=means, source=None))
     return pooled
 
 
@@ -152,6 +177,8 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         for p in model.parameters
         if (p.of_ball and "tool" in remounted) or (p.joint == first and "base" in remounted)
     }
+    if document.rotation_numbers == "rpy":
+        moved |= set(tilts_about_other_axes(robot))
     return prior.without(moved)
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -227,6 +227,8 @@ class TypeElasticity(Document, kw_only=True, frozen=True):
     """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
     source: str | None = None
     """Source of the figures, if mukca did not find them."""
+    tilt_axes: Literal["frame", "link"] = "frame"
+    """Axes of the tilts: those of the joints' frames, as in files of 1.0, or of the links."""
 
 
 class ElasticityDocument(Document, kw_only=True, frozen=True):

@@ -37,6 +37,11 @@ class Joint:
     that are nearest to its frame's."""
 
     @property
+    def tilts_by_frame(self) -> bool:
+        """True if it tilts about the axes :func:`across` its own, as all joints did in 1.0."""
+        return self.tilt_axes is None or bool(np.allclose(self.tilt_axes, across(self.axis)))
+
+    @property
     def actuated(self) -> bool:
         """True for a joint that moves."""
         return self.type != "fixed"
