@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
+from ..bounded import read_bytes
 from .files import RecordingError
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
+MOST_COLUMNS = 10_000
+"""Number of columns that no table exceeds."""
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?", re.IGNORECASE
 )
@@ -19,7 +22,7 @@ _TIME = re.compile(
 def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
     try:
-        content = file.read_bytes()
+        content = read_bytes(file)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     if content[:4] == b"PK\x03\x04":
@@ -38,6 +41,20 @@ def comment_line(file: Path) -> str:
     """Return the text of a first line that is a comment; empty without one."""
     first = read_text(file).partition("\n")[0]
     return first.lstrip("# ").strip() if first.startswith("#") else ""
+
+
+def require_columns(text: str, file: Path) -> None:
+    """Refuse a table that has too many columns, before its cells are taken apart."""
+    for i, line in enumerate(text.splitlines(), start=1):
+        if len(line) <= MOST_COLUMNS:
+            continue
+        line = re.sub('"[^"]*"', '""', line)
+        count = 1 + max(map(line.count, ",;\t"))
+        if count == 1:
+            count = len(line.split())
+        if count > MOST_COLUMNS:
+            words = f"{count:,} columns; at most {MOST_COLUMNS:,} are read"
+            raise RecordingError(f"{file}:{i}: {words}")
 
 
 def uncommented(text: str) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .._version import __version__
+from ..bounded import read_bytes
 from .files import RecordingError, lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
@@ -85,7 +86,7 @@ def read_metadata(file: Path) -> dict[str, Any]:
     if not file.exists():
         return {}
     try:
-        metadata: Any = json.loads(file.read_text(encoding="utf-8"))
+        metadata: Any = json.loads(read_bytes(file))
     except (OSError, ValueError) as error:
         raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
     if not isinstance(metadata, dict):

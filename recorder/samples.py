@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..bounded import read_bytes
+from .cells import require_columns
 from .files import RecordingError
 
 SAMPLES = "samples.csv"
@@ -107,8 +109,10 @@ def read_samples(file: Path) -> SampleFile:
             no event; the message names the line.
     """
     try:
-        complete, _, torn = file.read_bytes().rpartition(b"\n")
-        lines = list(csv.reader(io.StringIO(complete.decode("utf-8-sig")), strict=True))
+        complete, _, torn = read_bytes(file).rpartition(b"\n")
+        text = complete.decode("utf-8-sig")
+        require_columns(text, file)
+        lines = list(csv.reader(io.StringIO(text), strict=True))
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):

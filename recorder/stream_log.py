@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bounded import read_bytes
 from ..drivers import JointState
 from .files import APPEND, RecordingError, append_bytes
 
@@ -116,7 +117,7 @@ def _pack(rows: Block) -> bytes:
 
 def _unpack(packed: bytes, columns: int) -> Block:
     unpacker = zlib.decompressobj()
-    data = unpacker.decompress(packed)
+    data = unpacker.decompress(packed, 4 + 8 * BLOCK * columns)
     if not unpacker.eof or unpacker.unused_data:
         raise ValueError("a block of another length")
     (count,) = struct.unpack_from("<I", data)
@@ -139,7 +140,7 @@ def read_stream_log(file: Path) -> LoggedStates:
         RecordingError: It cannot be read, or is no such file.
     """
     try:
-        data = file.read_bytes()
+        data = read_bytes(file)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     head, _, rest = data.partition(b"\n")

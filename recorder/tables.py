@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .cells import number_of, read_text, records_of, seconds_of, uncommented
+from .cells import number_of, read_text, records_of, require_columns, seconds_of, uncommented
 from .columns import ANGLES, LENGTHS, Column, column_of
 from .files import EmptyRecordingError, RecordingError
 from .ros_text import named_states
@@ -130,6 +130,7 @@ def read_table(file: Path, names: Collection[str] = ()) -> Table:
 
 def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     """Return the cells of a text as by :func:`read_table`; messages begin with the file."""
+    require_columns(text, file)
     try:
         records = records_of(uncommented(text))
     except csv.Error:

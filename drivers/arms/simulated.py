@@ -4,11 +4,13 @@ Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
 """
 
 import csv
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import parse_qsl
 
+from ...bounded import read_bytes
 from .. import Driver, JointState, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 
@@ -162,8 +164,8 @@ def _number(text: str) -> float | None:
 def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
     """Return a file's joint names, positions [rad] and efforts [N m]."""
     try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [line for line in csv.reader(stream) if line]
+        text = read_bytes(file).decode("utf-8-sig")
+        lines = [line for line in csv.reader(io.StringIO(text, newline="")) if line]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {error}") from None
     header = lines.pop(0) if lines and _number(lines[0][0]) is None else []

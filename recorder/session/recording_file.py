@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
+from ...bounded import read_bytes
 from .. import (
     APPEND,
     METADATA,
@@ -147,7 +148,7 @@ class Recording:
 
     def _mend(self, joints: tuple[str, ...]) -> SampleFile:
         """Move a torn line aside, give a new file its header, and return what the file holds."""
-        whole, newline, torn = self.file.read_bytes().rpartition(b"\n")
+        whole, newline, torn = read_bytes(self.file).rpartition(b"\n")
         if torn:
             self._set_aside(torn)
             os.ftruncate(self._fd, len(whole) + len(newline))

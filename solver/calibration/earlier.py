@@ -251,9 +251,11 @@ def _stored(
     data, count = scene.arms[0], model.scalars + 6 * len(scene.arms[0].frames)
     count += 3 * data.socket_count
     try:
-        triangle = np.frombuffer(zlib.decompress(base64.b64decode(kept.covariance)), "<f8")
+        unpacker = zlib.decompressobj()
+        packed, size = base64.b64decode(kept.covariance), count * (count + 1) // 2
+        triangle = np.frombuffer(unpacker.decompress(packed, 8 * size + 1), "<f8")
         covariance = np.zeros((count, count))
-        covariance[np.tril_indices(count)] = triangle
+        covariance[np.tril_indices(count)] = triangle.reshape(size)
     except (ValueError, zlib.error):
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     covariance += np.tril(covariance, -1).T

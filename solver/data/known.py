@@ -139,7 +139,7 @@ def read_known(known: Sequence[str | Path | KnownDistance]) -> Iterator[str | Kn
         if isinstance(one, KnownDistance) or not Path(one).is_file():
             yield one if isinstance(one, KnownDistance) else str(one)
         else:
-            lines = Path(one).read_text(encoding="utf-8").splitlines()
+            lines = read_text(Path(one)).splitlines()
             yield from (line for text in lines if (line := text.split("#")[0]).strip())
 
 

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from ..._version import __version__
+from ...bounded import read_bytes
 from ...errors import MukcaError
 
 
@@ -61,7 +62,7 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
     name = format_.split("-")[1] + ".json"
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
-        value = json.loads(file.read_bytes(), parse_constant=_refuse, parse_float=_finite)
+        value = json.loads(read_bytes(file), parse_constant=_refuse, parse_float=_finite)
         known = older is not None and older in value
         head = _Head(format_) if known else msgspec.convert(value, _Head)
     except OSError as error:
@@ -84,7 +85,7 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
 def format_of(file: Path) -> str:
     """Return what a file says of its own format; empty where it says nothing."""
     try:
-        return msgspec.convert(json.loads(file.read_bytes()), _Head).format
+        return msgspec.convert(json.loads(read_bytes(file)), _Head).format
     except (OSError, ValueError, RecursionError, msgspec.ValidationError):
         return ""
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...bounded import read_bytes
 from .chain import Joint
 from .pose_model import last_frame
 from .urdf import Robot
@@ -42,7 +43,7 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
         ModelError: The file cannot be read, a row is missing, or the robot is of no type known.
     """
     try:
-        text = Path(file).read_text()
+        text = read_bytes(file).decode()
     except (OSError, UnicodeDecodeError) as error:
         raise ModelError(f"{file}: cannot be read: {error}") from None
     deltas: list[np.ndarray] = []

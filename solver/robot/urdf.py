@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...bounded import read_bytes
 from ...plausible import LENGTH, MASS, ON_FLANGE, ROTATION
 from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
 from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
@@ -139,7 +140,7 @@ def load_robot(
     name = str(robot)
     file = shipped_robots().get(name, Path(name))
     try:
-        data = file.read_bytes()
+        data = read_bytes(file)
     except OSError as error:
         shipped = ", ".join(shipped_robots())
         near = get_close_matches(name.lower(), shipped_robots(), n=1)

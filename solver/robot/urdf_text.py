@@ -266,7 +266,7 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
 
 def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
     """Return the text with a comment before its end."""
-    words = "\n       ".join(lines).replace("--", "-")
+    words = re.sub("--+", "-", "\n       ".join(lines))
     comment = f"  <!-- {words} -->\n".encode()
     return with_edits(text.data, [(text.root.end, text.root.end, comment)])
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...bounded import read_bytes
 from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot
@@ -108,7 +108,7 @@ def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
     if word == "true":
         return urdf_of(arm)
     try:
-        return Path(word).read_bytes()
+        return read_bytes(word)
     except OSError as error:
         words = ", ".join(WORDS)
         reason = error.strerror or "cannot be read"

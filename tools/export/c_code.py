@@ -156,7 +156,7 @@ def _body(arguments: dict[str, Any], value: Any) -> str:
 def _filled(template: str, request: Request, about: list[str], **words: object) -> bytes:
     """Return a template's text; what stands in comments cannot end them."""
     name = request.file.stem
-    lines = [plain(line) for line in [*request.identity.lines(), *about]]
+    lines = [*request.identity.lines(), *map(plain, about)]
     numbers = {word: f"{getattr(robots, word):g}" for word in NUMBERS}
     names = {"arm": name, "ARM": name.upper(), **numbers}
     return filled(template, about=lines, **names, **words)

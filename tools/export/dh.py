@@ -16,7 +16,7 @@ import numpy as np
 
 from ...solver.calibration import pose_of_numbers
 from ...solver.robot import Joint, turn
-from .request import Exported, Request, losses_without
+from .request import Exported, Request, losses_without, plain
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
@@ -149,7 +149,7 @@ def write(request: Request) -> Exported:
 def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
     text = io.StringIO()
     rest = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in frames.items()]
-    text.writelines(f"# {line}\n" for line in [*about, *rest])
+    text.writelines(f"# {plain(line)}\n" for line in [*about, *rest])
     csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
     return text.getvalue()
 

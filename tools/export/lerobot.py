@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...bounded import read_bytes
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...solver.bayes.results import DECIDED, offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
@@ -62,7 +63,7 @@ def write(request: Request) -> Exported:
     made_from = {
         **asdict(request.identity),
         "calibration_file": request.like.name,
-        "calibration_file_sha256": hashlib.sha256(request.like.read_bytes()).hexdigest(),
+        "calibration_file_sha256": hashlib.sha256(read_bytes(request.like)).hexdigest(),
         "zeros": [asdict(zero) for zero in zeros],
     }
     files = {
@@ -87,7 +88,7 @@ def _check_signs(request: Request) -> None:
     """Refuse zeros of joints that were read with another sign than lerobot's."""
     for file in {f for data in request.calibration.document.data for f in data.files}:
         try:
-            text = (Path(file).parent / "placement.json").read_text()
+            text = read_bytes(Path(file).parent / "placement.json").decode()
         except OSError:
             continue
         if "signs=" in text:

@@ -15,6 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ...bounded import read_bytes
 from ...solver.calibration import joints_named, pose_of_numbers
 from ...solver.data import kabsch_rotation
 from ...solver.robot import end_of_tag, turn, with_attributes, with_edits
@@ -59,7 +60,7 @@ def write(request: Request) -> Exported:
     main = holder == request.like
     provenance = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
     new = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
-    new = new if main else f"<!-- {re.sub('--+', '-', provenance)} -->"
+    new = new if main else f"<!-- {provenance} -->"
     end = text.rindex(b"</mujoco")
     text = with_edits(text, [(end, end, f"  {new}\n".encode())])
     lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
@@ -219,7 +220,7 @@ def _files(
     file: Path, folder: Path, places: Mapping[str, np.ndarray]
 ) -> Iterator[tuple[Path, bytes, dict[str, int]]]:
     """Yield a model and what it includes: each file, its text, and where bodies begin in it."""
-    data = file.read_bytes()
+    data = read_bytes(file)
     begins: dict[str, int] = {}
     included: list[str] = []
     path: list[str] = []

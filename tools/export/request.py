@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from ..._version import __version__
+from ...bounded import read_bytes
 from ...errors import MukcaError
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
@@ -55,11 +57,12 @@ class Identity:
 
     def lines(self) -> list[str]:
         """Return it as lines of a comment."""
-        return [
+        lines = [
             f"Calibrated kinematics of {self.robot}, serial number {self.serial_number}.",
             f"Made by {self.made_by} from {self.calibration}, calibrated {self.created}.",
             f"sha256 of that file: {self.sha256}",
         ]
+        return list(map(plain, lines))
 
 
 @dataclass(frozen=True)
@@ -135,7 +138,7 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
     return Identity(
         made_by=f"mukca {__version__}",
         calibration=file.name if saved else "an unsaved calibration",
-        sha256=hashlib.sha256(file.read_bytes() if saved else encode(document)).hexdigest(),
+        sha256=hashlib.sha256(read_bytes(file) if saved else encode(document)).hexdigest(),
         robot=plain(document.model.name),
         created=plain(document.provenance.created),
         serial_number=plain(serial_number or known),
@@ -145,7 +148,7 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
 def _noted(files: Collection[str]) -> list[str]:
     """Return the serial numbers noted beside a recording, if it still lies where it was."""
     try:
-        sessions = json.loads((Path(next(iter(files))).parent / "placement.json").read_text())
+        sessions = json.loads(read_bytes(Path(next(iter(files))).parent / "placement.json"))
         return [str(s["serial_number"]) for s in sessions["sessions"] if "serial_number" in s]
     except (OSError, ValueError, LookupError, TypeError, StopIteration):
         return []
@@ -164,7 +167,8 @@ def filled(template: str, **words: object) -> bytes:
 
 def plain(text: str) -> str:
     """Return text that stays on one line in any comment."""
-    return "".join(c if c.isprintable() else " " for c in text).replace("--", "-").replace("*/", "")
+    line = "".join(c if c.isprintable() else " " for c in text)
+    return re.sub("--+", "-", re.sub(r"[*/]*(\*/|/\*)[*/]*", "", line))
 
 
 def redistributed_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:

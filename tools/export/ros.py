@@ -10,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ...bounded import read_bytes
 from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
 from .request import (
     Exported,
@@ -18,6 +19,7 @@ from .request import (
     after_last_exported,
     filled,
     losses_without,
+    plain,
     redistributed_origins,
 )
 
@@ -130,7 +132,7 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
 def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
     """Return the text of the user's file without comments, and its numbers by section and key."""
     try:
-        text = re.sub(r"#.*", "", file.read_text(encoding="utf-8"))
+        text = re.sub(r"#.*", "", read_bytes(file).decode())
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file"
         raise ExportError(f"--like {file}: {reason}") from None
@@ -181,8 +183,7 @@ def write_xacro(request: Request) -> Exported:
         xyz, rpy = (" ".join(map(repr, part)) for part in (origin[:3], origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
     table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace("&#10;", "\n")
-    comment = [line.replace("--", "-") for line in request.identity.lines()]
-    words = {"about": comment, "joint": joints[0].name, "table": table}
+    words = {"about": request.identity.lines(), "joint": plain(joints[0].name), "table": table}
     content = filled("origins.xacro.j2", **words)
     lines = (
         f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '

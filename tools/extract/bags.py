@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ...bounded import read_bytes, require_file
 from ...drivers.arms.servos import read_lerobot
 from .log import (
     ExtractError,
@@ -38,6 +39,9 @@ def read_bag(question: Question) -> Log:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
+    inside = question.path.glob("*") if question.path.is_dir() else (question.path,)
+    for file in (file for file in inside if not file.is_dir()):
+        require_file(file, largest=None)
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
         with AnyReader([question.path], default_typestore=store) as reader:
@@ -135,7 +139,7 @@ def read_lerobot_log(question: Question) -> Log:
 
 def _info(folder: Path) -> dict[str, Any]:
     try:
-        info: Any = json.loads((folder / INFO).read_text(encoding="utf-8"))
+        info: Any = json.loads(read_bytes(folder / INFO))
     except (OSError, ValueError) as error:
         raise ExtractError(f"{folder / INFO}: cannot be read: {error}") from None
     content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}
@@ -172,6 +176,7 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     parts: list[tuple[np.ndarray, ...]] = []
     for file in files:
         try:
+            require_file(file, largest=None)
             table = parquet.read_table(file, columns=[STATE, "timestamp", "episode_index"])
             states = np.array(table[STATE].to_pylist(), dtype=float)
             times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...bounded import require_file
 from ...recorder import Placement, RecordingError, Sample, read_table
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quaternion_of
 from ...solver.robot import turn, workspace
@@ -112,6 +113,7 @@ def _corners(
     found: dict[int, tuple[Any, Any]] = {}
     size: tuple[int, ...] = ()
     for i, file in enumerate(files):
+        require_file(file)
         image = cv.imread(str(file), cv.IMREAD_GRAYSCALE)
         if image is None or (size and image.shape[::-1] != size):
             raise RecordingError(f"{file}: no image of the same size as those before")

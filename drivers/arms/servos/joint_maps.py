@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import cast
 
+from ....bounded import read_bytes
 from ....errors import MukcaError
 from ... import Reason
 from ...transport import Options
@@ -152,7 +153,7 @@ KEYS = tuple(field.name for field in fields(MotorCalibration))
 def read_lerobot(path: Path) -> dict[str, MotorCalibration]:
     """Read a calibration file of lerobot's, motors by name; a MukcaError if it is none."""
     try:
-        content: object = json.loads(path.read_text(encoding="utf-8"))
+        content: object = json.loads(read_bytes(path))
     except OSError as error:
         raise MukcaError(f"{path}: {error.strerror or 'cannot be read'}") from None
     except ValueError as error:

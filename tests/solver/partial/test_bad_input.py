@@ -1,8 +1,13 @@
 """Samples that tell nothing, or are another arm's: one clear line on the command line."""
 
+import base64
+import tracemalloc
+import zlib
+
 import numpy as np
 import pytest
 from altered import write_samples
+from imagined import edited
 
 import mukca
 
@@ -55,3 +60,25 @@ def test_of_zeros_such_postures_are_said_to_tell_little(simulated, said):
     q = simulated.later.positions[rows] + np.linspace(0, 1e-5, 12)[:, None]
     _, out, _ = said("rezero", q, simulated.later.sockets[rows])
     assert "The postures are alike and tell little" in out
+
+
+@pytest.mark.parametrize("size", [100_000_000, 8])
+def test_a_covariance_of_another_size_is_refused_before_it_fills_the_memory(
+    simulated, tmp_path, command, size
+):
+    packed = base64.b64encode(zlib.compress(bytes(size))).decode()
+    simulated.calibration.save(tmp_path / "cal")
+    file, since = tmp_path / "damaged.json", simulated.later
+
+    def change(document):
+        document["posterior"]["covariance"] = packed
+
+    edited(tmp_path / "cal" / "calibration.json", file, change)
+    placement = mukca.Placement.of_arrays("since", since.positions, since.sockets, distance=0.05)
+    write_samples(tmp_path / "since", placement)
+    tracemalloc.start()
+    status, _, error = command("validate", file, tmp_path / "since")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert status == 2 and "`posterior.covariance`: damaged" in error
+    assert peak < 90e6

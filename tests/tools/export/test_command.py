@@ -2,6 +2,8 @@
 
 import hashlib
 import json
+import re
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,6 +20,38 @@ def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path):
     assert document["made_by"].startswith("mukca ")
     assert document["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     assert document["serial_number"] == "7  - x"
+
+
+HOSTILE = "**//-->---!>\n*/ int x; /*"
+
+
+@pytest.mark.parametrize("to", ["c", "urdf", "xacro", "dh"])
+def test_no_name_closes_a_comment(export, calibrations, tmp_path, to):
+    ending = {"dh": "csv"}.get(to, to)
+
+    def rename(document):
+        document["model"]["name"] = HOSTILE
+        text = document["model"]["nominal_urdf"]
+        document["model"]["nominal_urdf"] = text.replace('name="panda"', 'name="---"')
+
+    file = edited(calibrations / "panda.json", tmp_path / "panda.json", rename)
+    out = tmp_path / "out" / f"arm.{ending}"
+    status, _, error = export(file, "--to", to, "--out", out, "--serial-number", HOSTILE)
+    assert status == 0, error
+    text = out.read_text()
+    if to == "c":
+        comment, _, behind = text.partition("*/")
+        assert "int x;" in comment and behind.startswith('\n\n#include "arm.h"')
+        assert "/*" not in comment[2:]
+    elif to == "dh":
+        assert "int x;" in text
+        assert all("int x;" not in line or line.startswith("# ") for line in text.splitlines())
+    else:
+        comments = re.findall("<!--(.*?)-->", text, re.S)
+        assert any("int x;" in comment for comment in comments)
+        assert not any("--" in comment for comment in comments)
+        assert "int x;" not in re.sub("<!--.*?-->", "", text, flags=re.S)
+        ElementTree.fromstring(text)
 
 
 def test_what_a_format_cannot_say_has_its_price(export, calibrations, tmp_path):
