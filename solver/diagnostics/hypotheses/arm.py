@@ -18,6 +18,8 @@ VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
 ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
 """Typical sizes: offsets [rad, m], shares of the reading, and of the last step."""
+AXES = "bca"
+"""Names of the axes of a link: the two about which its joint tilts, and the joint's own."""
 
 
 def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Block]:
@@ -32,7 +34,7 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
         return
     axes = [(name, k) for name, along in directions.items() for k in range(3) if along[:, k].any()]
     columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
-    named = [{"joint": name, "axis": k} for name, k in axes]
+    named = [{"joint": name, "axis": AXES[k]} for name, k in axes]
     yield Block(scene.all_samples, columns, named, widths)
     columns = np.array([scene.by_geometry @ along for along in directions.values()])
     yield Block(scene.all_samples, columns, [{"joint": name} for name in directions], widths)
@@ -113,7 +115,7 @@ def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -
     i = [joint.name for joint in scene.robot.joints].index(name)
     axis = parameters.get("axis")
     along = _directions(scene, scene.robot.joints[i], unit)
-    change = (along if axis is None else along[:, [axis]]) @ values
+    change = (along if axis is None else along[:, [AXES.index(axis)]]) @ values
     ball = BallModel(scene.robot, [p.index for p in scene.parameters])
     errors = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
     own = slice(0, 3) if unit == "m" else slice(3, 6)
