@@ -265,7 +265,7 @@ def travel(case: tuple[str, int]) -> np.ndarray:
             samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
             target = of(coach, samples, following, q)
             stays = target is not None and socket == following
-            lifted += stays and coach._lifted(samples, q, target)
+            lifted += stays and coach._pool.lifted(samples, q, target)
         known = from_prior(model, Noise(NOISE, 0.0), 2)
         known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
         for sample in samples:
@@ -294,7 +294,7 @@ def nearest(
     coach: PoseSelector, samples: list[Sample], socket: int, q: np.ndarray
 ) -> np.ndarray | None:
     """Return the nearest of the poses that teach nearly most; None before a socket's first."""
-    poses = coach._candidates(samples, socket)[:120]
+    poses = coach._pool.candidates(samples, socket)[:120]
     if not len(poses):
         return None
     known = knowledge(coach, samples)

@@ -89,7 +89,9 @@ class Direct:
 
     def ask(self, request: GuidanceRequest) -> None:
         """Work out an answer."""
-        self.advice = self.selector.advise(request.samples, request.socket, request.position)
+        self.advice = self.selector.advise(
+            request.samples, request.socket, request.position, request.answers
+        )
 
     def answer(self) -> Advice | None:
         """Return the answer once."""

@@ -35,6 +35,7 @@ from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import set_distance as set_distance
 from .metadata import with_kept_alarm as with_kept_alarm
+from .metadata import with_reading as with_reading
 from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS

@@ -135,12 +135,10 @@ def set_distance(folder: Path, distance: float) -> float | None:
     """
     file = folder / METADATA
     before = read_keys(file).distance
-    metadata = read_metadata(file)
-    changes = [*_entries(metadata, "changes"), {"time": _now(), "distance": [before, distance]}]
+    metadata = with_distance(read_metadata(file), distance)
     try:
         with _locked(folder / SAMPLES):
-            said = {"distance": distance, "distance_measured": True, "changes": changes}
-            write_metadata(file, {**metadata, **said})
+            write_metadata(file, metadata)
     except BlockingIOError:
         raise RecordingError(f"{folder}: mukca record is writing there; finish it first") from None
     except OSError as error:
@@ -148,7 +146,26 @@ def set_distance(folder: Path, distance: float) -> float | None:
     return before
 
 
-def _entries(metadata: dict[str, Any], key: str) -> list[Any]:
+def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+    """Return metadata with another distance between the sockets [m], and the earlier one kept."""
+    change = {"time": _now(), "distance": [metadata.get("distance"), distance]}
+    changes = [*_entries(metadata, "changes"), change]
+    return {**metadata, "distance": distance, "distance_measured": True, "changes": changes}
+
+
+def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+    """Return metadata with a further reading of that distance [m], the one that counts by now.
+
+    The key ``readings`` has all of them, the first one too where somebody measured it.
+    """
+    before = metadata.get("distance")
+    first = [{"distance": before}] if metadata.get("distance_measured") is True else []
+    readings = [*(_entries(metadata, "readings") or first), {"time": _now(), "distance": distance}]
+    changed = metadata if before == distance else with_distance(metadata, distance)
+    return {**changed, "readings": readings, "distance_measured": True}
+
+
+def _entries(metadata: Mapping[str, Any], key: str) -> list[Any]:
     entries = metadata.get(key)
     return cast("list[Any]", entries) if isinstance(entries, list) else []
 

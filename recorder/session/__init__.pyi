@@ -2,8 +2,11 @@ from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
 from .actions import StreamAlerts as StreamAlerts
+from .alarms import NO_ANSWERS as NO_ANSWERS
+from .alarms import Alarm as Alarm
+from .alarms import Answers as Answers
+from .alarms import Cause as Cause
 from .guidance import Advice as Advice
-from .guidance import Alarm as Alarm
 from .guidance import GuidanceClient as GuidanceClient
 from .guidance import GuidanceProvider as GuidanceProvider
 from .guidance import GuidanceRequest as GuidanceRequest

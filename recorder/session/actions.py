@@ -16,6 +16,8 @@ CAPTURED, REFUSED, DONE = 1, 2, 3
 """Numbers of tones."""
 APART = 0.25
 """Time between two tones [s]; terminals merge tones that are closer."""
+SAME_READING = 3e-4
+"""Readings of a distance that differ by less are one [m]."""
 Check = Callable[[Sequence[Sample]], str | None]
 """A test of the last of some poses by the model: its oddity in words, as in "puts the ball 80 mm
 from the others"; None if nothing is odd."""
@@ -107,7 +109,7 @@ class SessionActions:
         further = "s for the next socket, " if self.session.sockets > 1 else ""
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
-        self._sound.play(DONE if done else CAPTURED)
+        self._sound.play(DONE if done or self.session.turn_done else CAPTURED)
         odd = self._plausible and self._plausible(self.session.live)
         if odd:
             back = "u takes it back. Or has the base moved? n: new placement"
@@ -132,6 +134,24 @@ class SessionActions:
         else:
             self._take_back(sample)
 
+    def doubt(self, numbers: Sequence[int]) -> None:
+        """Take samples back because of an alarm."""
+        for number in numbers:
+            self.delete(number)
+        self.session = self.session.doubting(numbers)
+
+    def measured_again(self, distance: float) -> bool:
+        """Write a further reading of the sockets' distance [m]; return whether it is as before."""
+        try:
+            before = self._recording.add_reading(distance)
+        except RecordingError as error:
+            self.alarm(f"not done: {error}")
+            return False
+        self.session = replace(self.session, distance=distance)
+        was = "" if before is None else f", before {1e3 * before:g}; both readings are kept"
+        self.notify(f"the sockets are {1e3 * distance:g} mm apart{was}")
+        return before is not None and abs(distance - before) < SAME_READING
+
     def redo(self) -> None:
         """Bring the sample again that was taken back last."""
         if not self.session.withdrawn:
@@ -154,10 +174,18 @@ class SessionActions:
             self.session = replace(self.session, samples=tuple(samples))
             self.notify(f"sample {number} is now of socket {socket}, before of {sample.socket}")
 
-    def move_on(self, first: int) -> bool:
-        """Take the samples from a number on to the next placement; False if that failed."""
-        moved = [s for s in self.session.live if s.number >= first]
+    def move_on(self, numbers: Sequence[int]) -> bool:
+        """Take samples since the first of some on to the next placement; False if that failed.
+
+        Of those that were taken back, the ones that an alarm took back and that are among them.
+        """
+        session = self.session
+        again = set(numbers) & set(session.doubted) & set(session.withdrawn)
+        later = {s.number for s in session.live if s.number >= min(numbers)}
+        moved = [s for s in session.samples if s.number in again | later]
         for sample in moved:
+            if sample.number in again:
+                continue
             if not self._mark(UNDO, sample):
                 return False
             self.session = self.session.without(sample.number)

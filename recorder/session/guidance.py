@@ -1,15 +1,15 @@
 """Guidance of the operator: request and reply as values, their provider, and the client."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 from .. import Sample
 from .actions import DONE, SessionActions, Sound
+from .alarms import NO_ANSWERS, Alarm, Answers
+from .session import Session
 
 INFORMATIVE = 3
 """Samples from which on a prediction rests on more than the prior of the ball's place."""
-NEAR = 2
-"""Samples by which the begin of one fault may be told differently as more are recorded."""
 
 
 @dataclass(frozen=True)
@@ -22,36 +22,16 @@ class GuidanceRequest:
     """The active one."""
     position: tuple[float, ...] | None
     """Configuration of the arm [rad], [m] for a prismatic joint."""
+    answers: Answers = NO_ANSWERS
 
+    def is_like(self, other: "GuidanceRequest | None") -> bool:
+        """Return whether two requests differ in the arm's configuration alone."""
+        return other is not None and replace(self, position=other.position) == other
 
-@dataclass(frozen=True)
-class Alarm:
-    """A fault that the samples show."""
-
-    cause: Literal["base", "ball", "socket", "other"]
-    words: str
-    """It in a word or two."""
-    text: str
-    """It in a line, with the sample since which it holds."""
-    samples: tuple[int, ...] = ()
-    """Numbers of the samples that it concerns; none where it concerns all."""
-    socket: int = 0
-    """The one in which the ball truly was."""
-
-    @property
-    def reason(self) -> str:
-        """The line, with the keys that cure it."""
-        cures = {
-            "base": "n new placement, ",
-            "ball": "x take back, n base moved, ",
-            "socket": "s mends it, ",
-        }
-        return f"{self.text}: {cures.get(self.cause, '')}k keep"
-
-    def is_like(self, other: "Alarm") -> bool:
-        """Return whether two alarms tell of one fault, which further samples locate better."""
-        first, second = (*self.samples, 0)[0], (*other.samples, 0)[0]
-        return self.cause == other.cause and abs(first - second) <= NEAR
+    def is_begin_of(self, session: Session) -> bool:
+        """Return whether a session only went on since the request."""
+        same = session.live[: len(self.samples)] == self.samples
+        return same and session.distance == self.answers.distance
 
 
 @dataclass(frozen=True)
@@ -100,6 +80,20 @@ class Advice:
     """mrad where prediction and goal are of joints' zeros [rad], in place of distances."""
     closing: tuple[str, ...] = ()
     """Lines on the gain of another placement, once this one is enough."""
+    route: tuple[tuple[int, tuple[float, ...]], ...] = ()
+    """Sockets and configurations of the samples to come, the target first."""
+
+    @property
+    def is_end(self) -> bool:
+        """True where this socket or placement has what it may have."""
+        return self.enough or self.exhausted or self.leave
+
+    def carried_on(self, count: int, socket: int) -> "Advice":
+        """Return the advice for a session that has so many samples by now, and this socket."""
+        if (count, socket) == (self.count, self.socket):
+            return self
+        poses = [q for k, q in self.route[max(count - self.count, 0) :] if k == socket]
+        return replace(self, target=next(iter(poses), None), lift=False, leave=False)
 
     @property
     def is_informative(self) -> bool:
@@ -135,24 +129,35 @@ class GuidanceClient:
     def __init__(
         self, provider: GuidanceProvider | None, actions: SessionActions, sound: Sound
     ) -> None:
-        self.advice: Advice | None = None
-        """The last that was given, and still holds."""
         self._provider = provider
         self._actions = actions
         self._sound = sound
-        self._asked: tuple[tuple[Sample, ...], int] | None = None
+        self._advice: Advice | None = None
+        self._request: GuidanceRequest | None = None
         self._alarms: tuple[Alarm, ...] = ()
-        self._kept: list[Alarm] = []
+        self._kept: tuple[Alarm, ...] = ()
+
+    @property
+    def advice(self) -> Advice | None:
+        """The last that was given, as far as it holds for the session by now."""
+        session = self._actions.session
+        return self._advice and self._advice.carried_on(len(session.live), session.socket)
+
+    @property
+    def answers(self) -> Answers:
+        """All that the operator has answered."""
+        session = self._actions.session
+        return Answers(self._kept, session.doubted_run, session.distance)
 
     @property
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
-        return next((a for a in self._alarms if not any(map(a.is_like, self._kept))), None)
+        return next(iter(self.answers.open_alarms(self._alarms)), None)
 
     def answered(self, alarm: Alarm, *, keep: bool = False) -> None:
         """Tell no more of a fault: its samples are kept as they are, or were put right."""
         if keep:
-            self._kept.append(alarm)
+            self._kept = (*self._kept, alarm)
         self._alarms = tuple(a for a in self._alarms if a != alarm)
 
     def update(self, position: tuple[float, ...] | None) -> None:
@@ -161,34 +166,32 @@ class GuidanceClient:
             return
         self._accept(self._provider.answer())
         session = self._actions.session
-        asked = (session.live, session.socket)
-        if self._provider.idle and asked != self._asked:
-            self._asked = asked
-            self._provider.ask(GuidanceRequest(session.live, session.socket, position))
+        request = GuidanceRequest(session.live, session.socket, position, self.answers)
+        if self._provider.idle and not request.is_like(self._request):
+            self._request = request
+            self._provider.ask(request)
         if self._provider.trouble:
             trouble = self._provider.trouble
             self._actions.notify(f"no advice any more: {trouble}; recording goes on")
-            self._provider = self.advice = None
+            self._provider = self._advice = None
 
     def _accept(self, advice: Advice | None) -> None:
-        """Take advice over, unless the session has changed since the request.
+        """Take advice over, unless samples that it rests on have changed since the request.
 
-        Faults of its samples hold while more are recorded: whoever is quick hears of them as well.
+        It holds while more are recorded: whoever is quick hears of faults as well.
         """
-        session, (asked, _) = self._actions.session, self._asked or ((), 0)
-        if advice is None or session.live[: len(asked)] != asked:
+        session, request = self._actions.session, self._request
+        if advice is None or request is None or not request.is_begin_of(session):
             return
-        told, before, self._alarms = self.alarm, self.advice, advice.alarms
-        holds = (advice.count, advice.socket) == (len(session.live), session.socket)
-        if holds and not advice.early:
-            self.advice = advice
-        if self.alarm and not (told and told.cause == self.alarm.cause):
+        alarm, before, self._alarms = self.alarm, self._advice, advice.alarms
+        if not advice.early:
+            self._advice = advice
+        if self.alarm and not (alarm and alarm.cause == self.alarm.cause):
             self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
             return
-        if advice is not self.advice:
+        if advice.early:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")
-        done = (advice.enough or advice.exhausted or advice.leave) and not self.alarm
-        if done and not (before and (before.enough or before.exhausted or before.leave)):
+        if advice.is_end and not self.alarm and not (before and before.is_end):
             self._sound.play(DONE)

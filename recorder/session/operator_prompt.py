@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from .guidance import Advice, Alarm
+from .alarms import Alarm
+from .guidance import Advice
 from .session import Session
 
 
@@ -57,6 +58,8 @@ class View:
     """The operator is asked this, in a word or two, a colon, and the answers' keys."""
     alarm: Alarm | None = None
     """A fault that the samples show, and that was not answered."""
+    kept: tuple[Alarm, ...] = ()
+    """Faults whose samples the operator keeps as they are."""
     capture_key: str = "space"
     rate: float = 0.0
     """States per second."""

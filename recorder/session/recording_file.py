@@ -26,6 +26,7 @@ from .. import (
     replace_file,
     sync_folder,
     with_kept_alarm,
+    with_reading,
     write_metadata,
 )
 
@@ -78,6 +79,12 @@ class Recording:
     def keep_alarm(self, text: str) -> None:
         """Remember what an alarm said, and the operator kept as it was."""
         self._write(with_kept_alarm(self._metadata, text))
+
+    def add_reading(self, distance: float) -> float | None:
+        """Write a further reading of the sockets' distance [m]; return the one before, if any."""
+        before = self._metadata.get("distance")
+        self._write(with_reading(self._metadata, distance))
+        return before if isinstance(before, int | float) else None
 
     def _write(self, metadata: dict[str, Any]) -> None:
         self._check_place()

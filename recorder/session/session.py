@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import takewhile
 
 from .. import SOCKETS, Sample
 from ..stream import JointLimits, StationaryPose
@@ -48,6 +49,12 @@ class Session:
     """All captures in order, also those that were taken back."""
     withdrawn: tuple[int, ...] = ()
     """Numbers of the samples that were taken back, the last one at the end."""
+    doubted: tuple[int, ...] = ()
+    """Numbers of those that were taken back because of an alarm."""
+    distance: float | None = None
+    """Distance of the sockets as it was measured again [m]; None where it was not."""
+    block: int | None = None
+    """Samples in a row after which it is the next socket's turn; None without turns."""
     similar_models: Callable[[Sequence[float]], str | None] | None = None
     """Names other robots that may be at a configuration where this one cannot."""
     messages: tuple[Message, ...] = ()
@@ -64,6 +71,19 @@ class Session:
         return tuple(
             sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
         )
+
+    @property
+    def doubted_run(self) -> tuple[Sample, ...]:
+        """Samples that alarms took back since the last but one that counts."""
+        first = self.live[-2].number if len(self.live) > 1 else 0
+        numbers = {n for n in self.doubted if n in self.withdrawn and n > first}
+        return tuple(sample for sample in self.samples if sample.number in numbers)
+
+    @property
+    def turn_done(self) -> bool:
+        """True once the active socket has had its turn."""
+        run = takewhile(lambda sample: sample.socket == self.socket, reversed(self.live))
+        return self.block is not None and self.sockets > 1 and len(list(run)) >= self.block
 
     @property
     def next_socket(self) -> int:
@@ -107,6 +127,10 @@ class Session:
     def without(self, number: int) -> "Session":
         """Return the session with a sample taken back."""
         return replace(self, withdrawn=(*self.withdrawn, number))
+
+    def doubting(self, numbers: Sequence[int]) -> "Session":
+        """Return the session with samples that an alarm takes back."""
+        return replace(self, doubted=(*self.doubted, *numbers))
 
     def switched(self, socket: int) -> "Session":
         """Return the session with another socket active."""

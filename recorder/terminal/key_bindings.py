@@ -11,7 +11,10 @@ from dataclasses import dataclass, replace
 from ...errors import MukcaError
 from .keyboard import NAMES
 
-ACTIONS = ("capture", "undo", "redo", "delete", "relabel", "next", "finish", "help")
+ACTIONS = (
+    *("capture", "undo", "redo", "delete", "relabel", "measure"),
+    *("next", "finish", "help"),
+)
 """Actions that a key can be given."""
 KEYS: Mapping[str, str] = {
     "space": "capture",
@@ -21,6 +24,7 @@ KEYS: Mapping[str, str] = {
     "r": "redo",
     "x": "delete",
     "l": "relabel",
+    "m": "measure",
     "s": "next",
     "q": "finish",
     "?": "help",
@@ -70,37 +74,46 @@ def _known(name: str, setting: str) -> str:
     )
 
 
+ASKS = {
+    "delete": "delete sample",
+    "relabel": "relabel: sample, blank, socket",
+    "measure": "sockets apart, measured again, mm",
+}
+"""What the operator is asked to type for each action that takes numbers."""
+_NUMBER = re.compile(r"\d+\.?\d*|\.\d+")
+
+
 @dataclass(frozen=True)
 class TypedLine:
-    """A line that is being typed: the number of a sample, and what to do with it."""
+    """A line that is being typed: numbers, and what to do with them."""
 
     action: str
-    """``delete`` or ``relabel``."""
+    """One of those in :data:`ASKS`."""
     typed: str = ""
 
     @property
     def text(self) -> str:
         """The line as the operator sees it."""
-        asks = {"delete": "delete sample", "relabel": "relabel: sample, blank, socket"}
-        return f"{asks[self.action]}: {self.typed}_   Enter does it, q leaves"
+        return f"{ASKS[self.action]}: {self.typed}_   Enter does it, q leaves"
 
     @property
-    def numbers(self) -> list[int]:
-        """Numbers typed so far."""
-        return [int(word) for word in self.typed.split()]
+    def numbers(self) -> list[float]:
+        """Numbers typed so far; none where a word is no number."""
+        words = self.typed.replace(",", ".").split()
+        return [float(word) for word in words] if all(map(_NUMBER.fullmatch, words)) else []
 
     def with_key(self, key: str) -> "TypedLine":
         """Return the line after one more key."""
         if key == "Backspace":
             return replace(self, typed=self.typed[:-1])
         key = " " if key == "space" else key
-        return replace(self, typed=self.typed + key) if key in "0123456789 " else self
+        return replace(self, typed=self.typed + key) if key in "0123456789., " else self
 
 
 PATIENCE = 30.0
 """Longest wait of a step for the arm [s]."""
 _WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
-_NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d")
+_NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d|measure=\d+\.?\d*")
 _WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
 
 

@@ -1,14 +1,22 @@
 """Handling of keys: they act on the session, open a line to type in, answer, or finish."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from ..session import Alarm, GuidanceClient, SessionActions
-from .key_bindings import TypedLine
+from .key_bindings import ASKS, TypedLine
 
 RESUME = "GO ON?: is the base where it was?   y yes, go on   n new placement   q leave"
 MOVED = "MOVED?: is the base elsewhere now, or will it be?   y new placement   n go on"
 """Questions, each with its answers."""
+WANTED = {
+    "delete": "a sample's number",
+    "relabel": "a sample's number, and a socket",
+    "measure": "the distance of the sockets' centres in mm, as in 100.08",
+}
+"""What each action takes that is typed."""
+DISTANCES = (0.01, 3.0)
+"""Least and largest distance of sockets [m]."""
 
 
 class KeyHandler:
@@ -41,16 +49,17 @@ class KeyHandler:
             "redo": actions.redo,
             "delete": lambda: self._type("delete"),
             "relabel": lambda: self._type("relabel"),
+            "measure": lambda: self._type("measure"),
             "next": lambda: self._switch(actions.session.next_socket),
             "finish": self.finish,
             "new": self._ask_whether_moved,
         }
 
     def press(self, key: str) -> None:
-        """Carry out a key; ``delete=12`` and ``relabel=12:1`` are words of a script."""
+        """Carry out a key; ``delete=12``, ``relabel=12:1``, ``measure=98.6`` are a script's."""
         word, _, numbers = key.partition("=")
-        if word in ("delete", "relabel") and numbers:
-            self._do(word, [int(number) for number in numbers.split(":")])
+        if word in ASKS and numbers:
+            self._do(word, [float(number) for number in numbers.split(":")])
         elif self.line:
             self._type_on(self.line, key)
         elif self.question:
@@ -84,10 +93,12 @@ class KeyHandler:
         if action == "keep":
             self._actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
-            self._start_new_placement(alarm.samples[0])
-        elif action == "delete" and alarm.cause == "ball":
-            for number in alarm.samples:
-                self._actions.delete(number)
+            self._start_new_placement(alarm.samples)
+        elif action == "delete" and alarm.cause in ("ball", "joints"):
+            self._actions.doubt(alarm.samples)
+        elif action == "measure" and alarm.cause == "distance":
+            self._type("measure")
+            return True
         elif action == "next" and alarm.cause == "socket":
             for number in alarm.samples:
                 self._actions.relabel(number, alarm.socket)
@@ -114,9 +125,9 @@ class KeyHandler:
     def _ask_whether_moved(self) -> None:
         self.question = MOVED
 
-    def _start_new_placement(self, first: int | None = None) -> None:
-        """Go on at a new placement, with the samples from a number on, if any."""
-        if first is None or self._actions.move_on(first):
+    def _start_new_placement(self, numbers: Sequence[int] = ()) -> None:
+        """Go on at a new placement, with the samples since the first of some, if any."""
+        if not numbers or self._actions.move_on(numbers):
             self.new_placement = True
             self.finish()
 
@@ -131,11 +142,24 @@ class KeyHandler:
         elif self._keys.get(key) == "finish":
             self.line = None
 
-    def _do(self, action: str, numbers: list[int]) -> None:
+    def _do(self, action: str, numbers: Sequence[float]) -> None:
+        whole = [int(number) for number in numbers]
         if action == "delete" and len(numbers) == 1:
-            self._actions.delete(numbers[0])
+            self._actions.delete(whole[0])
         elif action == "relabel" and len(numbers) == 2:
-            self._actions.relabel(numbers[0], numbers[1])
+            self._actions.relabel(whole[0], whole[1])
+        elif action == "measure" and len(numbers) == 1:
+            self._measure(numbers[0] / 1e3)
         else:
-            wanted = "a sample's number" + (", and a socket" if action == "relabel" else "")
-            self._actions.alarm(f"{action}: type {wanted}")
+            self._actions.alarm(f"{action}: type {WANTED[action]}")
+
+    def _measure(self, distance: float) -> None:
+        """Take a further reading of the sockets' distance [m], which answers an alarm on it."""
+        lowest, highest = DISTANCES
+        if not lowest <= distance <= highest:
+            self._actions.alarm(f"measure: type {WANTED['measure']}")
+            return
+        alarm = self._guidance.alarm
+        confirmed = self._actions.measured_again(distance)
+        if alarm and alarm.cause == "distance":
+            self._guidance.answered(alarm, keep=confirmed)

@@ -257,6 +257,7 @@ class Recorder:
             typed=line.text if line else "",
             question=self._handler.question,
             alarm=self._client.alarm,
+            kept=self._client.answers.kept,
             capture_key=capture_key(self.keys),
             rate=self.monitor.rate(now),
             age=self.monitor.age(now),

@@ -64,7 +64,8 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     words = f" mukca record  {view.title}{'  keys by script' if view.scripted else ''}"
     title = [Text(_fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
     facts = [_gauge(view, width)] if view.advice and view.advice.is_informative else []
-    facts = [*facts, _stream(view)][: 0 if view.help else max(0, spare - 2)]
+    facts = [*_kept(view, width), *facts, _stream(view)]
+    facts = facts[: 0 if view.help else max(0, spare - 2)]
     large = banner(view.prompt.words, view.prompt.colour, width)
     counts = _counts(view.session, width)
     status = _status(view, width, max(1, spare - 4))
@@ -83,6 +84,18 @@ def _status(view: View, width: int, most: int) -> list[Text]:
     lines = textwrap.wrap(start + text, width - 2)
     kept = lines if len(lines) <= most else [start + text]
     return [Text(_fit(f" {line}", width), style="bold") for line in kept]
+
+
+def _kept(view: View, width: int) -> list[Text]:
+    """The faults that are kept, and what a solving will make of them."""
+    if not view.kept:
+        return []
+    advice = view.advice
+    solved = "solve tells once there are more samples"
+    if advice and advice.fitted:
+        solved = "solve says FAIL" if advice.fails else "solve goes on with it"
+    faults = ", ".join(f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:])
+    return [Text(_fit(f" kept: {faults}; {solved}", width), style="bold red")]
 
 
 def _gauge(view: View, width: int) -> Text:

@@ -45,6 +45,8 @@ SMALL, CLEAN = 0.015, 2.0
 """Size [m] and remaining noise, as a multiple of the usual, of a fault that is no other socket."""
 FAULTS = 3
 """Largest number of faults."""
+RIVAL = 3.0
+"""Log Bayes factor up to which a fault of another kind counts as nearly as probable."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class Fault:
     """Logarithm of its probability beside that of sound samples."""
     socket: int | None = None
     """Socket in which the ball truly was, where it was in another."""
+    rivals: tuple[Hypothesis, ...] = ()
+    """Other kinds of fault that are nearly as probable, the most probable first."""
 
 
 def is_coarse(repeatability: float | None) -> bool:
@@ -108,7 +112,8 @@ class LiveCheck:
                 found.append(replace(fault, evidence=logs[best]))
                 scene = self.scene(given)
             else:
-                found.append(_fault(others[best], logs[best]))
+                fault = _fault(others[best], logs[best])
+                found.append(replace(fault, rivals=_rivals(others, logs, best)))
                 if others[best].kind.noise is not None:
                     break
                 scene = others[best].after()
@@ -203,6 +208,20 @@ def _number(placement: Placement, row: int) -> int:
     return placement.samples[row].number or row + 1
 
 
+def _rivals(
+    candidates: Sequence[Candidate], logs: Sequence[float], best: int
+) -> tuple[Hypothesis, ...]:
+    """Return the best of each other kind that is nearly as probable, the most probable first."""
+    rivals: dict[str, Hypothesis] = {}
+    order: list[int] = np.argsort(logs[: len(candidates)])[::-1].tolist()
+    for i in order:
+        candidate = candidates[i]
+        near = logs[best] - logs[i] < RIVAL
+        if near and candidate.kind.name not in (candidates[best].kind.name, *rivals):
+            rivals[candidate.kind.name] = _fault(candidate, logs[i]).hypothesis
+    return tuple(rivals.values())
+
+
 def _fault(candidate: Candidate, evidence: float) -> Fault:
     scene, p = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
@@ -215,4 +234,10 @@ def _fault(candidate: Candidate, evidence: float) -> Fault:
     if candidate.kind.name == "ball_sample":
         last = first + 1
     numbers = tuple(_number(placement, i) for i in range(first, last))
-    return Fault(candidate.hypothesis(), place, numbers, evidence)
+    hypothesis = candidate.hypothesis()
+    if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
+        joint = scene.robot.joint_names.index(p["joint"])
+        arms = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
+        size = abs(p["offset"]) * float(arms.mean())
+        hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
+    return Fault(hypothesis, place, numbers, evidence)

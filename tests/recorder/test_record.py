@@ -1,12 +1,13 @@
 """The recorder's loop with a simulated arm: keys of a script or a hand, faults, hands free."""
 
+import json
 import math
 import os
 import signal
 import threading
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata
 from mukca.recorder.session import Advice, Alarm, Recording, Session, View
 from mukca.recorder.stream import JointLimits, Stream, StreamMonitor
-from mukca.recorder.terminal import Recorder, Script, keys_with
+from mukca.recorder.terminal import Recorder, Script, keys_with, render
 
 PLACES = [(0.1, 0.2), (0.6, -0.4), (0.2, 0.5), (-0.5, 0.1), (0.9, 0.9)]
 JOINTS = (JointLimits("a", -1, 1), JointLimits("b", -1, 1))
@@ -322,7 +323,8 @@ class Guidance:
             return None
         self.idle = True
         question = self.asked[-1]
-        said = self._said[min(len(question.samples), len(self._said) - 1)]
+        count = question.samples[-1].number if question.samples else 0
+        said = self._said[min(count, len(self._said) - 1)]
         return Advice(len(question.samples), question.socket, 5e-4, 3e-4, **said)
 
 
@@ -395,3 +397,40 @@ def test_advice_that_fails_ends_no_session(arm, by_hand):
     outcome, seen = by_hand(arm(speed=1.0), (0.5, "a"), (1.8, "q"), guidance=adviser)
     assert len(outcome.session.live) == 1 and outcome.advice is None
     assert any("no advice any more" in m.text for m in seen.views[-1].session.messages)
+
+
+def test_samples_that_alarms_took_back_go_along_with_a_base_that_moved(arm, by_hand):
+    """The third, off by the same vector, shows that the second was sound after the base moved."""
+    moved = replace(BASE, samples=(2, 3))
+    adviser = Guidance({}, {}, {"alarms": (BALL,)}, {"alarms": (moved,)})
+    typed = (0.5, "a"), (2.2, "a"), (3.0, "x"), (3.8, "a"), (4.6, "n"), (5.6, "q")
+    outcome, _ = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    doubted = [sample.number for sample in adviser.asked[-1].answers.doubted]
+    assert doubted == [2] and outcome.session.withdrawn == (2, 3)
+    assert [sample.number for sample in outcome.moved] == [2, 3]
+
+
+def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_hand):
+    said = {"alarms": (BASE,), "exhausted": True, "fails": "The base moved", "fitted": True}
+    adviser = Guidance({}, {}, {}, said)
+    typed = (0.5, "a"), (2.2, "a"), (3.8, "a"), (5.2, "k"), (6.0, "q")
+    _, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    assert adviser.asked[-1].answers.kept == (BASE,)
+    last = seen.views[-1]
+    assert last.prompt.words == "SOLVE FAILS" and last.kept == (BASE,)
+    assert any("kept: BASE MOVED from sample 2 on; solve says FAIL" in str(line)
+               for line in render(last, 80, 24))  # fmt: skip
+
+
+@pytest.mark.parametrize(("typed", "asked_again"), [("98.6", True), ("50.1", False)])
+def test_a_distance_is_measured_again(arm, by_hand, tmp_path, typed, asked_again):
+    """Both readings are kept; the session goes on by the last, or keeps what is confirmed."""
+    alarm = Alarm("distance", "DISTANCE?", "the sockets come out 98.6 apart, not 50 mm", (1,))
+    adviser = Guidance({}, {"alarms": (alarm,)})
+    keys = (0.5, "a"), (1.4, "m"), (1.5, f"{typed}\r"), (2.4, "q")
+    _, seen = by_hand(arm(speed=1.0), *keys, guidance=adviser)
+    last = json.loads((tmp_path / "front/placement.json").read_text())
+    metres = pytest.approx(float(typed) / 1e3)
+    assert [reading["distance"] for reading in last["readings"]][-1] == metres
+    assert last["distance"] == metres == adviser.asked[-1].answers.distance
+    assert (seen.views[-1].alarm is not None) == asked_again

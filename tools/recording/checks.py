@@ -3,12 +3,10 @@
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from ...recorder import Placement, Sample, read_placement
-from ...recorder.session import Alarm
+from ...recorder import Sample, read_placement
 from ...solver import assessment, diagnostics
 from ...solver.data import Load, measure
 from ...solver.robot import BallModel, Robot, gravity_moments, load_robot, shipped_robots
@@ -104,49 +102,6 @@ def _scatter(robot: Robot, q: np.ndarray) -> float:
     points = BallModel(robot, []).points(np.zeros(0), q)
     away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
     return float(away.mean())
-
-
-CAUSES: dict[str, tuple[Literal["base", "ball", "socket", "other"], str, str]] = {
-    "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
-    "drift": ("other", "DRIFTS", "the base drifts, by {size} mm so far; is it tight?"),
-    "ball_sample": ("ball", "NOT SEATED", "sample {first} is {size} mm off"),
-    "ball_bent": ("other", "BALL MOVED", "by {size} mm on its flange since sample {first}; tight?"),
-    "ball_loose": ("other", "LOOSE", "all samples scatter: are ball and base tight?"),
-    "zero_lost": ("other", "LOST A ZERO", "{joint} reads otherwise since sample {first}"),
-    "socket": ("socket", "WRONG SOCKET", "{text}"),
-    "distance": ("other", "DISTANCE?", "the sockets come out {likely} apart, not {given} mm"),
-}
-"""For each fault, the kind of key that cures it, a word or two, and a line for the operator."""
-
-
-class SessionAlarms:
-    """Faults of the last of some placements, as alarms."""
-
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
-        repeats = assessment.repeatability_of(robot, None)
-        self.coarse = diagnostics.is_coarse(repeats)
-        """True for an arm of servos, whose zeros may be off by degrees."""
-        self._check = diagnostics.LiveCheck(robot, repeats)
-
-    def __call__(self, placements: Sequence[Placement]) -> tuple[Alarm, ...]:
-        """Return the alarms, the most probable fault first."""
-        here, last = placements[-1].samples, len(placements) - 1
-        if here and (wrong := wrong_model(self._robot, here)):
-            return (Alarm("other", "WRONG ARM?", wrong),)
-        found = [f for f in self._check.faults(placements) if f.placement == last]
-        return tuple(_alarm(fault) for fault in found)
-
-
-def _alarm(fault: "diagnostics.Fault") -> Alarm:
-    found = fault.hypothesis
-    shown = {
-        key: assessment.millimetres(value, 1) if isinstance(value, float) else value
-        for key, value in {"likely": "?", "given": "?", "size": "?", **found.parameters}.items()
-    }
-    shown |= {"first": fault.samples[0], "text": found.text.partition(",")[0]}
-    cause, words, form = CAUSES[found.name]
-    return Alarm(cause, words, form.format_map(shown), fault.samples, fault.socket or 0)
 
 
 FAILED = 1

@@ -6,14 +6,16 @@ from itertools import takewhile
 import numpy as np
 
 from ...recorder import Placement, Sample
-from ...recorder.session import Advice, Alarm
+from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
 from ...solver import design
+from ...solver.assessment import LEAST_SAMPLES
 from ...solver.bayes.inference import Posterior
 from ...solver.bayes.model import Noise, extend
 from ...solver.data import CALIPER_DEVIATION
 from ...solver.robot import Robot, choose_parameters
-from .checks import SessionAlarms
 from .guidance_process import goal_for
+from .pose_pool import PosePool, positions_in
+from .session_alarms import SessionAlarms
 from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
@@ -31,10 +33,6 @@ MIN_GAIN = 0.03
 """Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
 PLATEAU, PLATEAU_SAMPLES = 0.06, 3
 """It is also exhausted if the last few samples gained less than this share."""
-ALIKE = np.deg2rad(5)
-"""A pose that turns every joint less from a sample than this is no new one [rad]."""
-CANDIDATES = 600
-"""Number of compared poses."""
 SEAT = Noise(1e-4, 0.0)
 """Noise of a sample, before there are enough to estimate it [m]."""
 
@@ -60,28 +58,37 @@ class PoseSelector:
         self._distance = distance
         self._given, self._goal = goal, goal_for(robot) if goal is None else goal
         self._sockets, self._curved = sockets, bool(design.curve_advice(robot))
-        self._turn = turn
         self._model = extend(robot, choose_parameters(robot))
-        self._reach = design.Reach(robot)
-        self._poses: dict[int, np.ndarray] = {}
+        self._pool = PosePool(self._model, turn)
         self._alarms = SessionAlarms(robot)
-        self._last_alarms: tuple[tuple[Sample, ...], tuple[Alarm, ...]] = ((), ())
+        self._last_alarms: tuple[tuple[tuple[Sample, ...], float], tuple[Alarm, ...]]
+        self._last_alarms = ((), distance), ()
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
         self._enough = False
         self._route: tuple[list[int], np.ndarray] | None = None
 
-    def alarms(self, samples: Sequence[Sample]) -> tuple[Alarm, ...]:
-        """Return the faults that samples show, the most probable first, in under a second."""
-        if self._last_alarms[0] != tuple(samples):
-            found = self._alarms([*self._earlier, self._placement(samples)])
-            self._last_alarms = tuple(samples), found
-        return self._last_alarms[1]
+    def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
+        """Return the faults that the operator has not answered, the most probable first.
+
+        It takes under a second.
+        """
+        self._distance = answers.distance or self._distance
+        evidence = (*samples, *answers.doubted), self._distance
+        if self._last_alarms[0] != evidence:
+            placements = [*self._earlier, self._placement(samples)]
+            self._last_alarms = evidence, self._alarms(placements, answers.doubted)
+        return answers.open_alarms(self._last_alarms[1])
 
     def advise(
-        self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
+        self,
+        samples: Sequence[Sample],
+        socket: int,
+        position: Sequence[float] | None = None,
+        answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
+        alarms = self.alarms(samples, answers)
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
         known = self._covariance(samples, posterior)
@@ -91,7 +98,6 @@ class PoseSelector:
         order = self._order(samples, socket)
         target, gain = self._next(known, where, samples, order, position)
         here = self._placement(samples)
-        alarms = self.alarms(samples)
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, here], zeros=self._alarms.coarse
         )
@@ -103,13 +109,16 @@ class PoseSelector:
         reached = enough and predicted <= goal
         more = goal * rigid / predicted
         exhausted = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
+        # more samples mend no fault that is kept
+        kept_fault = bool(answers.kept and solved and solved.fails)
+        exhausted |= kept_fault and fewest >= LEAST_SAMPLES
         # near the recorded places, if no more can be had here, or once it was said: more samples
         # tell more of the noise, so that an error can be predicted larger; a given goal stands
         enough = reached or (enough and (exhausted or self._enough) and self._given is None)
         self._enough = enough
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
         stays = bool(samples) and samples[-1].socket == order[0]
-        lift = stays and target is not None and self._lifted(samples, position, target)
+        lift = stays and target is not None and self._pool.lifted(samples, position, target)
         advice = Advice(
             count=len(samples),
             socket=socket,
@@ -124,8 +133,14 @@ class PoseSelector:
             gain=gain,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
+            route=self._steps(),
         )
         return advice if posterior is None else with_fit(advice, posterior, samples)
+
+    def _steps(self) -> tuple[tuple[int, tuple[float, ...]], ...]:
+        """Return the socket and pose of each sample to come, as far as they are planned."""
+        order, way = self._route or ([], np.zeros((0, 0)))
+        return tuple((k, tuple(q)) for k, q in zip(order, way.tolist(), strict=False))
 
     def _exhausted(
         self,
@@ -141,7 +156,7 @@ class PoseSelector:
         if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
-            known = known.with_samples(self._candidates(samples, socket)[:MORE], socket)
+            known = known.with_samples(self._pool.candidates(samples, socket)[:MORE], socket)
         return known.error(where) > goal
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
@@ -167,7 +182,7 @@ class PoseSelector:
         self, known: design.ParameterCovariance, samples: Sequence[Sample], at: int = 0
     ) -> design.ParameterCovariance:
         """Return the same with the measured distance of a placement's sockets, the first ``at``."""
-        first, second = (self._centre(samples, k) for k in (0, 1))
+        first, second = (self._pool.centre(samples, k) for k in (0, 1))
         if self._sockets < 2 or first is None or second is None:
             return known
         along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
@@ -182,17 +197,9 @@ class PoseSelector:
         taken: list[tuple[np.ndarray, int]] = []
         for i, some in enumerate(recorded):
             known = self._with_distance(known, some, count * i)
-            own = [(_positions(some, k), count * i + k) for k in range(count)]
+            own = [(positions_in(some, k), count * i + k) for k in range(count)]
             taken += [(q, k) for q, k in own if len(q)]
         return known, taken
-
-    def _centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
-        """Return a socket's position by the nominal model [m]; None without a sample in it."""
-        q = _positions(samples, socket)
-        if not len(q):
-            return None
-        points = self._model.ball.points(self._model.ball.nominal, q)
-        return np.asarray(np.median(points, axis=0))
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
@@ -200,10 +207,10 @@ class PoseSelector:
         if self._sockets != 2 or min(counts) == 0:
             return ()
         known = self._covariance(samples, self._fitted(samples, counts))
-        centres = [self._centre(samples, k) for k in (0, 1)]
+        centres = [self._pool.centre(samples, k) for k in (0, 1)]
         here = np.array([c for c in centres if c is not None])
         where = design.workspace_of(self._model, known.x)
-        lines = design.next_base_advice(known, where, self._reach, here, self._distance)
+        lines = design.next_base_advice(known, where, self._pool.reach, here, self._distance)
         curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
         return (*lines, curves) if curves else lines
 
@@ -222,7 +229,7 @@ class PoseSelector:
         position: Sequence[float] | None,
     ) -> tuple[tuple[float, ...] | None, float]:
         """Return the next pose of a short way, and the gain of the pose that teaches most."""
-        pools = {k: self._candidates(samples, k) for k in dict.fromkeys(order)}
+        pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
         reached = [pool for pool in pools.values() if len(pool)]
         if not reached:
             self._route = None
@@ -251,30 +258,6 @@ class PoseSelector:
                 return way[done:]
         return None
 
-    def _lifted(
-        self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
-    ) -> bool:
-        start = samples[-1].position if position is None else position
-        return not self._reach.seated(np.array(start), np.array([target]))[0]
-
-    def _candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
-        """Return new poses with the ball in a socket, shape (N, m); none before its first."""
-        centre = self._centre(samples, socket)
-        if centre is None:
-            self._poses.pop(socket, None)  # where samples lay that were taken back tells nothing
-            return np.zeros((0, len(self._robot.actuated)))
-        if socket not in self._poses:
-            poses = self._reach.poses(centre, CANDIDATES)
-            near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
-            self._poses[socket] = poses[near] if near.any() else poses
-        poses, taken = self._poses[socket], np.array([s.position for s in samples])
-        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
-        return poses[new] if new.any() else poses
-
 
 def _run(samples: Sequence[Sample], socket: int) -> int:
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))
-
-
-def _positions(samples: Sequence[Sample], socket: int) -> np.ndarray:
-    return np.array([s.position for s in samples if s.socket == socket])

@@ -105,14 +105,20 @@ class BackgroundGuidance(WorkerProcess):
 
     def ask(self, request: GuidanceRequest) -> None:
         """Make a request; never waits."""
-        samples = (Sample(s.position, s.socket, number=s.number) for s in request.samples)
-        self.send(replace(request, samples=tuple(samples)))
+        samples = tuple(map(_bare, request.samples))
+        answers = replace(request.answers, doubted=tuple(map(_bare, request.answers.doubted)))
+        self.send(replace(request, samples=samples, answers=answers))
 
     def answer(self, wait: float = 0.0) -> Advice | None:
         """Return the newest advice that has come since; None without one."""
         advice: Advice | None = super().answer(wait)
         self._busy = self._busy or bool(advice and advice.early)
         return advice
+
+
+def _bare(sample: Sample) -> Sample:
+    """Return what guidance looks at of a sample."""
+    return Sample(sample.position, sample.socket, number=sample.number)
 
 
 def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
@@ -128,11 +134,11 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()
-        samples = request.samples
-        if alarms := selector.alarms(samples):  # before what takes seconds
-            early = Advice(len(samples), request.socket, math.inf, 0.0, alarms=alarms, early=True)
-            pipe.send(early)
-        advice = selector.advise(samples, request.socket, request.position)
+        samples, socket, answers = request.samples, request.socket, request.answers
+        alarms = selector.alarms(samples, answers)
+        if alarms:  # before what takes seconds
+            pipe.send(Advice(len(samples), socket, math.inf, 0.0, alarms=alarms, early=True))
+        advice = selector.advise(samples, socket, request.position, answers)
         pipe.send(replace(advice, closing=closing))
         if (advice.enough or advice.exhausted) and not closing:
             closing = selector.closing(samples)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...recorder import Sample
-from ...recorder.session import Advice, Alarm
+from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
 from ...solver.calibration import Calibration
 from ...solver.design import ParameterCovariance
 from ...solver.partial import identifiable_zeros, zero_covariance
@@ -31,16 +31,20 @@ class ZeroSelector(PoseSelector):
         self._target, self._curved = target, False
         self._first = zero_covariance(calibration, sockets)
 
-    def alarms(self, samples: Sequence[Sample]) -> tuple[Alarm, ...]:
+    def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
         """Return none: zeros that are off would look like faults."""
         return ()
 
     def advise(
-        self, samples: Sequence[Sample], socket: int, position: Sequence[float] | None = None
+        self,
+        samples: Sequence[Sample],
+        socket: int,
+        position: Sequence[float] | None = None,
+        answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
         known, order = self._known(samples), self._order(samples, socket)
-        pools = {k: self._candidates(samples, k) for k in range(self._sockets)}
+        pools = {k: self._pool.candidates(samples, k) for k in range(self._sockets)}
         pools = {k: pool for k, pool in pools.items() if len(pool)}
         where, target, gain = identifiable_zeros(self._known(()), pools), None, 0.0
         after = known
@@ -61,7 +65,7 @@ class ZeroSelector(PoseSelector):
             leave=bool(order) and order[0] != socket,
             enough=not order,
             target=target,
-            lift=target is not None and self._lifted(samples, position, target),
+            lift=target is not None and self._pool.lifted(samples, position, target),
             gain=gain,
         )
 

@@ -1,0 +1,64 @@
+"""Alarms: faults that the samples show, the keys that cure them, and the operator's answers."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from .. import Sample
+
+Cause = Literal["base", "ball", "socket", "distance", "joints", "other"]
+NEAR = 2
+"""Samples by which the begin of one fault may be told differently as more are recorded."""
+CURES: dict[Cause, str] = {
+    "base": "n new placement, ",
+    "ball": "x take back, n base moved, ",
+    "socket": "s mends it, ",
+    "distance": "m type it measured again, ",
+    "joints": "n new placement, x take back, ",
+    "other": "",
+}
+"""Keys that cure each kind of cause, the likeliest cure first."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A fault that the samples show."""
+
+    cause: Cause
+    words: str
+    """It in a word or two."""
+    text: str
+    """It in a line, with the sample since which it holds."""
+    samples: tuple[int, ...] = ()
+    """Numbers of the samples that it concerns; none where it concerns all."""
+    socket: int = 0
+    """The one in which the ball truly was."""
+
+    @property
+    def reason(self) -> str:
+        """The line, with the keys that cure it."""
+        return f"{self.text}: {CURES[self.cause]}k keep"
+
+    def is_like(self, other: "Alarm") -> bool:
+        """Return whether two alarms tell of one fault, which further samples locate better."""
+        first, second = (*self.samples, 0)[0], (*other.samples, 0)[0]
+        return self.cause == other.cause and abs(first - second) <= NEAR
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The operator's answers to alarms."""
+
+    kept: tuple[Alarm, ...] = ()
+    """Alarms whose samples are kept as they are."""
+    doubted: tuple[Sample, ...] = ()
+    """The last samples, as far as alarms took them back; what they have in common is evidence."""
+    distance: float | None = None
+    """Distance of the sockets as it was measured again [m]; None where it was not."""
+
+    def open_alarms(self, alarms: Iterable[Alarm]) -> tuple[Alarm, ...]:
+        """Return the alarms that are not answered."""
+        return tuple(a for a in alarms if not any(map(a.is_like, self.kept)))
+
+
+NO_ANSWERS = Answers()

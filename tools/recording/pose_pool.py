@@ -1,0 +1,58 @@
+"""Poses that a hand can reach with the ball in a socket, new ones, by the nominal model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...recorder import Sample
+from ...solver import design
+from ...solver.bayes.model import ExtendedModel
+
+ALIKE = np.deg2rad(5)
+"""A pose that turns every joint less from a sample than this is no new one [rad]."""
+CANDIDATES = 600
+"""Number of compared poses."""
+
+
+class PosePool:
+    """Poses in each socket, no joint farther than ``turn`` from the session's begin [rad]."""
+
+    def __init__(self, model: ExtendedModel, turn: float = np.inf) -> None:
+        self.reach = design.Reach(model.robot)
+        self._model = model
+        self._turn = turn
+        self._poses: dict[int, np.ndarray] = {}
+
+    def centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
+        """Return a socket's position by the nominal model [m]; None without a sample in it."""
+        q = positions_in(samples, socket)
+        if not len(q):
+            return None
+        points = self._model.ball.points(self._model.ball.nominal, q)
+        return np.asarray(np.median(points, axis=0))
+
+    def lifted(
+        self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
+    ) -> bool:
+        """Return whether the ball must leave its socket on the way to a target."""
+        start = samples[-1].position if position is None else position
+        return not self.reach.seated(np.array(start), np.array([target]))[0]
+
+    def candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
+        """Return new poses with the ball in a socket, shape (N, m); none before its first."""
+        centre = self.centre(samples, socket)
+        if centre is None:
+            self._poses.pop(socket, None)  # where samples lay that were taken back tells nothing
+            return np.zeros((0, len(self._model.robot.actuated)))
+        if socket not in self._poses:
+            poses = self.reach.poses(centre, CANDIDATES)
+            near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
+            self._poses[socket] = poses[near] if near.any() else poses
+        poses, taken = self._poses[socket], np.array([s.position for s in samples])
+        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
+        return poses[new] if new.any() else poses
+
+
+def positions_in(samples: Sequence[Sample], socket: int) -> np.ndarray:
+    """Return the configurations of a socket's samples, shape (N, m)."""
+    return np.array([s.position for s in samples if s.socket == socket])

@@ -1,0 +1,98 @@
+"""Faults of a session, as alarms with the words and keys that an operator needs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from ...recorder import Placement, Sample
+from ...recorder.session import Alarm, Cause
+from ...solver import assessment, diagnostics
+from ...solver.results import Hypothesis
+from ...solver.robot import Robot
+from .checks import wrong_model
+
+CAUSES: dict[str, tuple[Cause, str, str]] = {
+    "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
+    "drift": ("other", "DRIFTS", "the base drifts, by {size} mm so far; is it tight?"),
+    "ball_sample": ("ball", "NOT SEATED", "sample {first} is {size} mm off"),
+    "ball_bent": ("other", "BALL MOVED", "by {size} mm on its flange since sample {first}; tight?"),
+    "ball_loose": ("other", "LOOSE", "all samples scatter: are ball and base tight?"),
+    "zero_lost": ("other", "LOST A ZERO", "{joint} reads otherwise since sample {first}"),
+    "socket": ("socket", "WRONG SOCKET", "{text}"),
+    "distance": ("distance", "DISTANCE?", "the sockets come out {likely} apart, not {given} mm"),
+}
+"""For each fault, the kind of key that cures it, a word or two, and a line for the operator."""
+ALSO = {
+    "base_moved": "the base moved by {size} mm",
+    "drift": "the base drifts",
+    "ball_bent": "the ball moved on its flange",
+    "zero_lost": "{joint} reads otherwise",
+}
+"""Words for a second cause that fits as well."""
+AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
+"""No sample tells a base that turned around the first joint from that joint's zero."""
+BEYOND = 0.3
+"""Farther off than this neither base nor ball can be [m]: joints read wrongly, or the model is."""
+BEYOND_WORDS = "since sample {first} the ball comes out {metres} m off: joints or model?"
+
+
+class SessionAlarms:
+    """Faults of the last of some placements, as alarms."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        repeats = assessment.repeatability_of(robot, None)
+        self.coarse = diagnostics.is_coarse(repeats)
+        """True for an arm of servos, whose zeros may be off by degrees."""
+        self._check = diagnostics.LiveCheck(robot, repeats)
+
+    def __call__(
+        self, placements: Sequence[Placement], doubted: Sequence[Sample] = ()
+    ) -> tuple[Alarm, ...]:
+        """Return the alarms, the most probable fault first.
+
+        Samples that alarms took back are evidence as well: two that are off by the same vector tell
+        of a base, not of a ball. What concerns them alone was answered.
+        """
+        *before, here = placements
+        if here.samples and (wrong := wrong_model(self._robot, here.samples)):
+            return (Alarm("other", "WRONG ARM?", wrong),)
+        numbers = {sample.number for sample in doubted}
+        every = sorted([*here.samples, *doubted], key=lambda sample: sample.number)
+        faults = self._check.faults([*before, replace(here, samples=tuple(every))])
+        return tuple(
+            self._alarm(fault)
+            for fault in faults
+            if fault.placement == len(before) and not set(fault.samples) <= numbers
+        )
+
+    def _alarm(self, fault: diagnostics.Fault) -> Alarm:
+        hypothesis, first = fault.hypothesis, fault.samples[0]
+        size = hypothesis.parameters.get("size")
+        if isinstance(size, float) and size > BEYOND and fault.socket is None:
+            text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
+            return Alarm("joints", "JOINTS?", text, fault.samples)
+        cause, words, form = CAUSES[hypothesis.name]
+        if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
+            cause, words, form = "base", "BASE MOVED", AROUND
+        sentence = hypothesis.text.partition(",")[0]
+        text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
+        for rival in _rivals(fault):
+            text = f"{text}; as likely {ALSO[rival.name].format_map(_shown(rival))}"
+            cause = "base" if rival.name == "base_moved" else cause
+        return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+
+
+def _rivals(fault: diagnostics.Fault) -> list[Hypothesis]:
+    """Return the second cause of samples since one that fits as well, if any."""
+    rivals = [rival for rival in fault.rivals if rival.name in ALSO]
+    return rivals[:1] if fault.hypothesis.name in ALSO else []
+
+
+def _shown(hypothesis: Hypothesis) -> dict[str, Any]:
+    """Return the numbers of a hypothesis as they are shown, lengths in millimetres."""
+    numbers = {"likely": "?", "given": "?", "size": "?", **hypothesis.parameters}
+    return {
+        key: assessment.millimetres(value, 1) if isinstance(value, float) else value
+        for key, value in numbers.items()
+    }
