@@ -5,7 +5,8 @@ what trying again cannot mend (a wrong address, another robot) is raised as it i
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from . import clock
 from .driver import Driver, DriverError, JointState, Reason
@@ -23,9 +24,11 @@ class Reconnecting(Driver):
         first_wait: Time before the first new attempt [s]; it doubles with every failure.
         longest_wait: The most that it grows to [s].
         silence: Time after which a silent connection counts as lost [s].
+        joint_names: The model's actuated joints in chain order, if there is a model. A driver that
+            names the same joints in another order is put into this one.
 
     Raises:
-        DriverError: The first connection cannot be made.
+        DriverError: The first connection cannot be made, or its joints are the model's in part.
     """
 
     def __init__(
@@ -35,12 +38,15 @@ class Reconnecting(Driver):
         first_wait: float = 0.25,
         longest_wait: float = 1.0,
         silence: float = 2.0,
+        joint_names: Sequence[str] | None = None,
     ) -> None:
         self._connect = connect
         self._first_wait, self._longest_wait = first_wait, longest_wait
         self._silence = silence
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
+        self.remark = ""
+        """What the operator should know of the joints' names; empty where they are the model's."""
         self.resolution = self._driver.resolution
         self._earlier_missed = self._earlier_rejected = 0
         self._last_state = clock.now()
@@ -51,11 +57,12 @@ class Reconnecting(Driver):
         """Number of times that the connection was lost."""
         self.trouble: str | None = None
         """Reason for which no states come, in words; None while they come."""
+        self._order = self._matched(joint_names or self._names)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, the same for every connection."""
-        return self._names
+        return tuple(self._names[i] for i in self._order)
 
     def read(self, timeout: float) -> JointState:
         """Return the next state; making a new connection may take longer than the timeout.
@@ -75,7 +82,32 @@ class Reconnecting(Driver):
         self._last_state = clock.now()
         self.trouble = None
         self._wait = self._first_wait
-        return state
+        return self._ordered(state)
+
+    def _matched(self, joint_names: Sequence[str]) -> tuple[int, ...]:
+        """Return where each of the model's joints stands among those of the driver."""
+        here, there = self._names, tuple(joint_names)
+        every = tuple(range(len(here)))
+        if sorted(here) == sorted(there):
+            return tuple(here.index(name) for name in there)
+        said = f"the driver's joints are {', '.join(here)}; the model's {', '.join(there)}"
+        if len(here) == len(there) and all(
+            a == b or a not in there for a, b in zip(here, there, strict=True)
+        ):
+            self.remark = f"{said}: they are taken in this order"
+            return every
+        self.close()
+        raise Reason.WRONG_ROBOT(f"{said}; choose the model of this robot")
+
+    def _ordered(self, state: JointState) -> JointState:
+        """Return a state with its joints in the model's order."""
+        if self._order == tuple(range(len(state.position))):
+            return state
+        if len(state.position) != len(self._order):
+            return state  # refused later
+        position, effort = state.position, state.effort
+        effort = effort and tuple(effort[i] for i in self._order)
+        return replace(state, position=tuple(position[i] for i in self._order), effort=effort)
 
     def _read(self, driver: Driver, timeout: float) -> JointState:
         """Read a connection, and bring the counts over all connections up to date."""

@@ -46,7 +46,8 @@ class Mock(Driver):
         self._address = address
         self._arm = arm or self._left.pop(address, None) or arm_at(address)
         self._names = self._arm.joint_names
-        if joint_names is not None:
+        same = sorted(joint_names or ()) == sorted(self._names)
+        if joint_names is not None and not same:
             self._names = match_joints(joint_names, len(self._names), "the recording")
         self._open = False
         if self._arm.shows("drop", self._arm.now()):
@@ -58,7 +59,10 @@ class Mock(Driver):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints: the model's where it is known, else the recording's own."""
+        """Names of the joints: the model's where it is known, else the recording's own.
+
+        They stand in the recording's order where that has the model's names.
+        """
         return self._names
 
     def read(self, timeout: float) -> JointState:

@@ -56,6 +56,7 @@ def measure(
             f"({names}); give the robot's names, or none for the robot's order"
         )
     warnings = list(ordered.remarks)
+    ordered = _without_single(ordered, warnings)
     _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
     if distance is not None and recorded not in (None, distance):
@@ -143,6 +144,22 @@ def _samples_of(placement: Placement, socket: int) -> str:
     if placement.samples[0].point is not None:
         return str(placement.files[0] if placement.files else placement.name)
     return f"{path or placement.name} socket {socket}"
+
+
+def _without_single(placement: Placement, warnings: list[str]) -> Placement:
+    """Leave out a socket's only sample, which tells nothing, where another socket has more."""
+    counts = np.bincount(placement.sockets)
+    single: list[int] = np.flatnonzero(counts == 1).tolist()
+    measured = any(sample.point is not None for sample in placement.samples)
+    if measured or not single or counts.max() < 2:
+        return placement
+    warnings += [
+        f"{placement.path or placement.name}: socket {socket} has one sample, which is left out; "
+        "at least 2 are needed"
+        for socket in single
+    ]
+    kept = tuple(sample for sample in placement.samples if sample.socket not in single)
+    return replace(placement, samples=kept)
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:

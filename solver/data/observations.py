@@ -215,16 +215,20 @@ def _check_scale(
     pairs: Sequence[Known[int]],
     located: Sequence[Located[int, int]],
 ) -> None:
-    """Refuse a placement none of whose sockets has a known distance or coordinates."""
+    """Refuse placements none of whose sockets has a known distance or coordinates.
+
+    Beside one that has, a placement without tells of the arm's shape, as one with only one socket.
+    """
     ends = {end for pair in pairs for end in (pair.first, pair.second)}
     ends |= {one.socket for one in located}
-    for name, m in seated:
-        if not any(labels.index((name, socket)) in ends for socket in m.sockets):
-            raise KnownError(
-                f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
-                "known distance ties it; record the other socket too, or give "
-                f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
-            )
+    tied = [any(labels.index((name, k)) in ends for k in m.sockets) for name, m in seated]
+    if seated and not any(tied):
+        _, m = seated[0]
+        raise KnownError(
+            f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
+            "known distance ties it; record the other socket too, or give "
+            f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
+        )
 
 
 def _pairs(

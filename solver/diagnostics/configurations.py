@@ -131,15 +131,22 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
 def single_socket_diagnostics(
     measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
 ) -> list[Diagnostic]:
-    """Return placements with one socket, which no known distance ties to a length."""
+    """Return placements with one socket, which no known distance ties to a length.
+
+    Beside one with two sockets they tell of the arm's shape alone.
+    """
     whole = named(measurements, known)
     scaled = {name for k in whole for name, _ in (k.first, k.second)}
+    sized = [m for m in measurements if m.has_distance or m.name in scaled]
+    level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
+    if not sized:
+        level, code, use = "error", "lone", "so solve refuses it"
     return [
         Diagnostic(
-            "error",
-            "lone",
+            level,
+            code,
             where_of([m]),
-            f"only socket {m.sockets[0]} has samples, so solve refuses it",
+            f"only socket {m.sockets[0]} has samples, {use}",
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in measurements

@@ -113,6 +113,31 @@ def test_another_robot_at_the_address_is_refused():
     assert other.closed == 1
 
 
+def test_joints_in_another_order_are_put_into_the_model_s():
+    class Arm(Scripted):
+        def read(self, timeout):
+            return JointState(0.0, (1.0, 2.0, 3.0), (10.0, 20.0, 30.0))
+
+    driver = Reconnecting(Robot(Arm([], names=("c", "a", "b"))), joint_names=["a", "b", "c"])
+    state = driver.read(1.0)
+    assert driver.joint_names == ("a", "b", "c") and not driver.remark
+    assert (state.position, state.effort) == ((2.0, 3.0, 1.0), (20.0, 30.0, 10.0))
+
+
+def test_joints_with_other_names_are_taken_in_order_and_told():
+    driver = Reconnecting(Robot(Scripted([True], names=("x",))), joint_names=["a"])
+    assert driver.read(1.0).position == (1.0,)
+    assert "the driver's joints are x; the model's a" in driver.remark
+
+
+@pytest.mark.parametrize("names", [("b", "x"), ("a", "b", "x")])
+def test_joints_that_are_the_model_s_in_part_are_refused(names):
+    arm = Scripted([True], names=names)
+    with refused("WRONG_ROBOT", match="choose the model of this robot"):
+        Reconnecting(Robot(arm), joint_names=["a", "b"])
+    assert arm.closed == 1
+
+
 def test_a_closed_connection_stays_closed():
     first = Scripted([True])
     driver = Reconnecting(Robot(first))

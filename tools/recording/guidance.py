@@ -170,10 +170,13 @@ class PoseSelector:
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None
     ) -> design.ParameterCovariance:
-        """Return the parameters' covariance by the fit, or without one by the poses alone."""
+        """Return the parameters' covariance by the fit, or without one by the poses alone.
+
+        Poses of earlier placements of the arm count as well: a new one begins with what they tell.
+        """
         if posterior is not None:
             return design.from_fit(posterior)
-        known, taken = self._prior([samples])
+        known, taken = self._prior([samples, *(part.samples for part in self._earlier)])
         for q, socket in taken:
             known = known.with_samples(q, socket)
         return known

@@ -139,8 +139,10 @@ def connect(text: str, robot: robots.Robot) -> Reconnecting:
     """Open ``NAME[:ADDRESS]`` as a driver that connects again by itself."""
     name, _, address = text.partition(":")
     if name == "mock" and "fault=" in address:
-        return Reconnecting(practice_driver(address, robot))
-    return Reconnecting(lambda: open_driver(name, address, robot.joint_names))
+        connection = practice_driver(address, robot)
+    else:
+        connection = partial(open_driver, name, address, robot.joint_names)
+    return Reconnecting(connection, joint_names=robot.joint_names)
 
 
 def open_recording(options: RecordOptions, metadata: recorder.Metadata, still: float) -> Recording:

@@ -45,6 +45,8 @@ def record_session(
             stack.callback(log.close)
         live = script is None
         session = session_start.first_session(options, metadata, robot, recording, moved or ())
+        if driver.remark:
+            session = session.with_message(driver.remark, alarm=True)
         page, session = session_start.with_page(options, stack, session)
         guidance = None
         if keyboard and live and not (options.no_guide or options.quick):

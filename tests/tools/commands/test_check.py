@@ -77,6 +77,18 @@ def test_too_little_is_told(copy, run, counts, status, words):
     assert "Nothing wrong" not in told and "mukca check" not in told
 
 
+def test_a_part_with_one_socket_or_sample_serves_beside_a_whole_one(copy, run):
+    """As a session leaves it behind whose base moved before the first change of the sockets."""
+    thinned(copy / "front", 12, 1)
+    parts = [str(copy / name) for name in ("front", "left")]
+    status, told = run("check", *parts, "--robot", "panda")
+    assert status == 0, told
+    assert "front: socket 1 has one sample, which is left out" in told
+    calibration = ["solve", *parts, "--robot", "panda", "--out", str(copy.parent / "calibrated")]
+    status, told = run(*calibration)
+    assert status in (0, 3) and "12  " in told, told
+
+
 @pytest.mark.parametrize("method", ["auto", "paper"])
 def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     generator = np.random.default_rng(0)
