@@ -12,6 +12,7 @@ from .guidance import GuidanceProvider as GuidanceProvider
 from .guidance import GuidanceRequest as GuidanceRequest
 from .operator_prompt import View as View
 from .recording_file import Recording as Recording
+from .session import BLOCK as BLOCK
 from .session import STOOD_STILL as STOOD_STILL
 from .session import TARGET as TARGET
 from .session import Session as Session

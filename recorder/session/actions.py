@@ -237,7 +237,7 @@ class StreamAlerts:
         self._stream, self._monitor, self._actions = stream, monitor, actions
         self._started = clock.now()
         self._silent_since: float | None = None
-        self._alarmed = ""
+        self._alarmed = set[str]()
         self._log_alarmed = False
 
     def trouble(self, now: float) -> str | None:
@@ -255,17 +255,18 @@ class StreamAlerts:
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
             self._actions.notify(f"the stream is back after {now - self._silent_since:.1f} s")
-            self._silent_since, self._alarmed = None, ""
+            self._silent_since = None
+            self._alarmed.clear()
         elif silent and self._silent_since is None:
             self._silent_since = now
             self._alarm(trouble or "the stream is silent")
         elif trouble is None:
-            self._alarmed = ""
+            self._alarmed.clear()
         elif silent or math.isfinite(self._monitor.age(now)):
             self._alarm(trouble)
 
     def _alarm(self, trouble: str) -> None:
         kind = re.sub(r"[\d.]+", "", trouble)
-        if kind != self._alarmed:
-            self._alarmed = kind
+        if kind not in self._alarmed:  # two that take turns are told once
+            self._alarmed.add(kind)
             self._actions.alarm(trouble)

@@ -1,13 +1,17 @@
 """Guidance of the operator: request and reply as values, their provider, and the client."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
+from ...drivers import clock
 from .. import Sample
 from .actions import DONE, SessionActions, Sound
 from .alarms import NO_ANSWERS, Alarm, Answers
 from .session import Session
 
+LATE = 15.0
+"""Longest time that an answer usually takes [s]."""
 INFORMATIVE = 3
 """Samples from which on a prediction rests on more than the prior of the ball's place."""
 
@@ -83,11 +87,6 @@ class Advice:
     route: tuple[tuple[int, tuple[float, ...]], ...] = ()
     """Sockets and configurations of the samples to come, the target first."""
 
-    @property
-    def is_end(self) -> bool:
-        """True where this socket or placement has what it may have."""
-        return self.enough or self.exhausted or self.leave
-
     def carried_on(self, count: int, socket: int) -> "Advice":
         """Return the advice for a session that has so many samples by now, and this socket."""
         if (count, socket) == (self.count, self.socket):
@@ -134,6 +133,7 @@ class GuidanceClient:
         self._sound = sound
         self._advice: Advice | None = None
         self._request: GuidanceRequest | None = None
+        self._asked_at = math.inf
         self._alarms: tuple[Alarm, ...] = ()
         self._kept: tuple[Alarm, ...] = ()
 
@@ -142,6 +142,12 @@ class GuidanceClient:
         """The last that was given, as far as it holds for the session by now."""
         session = self._actions.session
         return self._advice and self._advice.carried_on(len(session.live), session.socket)
+
+    @property
+    def late(self) -> bool:
+        """True while an answer is awaited for so long that the computer must be busy."""
+        waits = self._provider is not None and not self._provider.idle
+        return waits and clock.now() - self._asked_at > LATE
 
     @property
     def answers(self) -> Answers:
@@ -168,7 +174,7 @@ class GuidanceClient:
         session = self._actions.session
         request = GuidanceRequest(session.live, session.socket, position, self.answers)
         if self._provider.idle and not request.is_like(self._request):
-            self._request = request
+            self._request, self._asked_at = request, clock.now()
             self._provider.ask(request)
         if self._provider.trouble:
             trouble = self._provider.trouble
@@ -193,5 +199,7 @@ class GuidanceClient:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")
-        if advice.is_end and not self.alarm and not (before and before.is_end):
+        end = advice.enough or advice.exhausted or (advice.leave and session.block is None)
+        ended = before and (before.enough or before.exhausted or before.leave)
+        if end and not ended and not self.alarm:
             self._sound.play(DONE)

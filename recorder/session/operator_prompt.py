@@ -7,9 +7,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..stream import JointLimits
 from .alarms import Alarm
 from .guidance import Advice
 from .session import Session
+
+REACHED = math.radians(3)
+"""A joint that is this near to the proposed pose need not move."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,10 @@ class View:
     """Number of a sample that was captured a moment ago."""
     advice: Advice | None = None
     """Predicted quality of a calibration, and the best next step; the last that was given."""
+    late: bool = False
+    """True while advice is awaited for longer than usual."""
+    page: str = ""
+    """Address of the page beside the arm; empty without one."""
     implausible: str | None = None
     """Hands free: reason why this pose is not captured without a key."""
     hands_free: bool = False
@@ -83,6 +91,31 @@ class View:
         """The operator's next step."""
         return _before_all(self) or _by_place(self) or _by_motion(self)
 
+    @cached_property
+    def turns(self) -> tuple[tuple[JointLimits, float], ...]:
+        """Joints that must turn for the proposed pose, and by how much [rad], [m], in chain order.
+
+        None where no pose is proposed, or it is reached.
+        """
+        target = self.advice and self.advice.target
+        if target is None or self.position is None:
+            return ()
+        joints = zip(self.session.joints, target, self.position, strict=True)
+        turns = [(joint, to - now) for joint, to, now in joints]
+        return tuple((joint, turn) for joint, turn in turns if abs(turn) > REACHED)
+
+    @property
+    def large(self) -> str:
+        """The words that are read from afar: the two joints that turn most, while a hand leads.
+
+        As in ``J5 -70 J2 +35``, in degrees or millimetres.
+        """
+        if self.prompt.words not in ("MOVE", "NEXT POSE") or not self.turns:
+            return self.prompt.words
+        most = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
+        numbers = {joint: i for i, joint in enumerate(self.session.joints, 1)}
+        return " ".join(f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in most)
+
 
 _CALM, _STEADY, _GOOD, _NEXT, _BAD = "blue", "dark_orange3", "dark_green", "magenta", "red"
 
@@ -115,7 +148,7 @@ def _before_all(now: View) -> OperatorPrompt | None:
         return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}; the goal is reached")
     if session.complete:
         return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{more}")
-    done = session.counts[session.socket] >= session.target
+    done = session.turn_done or session.counts[session.socket] >= session.target
     if done or (now.advice and now.advice.leave and now.advice.socket == session.socket):
         to = session.next_socket
         over = f"enough here: ball to socket {to}, then press s"

@@ -14,6 +14,9 @@ from ..stream import JointLimits, StationaryPose
 
 TARGET = 30
 """Default number of samples for each socket."""
+BLOCK = 6
+"""Samples after which it is the next socket's turn: in the order 0 1 0 1 a base that moved, or a
+ball in the wrong socket, is told from a wrong distance of the sockets."""
 SAME = math.radians(1.0)
 """Largest difference at every joint between configurations that are nearly the same [rad]."""
 SAME_LENGTH = 2e-3

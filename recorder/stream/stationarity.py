@@ -47,6 +47,15 @@ class JointLimits:
         """Return a position, or a difference of positions, as people read it."""
         return f"{value * 1e3:.1f} mm" if self.prismatic else f"{math.degrees(value):.1f}°"
 
+    def rounded(self, value: float) -> int:
+        """Return a difference of positions in whole degrees or millimetres, as a hand follows."""
+        return round(1e3 * value if self.prismatic else math.degrees(value))
+
+    def turned(self, value: float) -> str:
+        """Return such a difference in words, as in ``up by 70°``."""
+        way, unit = "up" if value > 0 else "down", " mm" if self.prismatic else "°"
+        return f"{way} by {abs(self.rounded(value))}{unit}"
+
 
 @dataclass(frozen=True, slots=True)
 class StationaryPose:

@@ -77,6 +77,8 @@ class Recorder:
     resume_summary: Sequence[str] = ()
     """Lines on the recording that is continued, to confirm before anything is captured."""
     guidance: GuidanceProvider | None = None
+    page: str = ""
+    """Address of the page beside the arm; empty without one."""
     observer: Callable[[View], None] | None = None
     """Called with every view too; must never wait."""
 
@@ -258,6 +260,8 @@ class Recorder:
             question=self._handler.question,
             alarm=self._client.alarm,
             kept=self._client.answers.kept,
+            late=self._client.late,
+            page=self.page,
             capture_key=capture_key(self.keys),
             rate=self.monitor.rate(now),
             age=self.monitor.age(now),

@@ -12,14 +12,15 @@ from rich.text import Text
 from .. import Sample
 from ..session import Session, View
 from ..stream import JointLimits
+from .facts import fit, gauge, kept, stream
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 _TEXTS = Path(__file__).parent
 HELP = (_TEXTS / "help.txt").read_text(encoding="utf-8").rstrip("\n")
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
 _WIDTH, _USUAL = 60, 80
-_NEAR = math.radians(3)
-"""A joint that is this near to the proposed pose need not move."""
+USUAL = "12-20"
+"""Samples in each of two sockets that ENOUGH usually takes."""
 
 
 def rows_needed(joints: int) -> int:
@@ -43,7 +44,7 @@ def advice_lines(view: View, width: int) -> list[str]:
     """Return the advice in lines, for where there is no screen; none without advice."""
     if view.advice is None or not view.advice.is_informative:
         return []
-    return [line.plain.strip() for line in (_gauge(view, width), *_hint(view, width))]
+    return [line.plain.strip() for line in (*gauge(view, width), *_hint(view, width))]
 
 
 def _shown(line: Text, width: int, *, plain: bool) -> Text:
@@ -60,18 +61,21 @@ def _shown(line: Text, width: int, *, plain: bool) -> Text:
 def _lines(view: View, width: int, height: int) -> list[Text]:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
-    keys = [Text(_fit(KEYS, width), style="bold")][:spare]
-    words = f" mukca record  {view.title}{'  keys by script' if view.scripted else ''}"
-    title = [Text(_fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
-    facts = [_gauge(view, width)] if view.advice and view.advice.is_informative else []
-    facts = [*_kept(view, width), *facts, _stream(view)]
+    keys = [Text(fit(KEYS, width), style="bold")][:spare]
+    names = ["mukca record", view.page, view.title, "keys by script" if view.scripted else ""]
+    words = " " + "  ".join(filter(None, names))
+    title = [Text(fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
+    predicted, *more = gauge(view, width)
+    facts = [*kept(view, width), predicted, stream(view, width), *more]
+    facts = [line for line in facts if line.plain]
     facts = facts[: 0 if view.help else max(0, spare - 2)]
-    large = banner(view.prompt.words, view.prompt.colour, width)
+    large = banner(view.large, view.prompt.colour, width)
     counts = _counts(view.session, width)
     status = _status(view, width, max(1, spare - 4))
     top = [*title, *large, *status, counts, *facts]
     room = height - len(top) - len(keys)
-    middle = [Text(_fit(f" {line}", width)) for line in HELP.splitlines()]
+    lines = [*HELP.splitlines(), f"The page beside the arm: {view.page}"]
+    middle = [Text(fit(f" {line}", width)) for line in lines if line != lines[-1] or view.page]
     middle = middle if view.help else _middle(view, width, room)
     return [*top, *(middle + [Text()] * room)[:room], *keys]
 
@@ -83,67 +87,21 @@ def _status(view: View, width: int, most: int) -> list[Text]:
         text = view.prompt.reason
     lines = textwrap.wrap(start + text, width - 2)
     kept = lines if len(lines) <= most else [start + text]
-    return [Text(_fit(f" {line}", width), style="bold") for line in kept]
-
-
-def _kept(view: View, width: int) -> list[Text]:
-    """The faults that are kept, and what a solving will make of them."""
-    if not view.kept:
-        return []
-    advice = view.advice
-    solved = "solve tells once there are more samples"
-    if advice and advice.fitted:
-        solved = "solve says FAIL" if advice.fails else "solve goes on with it"
-    faults = ", ".join(f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:])
-    return [Text(_fit(f" kept: {faults}; {solved}", width), style="bold red")]
-
-
-def _gauge(view: View, width: int) -> Text:
-    """The predicted error against the goal, and what the fit says."""
-    advice = view.advice
-    assert advice is not None
-    facts = [
-        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
-        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
-        None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
-        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
-    ]
-    unit = " mrad" if advice.unit == "mrad" else ""
-    start = f" predicted {_mm(advice.predicted)}{unit} "
-    end = " ".join([f" goal {_mm(advice.goal)}", *(fact for fact in facts if fact)])
-    length = max(3, min(24, width - len(start + end)))
-    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
-    bar = ("█" * round(share * length)).ljust(length, "·")
-    return Text(
-        _fit(start + bar + end, width), style="green" if advice.predicted <= advice.goal else ""
-    )
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2f}"
+    return [Text(fit(f" {line}", width), style="bold") for line in kept]
 
 
 def _counts(session: Session, width: int) -> Text:
     """Captures of every socket against the target."""
     each = max(16, width // session.sockets)
     line = Text()
+    asked = USUAL if session.block else f"{session.target}"
+    most = int(asked.rpartition("-")[2])
     for socket, count in enumerate(session.counts):
-        share = min(1.0, count / max(1, session.target))
-        length = max(4, each - 18)
+        share = min(1.0, count / max(1, most))
+        length = max(4, each - 13 - len(asked) - 3)
         bar = ("█" * round(share * length)).ljust(length, "·")
         style = "bold" if socket == session.socket else ""
-        line.append(f" {socket}: {count:>2}/{session.target:<2} {bar}".ljust(each), style=style)
-    return line
-
-
-def _stream(view: View) -> Text:
-    age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
-    came = f"last state {age} ago" if math.isfinite(view.age) else "no state yet"
-    lost = f"  discarded {view.discarded}" if view.discarded else ""
-    lost += f"  connection lost {view.drops}x" if view.drops else ""
-    line = Text(f" stream {view.rate:.0f} Hz  {came}  missed {view.missed}{lost}")
-    if view.age > 0.25:
-        line.stylize("bold red")
+        line.append(f" {socket}: {count:>2}/{asked:<2} {bar}".ljust(each), style=style)
     return line
 
 
@@ -169,11 +127,7 @@ def _hint(view: View, width: int) -> list[Text]:
         return [Text(f" {line}", style="bold cyan") for line in lines]
     if target is None or view.position is None or (view.advice and view.advice.leave):
         return []
-    turns = [
-        f"{joint.name} {'up' if to > now else 'down'} by {joint.shown(abs(to - now))}"
-        for joint, to, now in zip(view.session.joints, target, view.position, strict=True)
-        if abs(to - now) > _NEAR
-    ]
+    turns = [f"{joint.name} {joint.turned(turn)}" for joint, turn in view.turns]
     lift = "lift the ball out for this one: " if view.advice and view.advice.lift else ""
     text = f"next best ◆: {lift}{', '.join(turns) or 'here'}"
     return [Text(f" {line}", style="bold cyan") for line in textwrap.wrap(text, width - 2)]
@@ -198,7 +152,7 @@ def _joints(view: View, width: int) -> list[Text]:
             (target[i], "◆", "bold magenta"),
             (values[i], "┃", "bold red" if near else "bold"),
         ]
-        line = Text(f" {_fit(joint.name, names):<{names}} ")
+        line = Text(f" {fit(joint.name, names):<{names}} ")
         lines.append(line.append(_joint(joint, values[i], marks, width - names - 30)))
     return lines
 
@@ -231,7 +185,7 @@ def _ends(joint: JointLimits) -> tuple[float, float]:
 def _captures(session: Session, width: int, room: int) -> list[Text]:
     """The last samples that count, the newest first."""
     newest = session.live[::-1][: max(0, room)]
-    lines = [Text(_fit(_capture(session, sample), width)) for sample in newest]
+    lines = [Text(fit(_capture(session, sample), width)) for sample in newest]
     return lines or [Text(" no capture yet", style="dim")][: max(0, room)]
 
 
@@ -253,16 +207,12 @@ def _messages(session: Session, width: int, room: int) -> list[Text]:
     for message in session.messages[: -room - 1 : -1]:
         mark = "!" if message.alarm else ">"
         if lines:
-            parts, style = [_fit(message.text, width - 4)], "dim"
+            parts, style = [fit(message.text, width - 4)], "dim"
         else:
             parts = textwrap.wrap(message.text, width - 4)[:room]
             style = "bold red" if message.alarm else ""
         lines = [*(Text(f" {mark} {part}", style=style) for part in parts), *lines]
     return lines[-room:]
-
-
-def _fit(text: str, width: int) -> str:
-    return text if len(text) <= width else text[: max(0, width - 1)] + "…"
 
 
 _ROWS = (_TEXTS / "letters.txt").read_text(encoding="utf-8").split("\n")

@@ -84,7 +84,7 @@ def record_in_real_time(tmp_path):
             stream = Stream(Reconnecting(arm, first_wait=0.05, silence=0.1))
             stack.callback(stream.close)
             session, monitor = (
-                Session(JOINTS, target=target),
+                Session(JOINTS, target=target, block=more.pop("block", None)),
                 StreamMonitor(JOINTS, live=not script),
             )
             return Recorder(session, stream, monitor, recording, seen, **more).run(), seen
@@ -378,6 +378,31 @@ def test_a_quick_hand_hears_of_a_fault_as_well(arm, by_hand, virtual_time):
     outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
     assert len(outcome.session.live) == 3
     assert f"{BASE.words}: {BASE.text}" in seen.alarms
+
+
+def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_used(arm, by_hand):
+    """Advice on no sample is all that ever comes; its route goes on in both sockets."""
+    route = ((0, (0.1, 0.2)), (0, (0.6, -0.4)), (1, (0.2, 0.5)), (0, (0.9, 0.9)))
+    adviser = Guidance({"route": route, "target": route[0][1]})
+    at_once, first = adviser.answer, []
+
+    def answer():
+        said = None if first else at_once()
+        first.extend([said] if said else [])
+        adviser.idle = not adviser.asked or len(adviser.asked) == 1
+        return said
+
+    adviser.answer = answer
+    typed = (0.5, "a"), (2.2, "a"), (3.5, "s"), (3.9, "a"), (30.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser, block=2)
+    assert outcome.session.counts == (2, 1) and len(adviser.asked) == 2
+    shown = {}
+    for view in seen.views:
+        shown.setdefault((len(view.session.live), view.session.socket), view)
+    proposed = {key: view.advice.target for key, view in shown.items() if view.advice}
+    assert proposed[1, 0] == route[1][1] and proposed[2, 1] == route[2][1]
+    assert shown[2, 0].session.turn_done and "SOCKET 1 NOW" in words_of(seen)
+    assert not shown[2, 0].late and seen.views[-1].late
 
 
 def test_a_fail_is_told_with_its_reason_before_more_is_recorded(arm, by_hand):

@@ -112,6 +112,38 @@ def test_a_window_that_is_too_small_says_what_is_needed(width, height):
     assert drawn(view(), width, height) == [f"needs 60 x 14, has {width} x {height}: PRESS"]
 
 
+@pytest.mark.parametrize("width", [60, 80])
+def test_no_fact_is_cut_in_its_midst(width):
+    """The stream's line has fewer words where there is less room, and the gauge a second line."""
+    shown = view(advice=ADVICE, drops=2, discarded=31, missed=12)
+    lines = [line.strip() for line in drawn(shown, width, 24)]
+    assert any(line.endswith("lost 2x") for line in lines), lines
+    assert any(line.endswith("sockets 50.03") for line in lines), lines
+    assert not any("…" in line for line in lines[6:10]), lines
+
+
+def test_advice_says_how_old_it_is():
+    older = view(session(17), advice=ADVICE)
+    assert any("5 samples ago" in line for line in drawn(older))
+    assert not any("samples ago" in line for line in drawn(view(session(14), advice=ADVICE)))
+    assert any("the computer is busy" in line for line in drawn(view(late=True)))
+
+
+def test_the_joints_that_turn_most_are_read_from_afar():
+    """While a hand leads, in whole degrees; where a key is asked for, the word stands there."""
+    turned = Advice(3, 0, 4e-4, 3e-4, target=(0.3, 0.3 - 1.22, *[0.35] * 4, 0.3 + 0.62))
+    leading = view(advice=turned, fast=True, moving="it moves")
+    assert (leading.large, leading.prompt.words) == ("J2 -70 J7 +36", "MOVE")
+    assert view(advice=turned).large == "PRESS"
+    assert view(fast=True, moving="it moves").large == "MOVE"
+
+
+def test_the_page_s_address_stands_in_the_header_and_in_the_help():
+    url = "http://192.168.1.20:41234/abcdefghjkmn/"
+    assert url in drawn(view(page=url), 60, 24)[0]
+    assert any(url in line for line in drawn(view(page=url, help=True)))
+
+
 @pytest.mark.parametrize("more", [{}, {"captured": 17}, {"trouble": "silent"}])
 def test_the_banner_is_three_rows_of_one_colour(more):
     lines = render(view(**more), 60, 14)

@@ -1,6 +1,5 @@
 # keep: BackgroundGuidance
 from .checks import worth_calibrating as worth_calibrating
-from .guidance import BLOCK as BLOCK
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
@@ -10,6 +9,7 @@ from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
 from .options import with_distance as with_distance
 from .session_alarms import SessionAlarms as SessionAlarms
+from .session_start import page_of as page_of
 from .session_start import recorded_beside as recorded_beside
 from .setup import record_session as record_session
 from .zero_guidance import ZeroSelector as ZeroSelector

@@ -6,7 +6,7 @@ from itertools import takewhile
 import numpy as np
 
 from ...recorder import Placement, Sample
-from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
+from ...recorder.session import BLOCK, NO_ANSWERS, Advice, Alarm, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.bayes.inference import Posterior
@@ -20,9 +20,6 @@ from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
-BLOCK = 6
-"""Samples after which it is the next socket's turn: in the order 0 1 0 1 a base that moved, or a
-ball in the wrong socket, is told from a wrong distance of the sockets."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
 CURVES = 3

@@ -18,6 +18,8 @@ from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
 from ..parallel import started_apart
 
+NICE = 1
+"""A worker gives way to the recorder, and has its share of a computer that others keep busy."""
 GOAL = 3.0
 """Ratio of the limit on held-out errors to the arm's repeatability."""
 
@@ -72,7 +74,7 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
     """Work in a session and quiet of its own until the recorder ends, and give way to it."""
     if sys.platform != "win32":
         os.setsid()
-        os.nice(10)
+        os.nice(NICE)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)

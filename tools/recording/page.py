@@ -2,6 +2,7 @@
 
 import json
 import secrets
+import socket
 import threading
 from collections.abc import Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -15,8 +16,11 @@ from ...solver.robot import load_robot
 from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
 
+LETTERS, LENGTH = "abcdefghijkmnpqrstuvwxyz23456789", 12
+"""Of an address that nobody can guess, and that can be typed into a tablet: 60 bits."""
 DIGITS = 3
 """Of positions [rad], [m]: an arm at rest is not drawn again and again for its noise."""
+EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - only where the operator asks for it
 HEADERS = {
     "Cache-Control": "no-store",
     "Referrer-Policy": "no-referrer",
@@ -55,6 +59,7 @@ def state_of(view: View) -> dict[str, Any]:
     return {
         "title": view.title,
         "words": view.prompt.words,
+        "large": view.large,
         "colour": view.prompt.colour,
         "reason": view.prompt.reason,
         "socket": session.socket,
@@ -80,10 +85,23 @@ class _Server(ThreadingHTTPServer):
 
     def __init__(self, host: str) -> None:
         super().__init__((host, 0), _Handler)
-        self.token = secrets.token_urlsafe(16)
+        self.token = "".join(secrets.choice(LETTERS) for _ in range(LENGTH))
         self.page = (Path(__file__).parent / "page.html").read_bytes()
         self.state = b"{}"
-        self.url = "http://{}:{}/{}/".format(*self.server_address[:2], self.token)
+        port = self.server_address[1]
+        self.url = f"http://{_reachable(host)}:{port}/{self.token}/"
+
+
+def _reachable(host: str) -> str:
+    """Return the address of this computer by which others reach a server at a host."""
+    if host not in EVERYWHERE:
+        return host
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # nothing is sent; it chooses the way out
+        except OSError:
+            return host
+        return str(probe.getsockname()[0])
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -2,8 +2,8 @@
 
 import sys
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack, closing
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -59,20 +59,25 @@ def first_session(
     return session
 
 
-def with_page(
-    options: RecordOptions, stack: ExitStack, session: Session
-) -> "tuple[PageProcess | None, Session]":
-    """Serve the page if it is asked for; return the session with messages on its address."""
+@contextmanager
+def page_of(options: RecordOptions) -> "Generator[PageProcess | None, None, None]":
+    """Serve the page, if it is asked for, for all placements of a run."""
     if not options.page:
-        return None, session
+        yield None
+        return
     from .page import PageProcess
 
-    page = stack.enter_context(closing(PageProcess(options, options.page_host)))
-    session = session.with_message(f"page: {page.url}")
+    with closing(PageProcess(options, options.page_host)) as page:
+        yield page
+
+
+def with_address(options: RecordOptions, session: Session, url: str) -> Session:
+    """Return a session with messages on the page's address."""
+    session = session.with_message(f"page: {url}")
     if options.page_host not in LOCAL_HOSTS:
         warning = "whoever knows this address can watch, from anywhere in the network"
         session = session.with_message(warning, alarm=True)
-    return page, session
+    return session
 
 
 def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:

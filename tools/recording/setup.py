@@ -5,10 +5,12 @@ import logging
 import math
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...recorder import DEFAULT_DISTANCE, Metadata, Sample, StreamLog, next_log_file
+from ...recorder.session import BLOCK
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
@@ -18,6 +20,9 @@ from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
 from .options import RecordOptions
 
+if TYPE_CHECKING:
+    from .page import PageProcess
+
 
 def record_session(
     options: RecordOptions,
@@ -25,17 +30,20 @@ def record_session(
     robot: Robot,
     terminal: Terminal,
     moved: Sequence[Sample] | None = None,
+    page: "PageProcess | None" = None,
 ) -> Outcome:
     """Record at one placement until the operator finishes.
 
-    At a further placement of the same run, ``moved`` are the samples since the base moved there.
+    At a further placement of the same run, ``moved`` are the samples since the base moved there;
+    the page goes on at its address.
     """
     keys = keys_with(options.key)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
         terminal.say_at_once(f"connecting to {options.driver} ...")
-        driver = stack.enter_context(session_start.connect(options.driver, robot))
+        driver = session_start.connect(options.driver, robot)
+        stack.enter_context(driver)
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(session_start.open_recording(options, metadata, still))
@@ -47,10 +55,12 @@ def record_session(
         session = session_start.first_session(options, metadata, robot, recording, moved or ())
         if driver.remark:
             session = session.with_message(driver.remark, alarm=True)
-        page, session = session_start.with_page(options, stack, session)
+        if page:
+            session = session_start.with_address(options, session, page.url)
         guidance = None
         if keyboard and live and not (options.no_guide or options.quick):
             guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
+            session = replace(session, block=None if options.calibration else BLOCK)
         return Recorder(
             session=session,
             stream=stream,
@@ -76,6 +86,7 @@ def record_session(
             sound=options.sound != "off",
             guidance=guidance,
             observer=page,
+            page=page.url if page else "",
             resume_summary=session_start.resume_summary_of(recording, session, metadata.distance)
             if keyboard and live
             else (),

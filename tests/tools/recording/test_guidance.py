@@ -13,11 +13,11 @@ from terminal_session import PATIENCE
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.recorder.session import GuidanceRequest
+from mukca.recorder.session import BLOCK, GuidanceRequest
 from mukca.solver.design import Reach
 from mukca.solver.robot import BallModel, link_poses, load_robot
 from mukca.tools.cli import RobotOptions
-from mukca.tools.recording import BLOCK, BackgroundGuidance, PoseSelector, goal_for
+from mukca.tools.recording import BackgroundGuidance, PoseSelector, goal_for
 
 pytestmark = pytest.mark.slow
 

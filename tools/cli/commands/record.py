@@ -40,20 +40,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             raise UsageError(
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
-        outcome = recording.record_session(options, metadata, robot, terminal)
-        distance = metadata.distance or recorder.DEFAULT_DISTANCE
-        earlier: list[recorder.Placement] = []
-        while True:
-            live = outcome.session.live
-            here = recorder.Placement(options.out.name, live, robot.joint_names, distance)
-            if options.scripted and not (options.no_guide or options.quick):
-                for alarm in recording.SessionAlarms(robot)([*earlier, here]):
-                    terminal.say(f"! {alarm.words}: {alarm.text}")
-            if not outcome.new_placement or outcome.signal is not None:
-                break
-            options = replace(options, out=next_folder(options.out))
-            earlier += [here] if live else []
-            outcome = recording.record_session(options, metadata, robot, terminal, outcome.moved)
+        outcome, options, metadata = _recorded(options, metadata, robot, terminal)
     try:
         _say_outcome(outcome, options, metadata, robot, terminal)
         sys.stdout.flush()
@@ -78,6 +65,30 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
     found = partial.what_changed(known, here, ball_moved=options.quick)
     terminal.say(found.text, *found.not_shown)
     return found.verdict.exit_status
+
+
+def _recorded(
+    options: RecordOptions, metadata: recorder.Metadata, robot: Robot, terminal: Terminal
+) -> "tuple[recorder_terminal.Outcome, RecordOptions, recorder.Metadata]":
+    """Record one placement after the other; return the last, its options and its metadata."""
+    earlier: list[recorder.Placement] = []
+    moved: Sequence[recorder.Sample] | None = None
+    with recording.page_of(options) as page:
+        while True:
+            outcome = recording.record_session(options, metadata, robot, terminal, moved, page)
+            again = outcome.session.distance
+            if again is not None:
+                metadata = replace(metadata, distance=again, measured=True)
+            live, distance = outcome.session.live, metadata.distance or recorder.DEFAULT_DISTANCE
+            here = recorder.Placement(options.out.name, live, robot.joint_names, distance)
+            if options.scripted and not (options.no_guide or options.quick):
+                for alarm in recording.SessionAlarms(robot)([*earlier, here]):
+                    terminal.say(f"! {alarm.words}: {alarm.text}")
+            if not outcome.new_placement or outcome.signal is not None:
+                return outcome, options, metadata
+            options = replace(options, out=next_folder(options.out))
+            earlier += [here] if live else []
+            moved = outcome.moved
 
 
 def next_folder(folder: Path) -> Path:

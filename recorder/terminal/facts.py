@@ -1,0 +1,81 @@
+"""Facts on the screen: what is kept, the predicted error, the stream; none is cut in its midst."""
+
+import math
+from collections.abc import Iterable
+
+from rich.text import Text
+
+from ..session import View
+
+OLD = 2
+"""Samples by which advice may be older before its age is said."""
+
+
+def kept(view: View, width: int) -> list[Text]:
+    """The faults that are kept, and what a solving will make of them."""
+    if not view.kept:
+        return []
+    advice = view.advice
+    solved = "solve tells once there are more samples"
+    if advice and advice.fitted:
+        solved = "solve says FAIL" if advice.fails else "solve goes on with it"
+    faults = ", ".join(f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:])
+    return [Text(fit(f" kept: {faults}; {solved}", width), style="bold red")]
+
+
+def gauge(view: View, width: int) -> list[Text]:
+    """The predicted error against the goal, and what the fit says: a line, or two if need be."""
+    advice = view.advice
+    if advice is None or not advice.is_informative:
+        late = " no advice yet: the computer is busy; go on meanwhile"
+        return [Text(late if view.late else "", style="bold")]
+    facts = [
+        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
+        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
+        None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
+        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
+    ]
+    older = len(view.session.live) - advice.count
+    said = f"{older} samples ago" if older > OLD else ""
+    unit = " mrad" if advice.unit == "mrad" else ""
+    start = f" predicted {_mm(advice.predicted)}{unit} "
+    first, *others = _lines_of([f"goal {_mm(advice.goal)}", said, *facts], width - len(start) - 4)
+    length = max(3, min(24, width - len(f"{start} {first}")))
+    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
+    bar = ("█" * round(share * length)).ljust(length, "·")
+    style = "green" if advice.predicted <= advice.goal else ""
+    return [Text(f"{start}{bar} {first}", style=style), *(Text(f" {line}") for line in others)]
+
+
+def _lines_of(facts: Iterable[str | None], width: int) -> list[str]:
+    """Return facts in lines, none of which is cut."""
+    lines = [""]
+    for fact in filter(None, facts):
+        joined = f"{lines[-1]} {fact}".strip()
+        lines[-1:] = [joined] if len(joined) <= width else [lines[-1], fact]
+    return lines
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.2f}"
+
+
+def stream(view: View, width: int) -> Text:
+    """The stream's state; in fewer words where there is less room."""
+    age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
+    known = math.isfinite(view.age)
+    lost = f"  discarded {view.discarded}" if view.discarded else ""
+    drops, rate = view.drops, f"{view.rate:.0f} Hz"
+    whole = f" stream {rate}  {f'last state {age} ago' if known else 'no state yet'}"
+    whole += f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
+    brief = f" {rate}  {f'{age} ago' if known else 'no state'}"
+    brief += f"  missed {view.missed}{lost}{f'  lost {drops}x' if drops else ''}"
+    line = Text(whole if len(whole) <= width else fit(brief, width))
+    if view.age > 0.25:
+        line.stylize("bold red")
+    return line
+
+
+def fit(text: str, width: int) -> str:
+    """Return a text, cut where it is longer than a line."""
+    return text if len(text) <= width else text[: max(0, width - 1)] + "…"
