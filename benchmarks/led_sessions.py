@@ -41,6 +41,7 @@ from worlds import realistic_flaws
 from mukca.errors import MukcaError
 from mukca.recorder import Metadata, Placement, Sample, read_placements
 from mukca.recorder.session import (
+    BLOCK,
     Advice,
     GuidanceClient,
     GuidanceRequest,
@@ -72,6 +73,8 @@ AGAIN = 4
 """Samples from one that is pulled to the next."""
 SLOW = 20
 """Samples over which a base drifts by its size."""
+SHARE = 3
+"""Samples from one whole advice to the next."""
 READS = 1.5
 """[rad]"""
 LAST = ("ENOUGH", "NEXT PLACE", "SOLVE FAILS", "TARGET")
@@ -80,7 +83,10 @@ _TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
 
 @dataclass
 class Direct:
-    """Guidance by a selector in this process: an answer is there when it was asked for."""
+    """Guidance by a selector in this process: an answer is there when it was asked for.
+
+    As for a quick hand, whole advice comes after every third sample, and alarms after each.
+    """
 
     selector: PoseSelector
     trouble: str | None = None
@@ -89,6 +95,11 @@ class Direct:
 
     def ask(self, request: GuidanceRequest) -> None:
         """Work out an answer."""
+        count = len(request.samples)
+        if count % SHARE and count > SHARE:
+            alarms = self.selector.alarms(request.samples, request.answers)
+            self.advice = Advice(count, request.socket, np.inf, 0.0, alarms=alarms, early=True)
+            return
         self.advice = self.selector.advise(
             request.samples, request.socket, request.position, request.answers
         )
@@ -190,7 +201,7 @@ class Operator:
         samples = [replace(sample, number=i) for i, sample in enumerate(moved, 1)]
         for sample in samples:
             self.recording.capture(sample)
-        session = Session(joints_of(robot), samples=tuple(samples))
+        session = Session(joints_of(robot), samples=tuple(samples), block=BLOCK)
         session = session.switched(samples[-1].socket) if samples else session
         sound = Sound(lambda: None, on=False)
         self.actions = SessionActions(session, self.recording, sound)
@@ -222,6 +233,9 @@ class Operator:
     def _press(self, key: str) -> None:
         self.cures.append(key)
         self.handler.press(key)
+        if key == "m":  # a caliper reads what is true
+            for letter in (*f"{1e3 * DISTANCE:g}", "Enter"):
+                self.handler.press(letter)
         if self.handler.new_placement:
             self.recording.close()
             live = self.actions.session.live

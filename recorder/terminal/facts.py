@@ -18,7 +18,7 @@ def kept(view: View, width: int) -> list[Text]:
     advice = view.advice
     solved = "solve tells once there are more samples"
     if advice and advice.fitted:
-        solved = "solve says FAIL" if advice.fails else "solve goes on with it"
+        solved = "solve says FAIL" if advice.fails else "solve names it and goes on"
     faults = ", ".join(f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:])
     return [Text(fit(f" kept: {faults}; {solved}", width), style="bold red")]
 
