@@ -10,12 +10,14 @@ from ...drivers import clock
 from .. import REDO, RELABEL, UNDO, RecordingError, Sample
 from ..stream import SILENT, StationaryPose, Stream, StreamMonitor
 from .recording_file import Recording
-from .session import Session
+from .session import BLOCK, Session
 
 CAPTURED, REFUSED, DONE = 1, 2, 3
 """Numbers of tones."""
 APART = 0.25
 """Time between two tones [s]; terminals merge tones that are closer."""
+ALIKE = math.radians(25)
+"""Poses within this of each other on every joint tell hardly any parameter [rad]."""
 SAME_READING = 3e-4
 """Readings of a distance that differ by less are one [m]."""
 Check = Callable[[Sequence[Sample]], str | None]
@@ -81,6 +83,11 @@ class SessionActions:
             return
         self.notify(f"kept as it is: {text}")
 
+    def reconnected(self) -> None:
+        """Remember that the stream was lost, and came back, before the next sample."""
+        numbers = (*self.session.reconnected, self.session.next_number)
+        self.session = replace(self.session, reconnected=numbers)
+
     def refuse(self, reason: str) -> None:
         """Show the reason why nothing is captured."""
         self.refused += 1
@@ -110,6 +117,11 @@ class SessionActions:
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
         self._sound.play(DONE if done or self.session.turn_done else CAPTURED)
+        taken = len(self.session.live)
+        if taken % BLOCK == 0 and self.session.span < ALIKE:
+            self.alarm(
+                f"all {taken} poses lie within 25 degrees of each other: lead every joint on"
+            )
         odd = self._plausible and self._plausible(self.session.live)
         if odd:
             back = "u takes it back. Or has the base moved? n: new placement"
@@ -255,6 +267,7 @@ class StreamAlerts:
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
             self._actions.notify(f"the stream is back after {now - self._silent_since:.1f} s")
+            self._actions.reconnected()
             self._silent_since = None
             self._alarmed.clear()
         elif silent and self._silent_since is None:

@@ -158,13 +158,17 @@ class GuidanceClient:
     @property
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
-        return next(iter(self.answers.open_alarms(self._alarms)), None)
+        alarm = next(iter(self.answers.open_alarms(self._alarms)), None)
+        if alarm and set(alarm.samples[:1]) & set(self._actions.session.reconnected):
+            text = f"{alarm.text}, as the connection came back"
+            return replace(alarm, text=text)
+        return alarm
 
     def answered(self, alarm: Alarm, *, keep: bool = False) -> None:
         """Tell no more of a fault: its samples are kept as they are, or were put right."""
         if keep:
             self._kept = (*self._kept, alarm)
-        self._alarms = tuple(a for a in self._alarms if a != alarm)
+        self._alarms = tuple(a for a in self._alarms if not a.is_like(alarm))
 
     def update(self, position: tuple[float, ...] | None) -> None:
         """Take an answer that has come, and ask anew for the arm's position if need be."""

@@ -54,6 +54,8 @@ class Session:
     """Numbers of the samples that were taken back, the last one at the end."""
     doubted: tuple[int, ...] = ()
     """Numbers of those that were taken back because of an alarm."""
+    reconnected: tuple[int, ...] = ()
+    """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None
     """Distance of the sockets as it was measured again [m]; None where it was not."""
     block: int | None = None
@@ -81,6 +83,12 @@ class Session:
         first = self.live[-2].number if len(self.live) > 1 else 0
         numbers = {n for n in self.doubted if n in self.withdrawn and n > first}
         return tuple(sample for sample in self.samples if sample.number in numbers)
+
+    @property
+    def span(self) -> float:
+        """The most that any joint turned from sample to sample [rad], [m] where it is prismatic."""
+        joints = zip(*(sample.position for sample in self.live), strict=True)
+        return max((max(q) - min(q) for q in joints), default=0.0)
 
     @property
     def turn_done(self) -> bool:

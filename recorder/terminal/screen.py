@@ -74,8 +74,8 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     status = _status(view, width, max(1, spare - 4))
     top = [*title, *large, *status, counts, *facts]
     room = height - len(top) - len(keys)
-    lines = [*HELP.splitlines(), f"The page beside the arm: {view.page}"]
-    middle = [Text(fit(f" {line}", width)) for line in lines if line != lines[-1] or view.page]
+    page = [f"page        {view.page}"] if view.page else []
+    middle = [Text(fit(f" {line}", width)) for line in (*page, *HELP.splitlines())]
     middle = middle if view.help else _middle(view, width, room)
     return [*top, *(middle + [Text()] * room)[:room], *keys]
 

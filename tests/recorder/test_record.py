@@ -447,6 +447,20 @@ def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_ha
                for line in render(last, 80, 24))  # fmt: skip
 
 
+def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
+    adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "q")
+    _, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
+    assert "since sample 2, as the connection came back: n new" in seen.views[-1].prompt.reason
+
+
+def test_poses_that_are_all_alike_are_told(arm, by_hand):
+    places = [(0.1 + 0.05 * k, 0.1) for k in range(6)]
+    typed = [(0.5 + 1.6 * k, "a") for k in range(6)]
+    _, seen = by_hand(arm(speed=1.0, places=places), *typed, (10.0, "q"))
+    assert any("all 6 poses lie within 25 degrees" in text for text in seen.alarms)
+
+
 @pytest.mark.parametrize(("typed", "asked_again"), [("98.6", True), ("50.1", False)])
 def test_a_distance_is_measured_again(arm, by_hand, tmp_path, typed, asked_again):
     """Both readings are kept; the session goes on by the last, or keeps what is confirmed."""

@@ -16,6 +16,8 @@ ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
 FAR, FAR_SHARE = 0.06, 4.0
 """Least distance of an outlier from the others [m], and its ratio to their usual distance."""
+BEYOND = 0.3
+"""Farther off than this neither base nor ball can be [m]: joints read wrongly, or the model is."""
 FIRST_POSES = 3
 """Poses in a socket that show a wrong model."""
 WRONG_SCATTER, WRONG_RATIO = 0.06, 4.0
@@ -54,6 +56,8 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
     if off <= allowed:
         return None
     socket = samples[-1].socket
+    if off > BEYOND:
+        return f"puts the ball {off:.1f} m away: do the joints read right, and is it this model?"
     return (
         f"puts the ball {1e3 * off:.0f} mm from "
         f"{f'the others of socket {socket}' if len(here) else 'the other socket'}: is it seated, "

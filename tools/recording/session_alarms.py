@@ -9,7 +9,7 @@ from ...recorder.session import Alarm, Cause
 from ...solver import assessment, diagnostics
 from ...solver.results import Hypothesis
 from ...solver.robot import Robot
-from .checks import wrong_model
+from .checks import BEYOND, wrong_model
 
 CAUSES: dict[str, tuple[Cause, str, str]] = {
     "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
@@ -31,8 +31,6 @@ ALSO = {
 """Words for a second cause that fits as well."""
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
-BEYOND = 0.3
-"""Farther off than this neither base nor ball can be [m]: joints read wrongly, or the model is."""
 BEYOND_WORDS = "since sample {first} the ball comes out {metres} m off: joints or model?"
 
 
