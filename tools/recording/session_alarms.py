@@ -66,8 +66,8 @@ class SessionAlarms:
 
     def _alarm(self, fault: diagnostics.Fault) -> Alarm:
         hypothesis, first = fault.hypothesis, fault.samples[0]
-        size = hypothesis.parameters.get("size")
-        if isinstance(size, float) and size > BEYOND and fault.socket is None:
+        size = _size(hypothesis)
+        if size > BEYOND and fault.socket is None:
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, fault.samples)
         cause, words, form = CAUSES[hypothesis.name]
@@ -75,10 +75,18 @@ class SessionAlarms:
             cause, words, form = "base", "BASE MOVED", AROUND
         sentence = hypothesis.text.partition(",")[0]
         text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
-        for rival in _rivals(fault):
+        for rival in _rivals(fault) if form != AROUND else ():
             text = f"{text}; as likely {ALSO[rival.name].format_map(_shown(rival))}"
             cause = "base" if rival.name == "base_moved" else cause
         return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+
+
+def _size(hypothesis: Hypothesis) -> float:
+    """Return how far off balls come out by a fault [m]."""
+    numbers = {k: v for k, v in hypothesis.parameters.items() if isinstance(v, float)}
+    apart = abs(numbers.get("likely", 0.0) - numbers.get("given", 0.0))
+    scatter = 3 * numbers.get("noise", 0.0) if hypothesis.name == "ball_loose" else 0.0
+    return max(numbers.get("size", 0.0), apart, scatter)
 
 
 def _rivals(fault: diagnostics.Fault) -> list[Hypothesis]:
