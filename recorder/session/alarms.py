@@ -14,7 +14,7 @@ CURES: dict[Cause, str] = {
     "ball": "x take back, n base moved, ",
     "socket": "s mends it, ",
     "distance": "m type it measured again, ",
-    "joints": "n new placement, x take back, ",
+    "joints": "n new placement, ",
     "other": "",
 }
 """Keys that cure each kind of cause, the likeliest cure first."""

@@ -94,7 +94,7 @@ class KeyHandler:
             self._actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
             self._start_new_placement(alarm.samples)
-        elif action == "delete" and alarm.cause in ("ball", "joints"):
+        elif action == "delete" and alarm.cause == "ball":
             self._actions.doubt(alarm.samples)
         elif action == "measure" and alarm.cause == "distance":
             self._type("measure")
