@@ -56,7 +56,7 @@ def test_solve_judges_held_out_points_in_the_frame_trained_on(solved):
     assert test["nominal"]["mean_absolute_error"] > 1e-3
     assert test["calibrated"]["mean_absolute_error"] < 1e-4
     assert result["distorted"] == []
-    assert "measured points" in (out / "report.json").read_text()
+    assert "measured coordinates" in (out / "report.json").read_text()
 
 
 def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, command):
@@ -100,7 +100,7 @@ def test_true_errors_within_their_limit_pass_without_any_socket(solved):
     out, _ = solved
     verdict = json.loads((out / "report.json").read_text())["verdict"]
     assert verdict["status"] == "pass"
-    (row,) = [row for row in verdict["limits"] if row["name"] == "distance_error"]
+    (row,) = [row for row in verdict["reasons"] if row["name"] == "distance_error"]
     assert row["status"] == "not evaluated" and "measured coordinates" in row["reason"]
 
 
