@@ -110,7 +110,7 @@ def tracker(folder: Path, draws: int) -> Iterator[str]:
         measured = measure(rest, robot, poses_of="camera")
         T, own = result.calibration.flange(measured.positions), Pose.of(result.frame.origin)
         at = T[:, :3, :3] @ result.target.translation + T[:, :3, 3]
-        away = np.linalg.norm(at - own.apply(measured.points), axis=1)
+        away = np.linalg.norm(at - own.apply(result.size * measured.points), axis=1)
         R = T[:, :3, :3] @ result.target.rotation
         off = rotation_vectors(R @ (own.rotation @ measured.rotations).transpose(0, 2, 1))
         found.append((float(away.mean()), float(np.linalg.norm(off, axis=1).mean())))
@@ -292,8 +292,8 @@ def handeye(arms: Arms) -> Iterator[str]:
         later = [views(truth, X, centre, 8, generator) for centre in others]
         for count, found in rows.items():
             result = mukca.handeye(one.calibration, board(q[:count], noisy[:count]), "on-arm")
-            known = result.calibration
-            tips = np.array([known.flange(own, tool="camera") @ B for own, B in later])
+            known, size = result.calibration, np.diag([*[result.size] * 3, 1.0])
+            tips = np.array([known.flange(own, tool="camera") @ size @ B for own, B in later])
             errors = [scatter(tips[..., :3, 3])]
             for robot in (exported(one.calibration), one.calibration.robot):
                 model = FullModel(CalibratedRobot(robot, (), np.zeros(0)))

@@ -55,6 +55,7 @@ def read_points(file: Path, name: str) -> Placement:
         where = table.where(i)
         turned = unit_quaternion(turn, form, where) if turn else None
         sample = Sample(positions[i], 0, where=where, point=(x, y, z), orientation=turned)
+        sample = replace(sample, turn=tuple(turn))
         named = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
         samples.append(replace(sample, **named))
     comment = comment_line(file).lower()

@@ -49,6 +49,8 @@ class Sample:
     orientation: tuple[float, float, float, float] | None = None
     """Orientation of the ball's link by an instrument, as a unit quaternion x, y, z, w; None where
     it was not measured."""
+    turn: tuple[float, ...] = ()
+    """Numbers of the orientation as its file has them [rad]."""
     temperature: float | None = None
     """Beside what an instrument measured, in any unit."""
 

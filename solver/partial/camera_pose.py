@@ -17,11 +17,12 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure
-from .evidence import another_arm
+from .doubts import changed_zeros, with_right_size
 from .fit import System, fit
 from .prior import ArmPrior, prior_of
+from .readings import fitting_reading
 from .task import FAR, NoiseBelief, Rows, Task, flanges
-from .updated import Found, framed
+from .updated import LIMIT, Found, framed, not_enough
 
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
@@ -57,6 +58,8 @@ class CameraPose(Found):
     """Errors of the views, shape (N, 6) [m, rad]."""
     outliers: tuple[str, ...]
     """Outliers among the views, in words."""
+    size: float = 1.0
+    """Factor on the places that the camera measured: the board's size by what was said of it."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -71,6 +74,8 @@ class CameraPose(Found):
         named = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
         numbers = " ".join(f"--{name} {value:.6f}" for name, value in named)
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
+        publisher = "ros2 run tf2_ros static_transform_publisher"
+        frames = f"--frame-id {frame.parent} --child-frame-id {frame.name}"
         return (
             *super().text,
             f"{frame.name} in {frame.parent}: {self.place}; qx qy qz qw {turned}",
@@ -78,9 +83,8 @@ class CameraPose(Found):
             f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
             "an axis.",
             *self.outliers,
-            "For ROS 2:",
-            f"  ros2 run tf2_ros static_transform_publisher {numbers} --frame-id {frame.parent} "
-            f"--child-frame-id {frame.name}",
+            f"Measured places fit times {self.size:.4f}: apply it to later ones, too.",
+            *([] if self.untold else ["For ROS 2:", f"  {publisher} {numbers} {frames}"]),
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -100,6 +104,8 @@ def handeye(
     data: Placement | Sequence[Placement],
     camera: Camera,
     name: str = "camera",
+    *,
+    limit: float = LIMIT,
 ) -> CameraPose:
     """Find where a camera is, by poses of a board in it.
 
@@ -109,6 +115,7 @@ def handeye(
             about two axes at least.
         camera: ``on-arm`` with the board fixed, ``beside`` with the board on the arm.
         name: Of the camera's link in the URDF.
+        limit: Standard deviation in any direction, above which the views are not enough [m].
 
     Raises:
         UsageError: Too few views, the other kind of camera, or poses the other way round.
@@ -120,21 +127,29 @@ def handeye(
         raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
     prior = prior_of(calibration)
     task = camera_task(prior, as_list(data), camera)
-    system = fit(task)
+    system, size = with_right_size(fit(task))
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     where, target = (U, V) if on_arm else (V, U)
     own = prior.ball if on_arm else task.places[0][:3]
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
+    zeros = changed_zeros(system, own)
+    remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
+    few = not_enough(zeros.covariance, limit, f"views cannot tell {name} in {parent}", remedy)
+    doubts = size or _inconsistent(system) or zeros.rival(system) or few
+    frame, updated, notes = framed(calibration, system, (name, parent), where, zeros.covariance)
     return CameraPose(
-        *framed(calibration, system, (name, parent), where, own),
-        another_arm(system) or _inconsistent(system),
+        frame,
+        updated,
+        (*notes, *(() if zeros.told else zeros.text)),
+        doubts,
         camera,
         target,
         (state.noise.place, state.noise.turn),
         _held_out(system),
         system.residuals,
         _outliers(system),
+        float(np.exp(state.size)),
     )
 
 
@@ -164,6 +179,12 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     starts = {
         way: hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
     }
+    if not _fits(camera, starts):
+        samples = [s for m in data for s in m.placement.samples]
+        sides = {"on-arm": np.linalg.inv, "beside": np.asarray}
+        named = fitting_reading(samples, at, sides[camera])
+        if named:
+            raise UsageError(f"{where}: {named}")
     _check_way(camera, starts, B, where)
     same = np.tile(np.eye(4), (len(q), 1, 1))
     sides = (B, same) if camera == "on-arm" else (same, B)
@@ -173,6 +194,13 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     free = dict.fromkeys(prior.ball.tolist(), FAR)
     warnings = tuple(warning for m in data for warning in m.warnings)
     return Task(prior, rows, noise, free, start=starts[camera], warnings=warnings)
+
+
+def _fits(camera: Camera, starts: dict[str, HandEye]) -> bool:
+    """Return True where the poses fit the camera, and the other kind far less."""
+    angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
+    other = min(angle for way, angle in angles.items() if way != camera)
+    return other >= OTHER_WAY * angles[camera] and angles[camera] <= NOTHING_FITS
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:

@@ -40,6 +40,8 @@ class State:
     noise: NoiseBelief
     weights: np.ndarray
     """Robust weight of each sample, shape (N,)."""
+    size: float = 0.0
+    """Logarithm of the factor by which measured places are too small."""
 
 
 @dataclass(frozen=True)
@@ -146,12 +148,13 @@ def linear(task: Task, state: State) -> System:
     prior, rows = task.prior, task.rows
     at = flanges(prior, state.x, rows.q, rows.moments)
     e, by_unknowns, by_tool, by_places, by_joints = linearise(
-        rows, at, prior.ball, state.tool, state.places
+        rows.resized(state.size), at, prior.ball, state.tool, state.places
     )
     N, d = e.shape
     G = np.zeros((N, d, task.size))
     G[:, :, : prior.model.size] = by_unknowns
-    G[:, :, task.tool_turn] = by_tool[:, :, : d - 3]
+    if rows.turns:
+        G[:, :, task.tool_turn.start : task.scale.stop] = by_tool
     for i, k in enumerate(rows.places.tolist()):
         G[i][:, task.places[k]] = by_places[i]
     lengths, by_lengths = _distances(task, state)
@@ -159,6 +162,7 @@ def linear(task: Task, state: State) -> System:
     errors = np.concatenate([e.ravel(), lengths])
     # turns, and places nothing is known of, are about where they are
     errors -= slopes[:, : len(prior.mean)] @ (state.x - prior.mean)
+    errors -= slopes[:, task.scale].sum(axis=1) * state.size
     return System(task, state, errors, slopes, by_joints)
 
 
@@ -191,6 +195,7 @@ def _moved(system: System) -> State:
     """Return the state at the most probable unknowns."""
     task, state, y = system.task, system.state, system.change
     tool, places = state.tool.copy(), state.places.copy()
+    size = float(y[task.scale].sum())
     if task.rows.turns:
         tool[:3, :3] = turn(y[task.tool_turn]) @ tool[:3, :3]
     for k, own in enumerate(task.places):
@@ -198,7 +203,7 @@ def _moved(system: System) -> State:
         if task.rows.turns:
             places[k, :3, :3] = turn(y[own[3:]]) @ places[k, :3, :3]
     x = task.prior.mean + y[: len(state.x)]
-    return _placed(task, replace(state, x=x, tool=tool, places=places))
+    return _placed(task, replace(state, x=x, tool=tool, places=places, size=size))
 
 
 def _placed(task: Task, state: State) -> State:
@@ -214,7 +219,8 @@ def _step(system: System, moved: State) -> float:
     """Return by how much samples and places moved in a step [m], [rad]."""
     before = system.state
     chain = system.slopes[:, : len(before.x)] @ (moved.x - before.x)
-    parts = (chain, moved.places - before.places, moved.tool - before.tool)
+    size = moved.size - before.size
+    parts = (chain, moved.places - before.places, moved.tool - before.tool, size)
     return max(float(np.abs(part).max()) for part in parts)
 
 

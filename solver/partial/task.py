@@ -11,6 +11,8 @@ on the arm measures L_i, the board's pose; one beside the arm measures R_i. The 
     t_i = p(F U L) - p(V R)      r_i = log(rot(F U L) rot(V R)^T)
 
 in the base's axes, and derivatives are by small turns about the axes of flange (U) and base (V).
+Places that a camera measured are as large as its board was said to be: their size is an unknown,
+the logarithm of a factor on them.
 """
 
 from collections.abc import Sequence
@@ -25,6 +27,8 @@ from ..data import HandEye
 from ..robot import matrix_rpy, rotation_vectors
 from .prior import ArmPrior
 
+SIZE = 3e-3
+"""Relative standard deviation of the size of a printed board that a caliper measured."""
 FAR, ANY_TURN = 1.0, 3.0
 """Standard deviations of what is not known at all [m], [rad]."""
 
@@ -54,6 +58,13 @@ class Rows:
     def axes(self) -> int:
         """Number of errors of a sample, 3 or 6."""
         return 6 if self.turns else 3
+
+    def resized(self, size: float) -> "Rows":
+        """Return the same with measured places exp(size) times as far away."""
+        left, right = self.left.copy(), self.right.copy()
+        for poses in (left, right):
+            poses[:, :3, 3] *= np.exp(size)
+        return replace(self, left=left, right=right)
 
 
 @dataclass(frozen=True)
@@ -100,15 +111,21 @@ class Task:
         return slice(n, n + (3 if self.rows.turns else 0))
 
     @cached_property
+    def scale(self) -> slice:
+        """Index of the size of measured places; none where no camera measured them."""
+        n = self.tool_turn.stop
+        return slice(n, n + self.rows.turns)
+
+    @cached_property
     def size(self) -> int:
         """Number of all unknowns."""
         new = len(self.rows.names) - len(self.known)
-        return self.tool_turn.stop + self.rows.axes * new
+        return self.scale.stop + self.rows.axes * new
 
     @cached_property
     def places(self) -> list[np.ndarray]:
         """Indices of each place's unknowns: those of a known socket, or new ones at the end."""
-        sockets, axes, end = self.prior.sockets, self.rows.axes, self.tool_turn.stop
+        sockets, axes, end = self.prior.sockets, self.rows.axes, self.scale.stop
         found: list[np.ndarray] = []
         for name in self.rows.names:
             new = name not in sockets
@@ -126,7 +143,8 @@ class Task:
         """S, shape (size, size)."""
         n, axes, pose = len(self.prior.mean), self.rows.axes, [FAR] * 3 + [ANY_TURN] * 3
         new = len(self.rows.names) - len(self.known)
-        S = np.diag([0.0] * n + pose[3:axes] + pose[:axes] * new) ** 2
+        size = [SIZE] if self.rows.turns else []
+        S = np.diag([0.0] * n + pose[3:axes] + size + pose[:axes] * new) ** 2
         S[:n, :n] = self.prior.covariance
         for i, width in self.free.items():
             S[i, i] += width**2
@@ -163,7 +181,7 @@ def flanges(prior: ArmPrior, x: np.ndarray, q: np.ndarray, moments: np.ndarray) 
 def linearise(
     rows: Rows, at: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Return errors [m], [rad], and their derivatives: unknowns, U's turn, places, joints.
+    """Return errors [m], [rad], and their derivatives: unknowns, U's turn and size, places, joints.
 
     Each of shape (N, 3 or 6, ...): an orientation that was not measured has no error.
     """
@@ -178,7 +196,10 @@ def linearise(
     for by in (by_unknowns, by_joints):  # a turn w of the flange moves the lever's end by w x lever
         by[:, :3] -= np.cross(lever[:, :, None], by[:, 3:], axis=1)
     by_unknowns[:, :3, ball] = at.R
-    by_tool = np.concatenate([-at.R @ _cross_matrices(arm), at.R], axis=1)
+    by_turn = np.concatenate([-at.R @ _cross_matrices(arm), at.R], axis=1)
+    by_size = np.zeros((len(reach), 6, 1))
+    by_size[:, :3, 0] = np.einsum("nij,nj->ni", at.R, arm) - reach
+    by_tool = np.concatenate([by_turn, by_size], axis=2)
     ones = np.tile(np.eye(3), (len(reach), 1, 1))
     by_places = np.block([[-ones, _cross_matrices(reach)], [0 * ones, -ones]])[:, :, : rows.axes]
     parts = (errors, by_unknowns, by_tool, by_places, by_joints)

@@ -11,12 +11,12 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
 from ..robot import InverseKinematics, SimulationError
-from .evidence import another_arm
+from .doubts import changed_zeros
 from .fit import System, fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
 from .task import FAR, NoiseBelief
-from .updated import Found, framed
+from .updated import LIMIT, Found, framed, not_enough
 
 TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
@@ -24,8 +24,8 @@ LEAST, LEAST_EACH = 4, 3
 """Touches that a tip needs, and of each point."""
 LEAST_APART = 2e-3
 """Least distance of points of the tool that define a direction [m]."""
-UNIDENTIFIABLE = 2e-3
-"""Standard deviation along any direction, beyond which a tip is not identifiable [m]."""
+OUTLIER = 0.25
+"""Robust weight below which a touch is an outlier."""
 LOOSE = 2e-3
 """Scatter of touches beyond which the tip is not to be relied on [m]."""
 ELSEWHERE, POSTURES = 6, 8
@@ -45,6 +45,8 @@ class Tool(Found):
     None where no such postures were found."""
     residuals: np.ndarray
     """Distance that each touch leaves to its point, shape (N,) [m]."""
+    outliers: tuple[str, ...] = ()
+    """Outliers among the touches, in words."""
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -52,7 +54,7 @@ class Tool(Found):
         lines = [*super().text, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
-        lines.append(f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
+        lines += [f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.", *self.outliers]
         if self.elsewhere is not None:
             lines.append(
                 f"Turned about a point elsewhere, the tip is expected to stay within "
@@ -69,6 +71,7 @@ def tool(
     axis: Placement | Sequence[Placement] = (),
     face: tuple[Placement, Placement] | None = None,
     stood: str = "",
+    limit: float = LIMIT,
 ) -> Tool:
     """Find where a tool's tip is on the flange, by points that it touched.
 
@@ -83,6 +86,7 @@ def tool(
         face: Touches by two more points of a flat tool, in place of ``axis``: z is normal to the
             three, away from the flange, and x points to the first of the two.
         stood: Placement of the calibration whose sockets, which stand where they stood, it touched.
+        limit: Standard deviation in any direction, above which the touches are not enough [m].
 
     Raises:
         UsageError: Too few touches, no such placement, or a calibration that leaves no posterior.
@@ -91,17 +95,12 @@ def tool(
     """
     prior = prior_of(calibration)
     system = _touched(prior, as_list(data), stood)
-    sizes, directions = np.linalg.eigh(system.covariance_on_flange(prior.ball))
-    untold: tuple[str, ...] = ()
-    if sizes[-1] > UNIDENTIFIABLE**2:
-        along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
-        untold = (
-            f"These touches cannot tell the tip along ({along}) on the flange, +- "
-            f"{1e3 * sizes[-1] ** 0.5:.1f} mm: turn the tool about two more axes at the point.",
-        )
-    noise, other = system.state.noise.place, another_arm(system)
-    if noise > LOOSE and not other:
-        untold = (
+    zeros = changed_zeros(system, prior.ball)
+    remedy = "turn the tool about two more axes at the point"
+    few = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
+    noise, rival = system.state.noise.place, zeros.rival(system)
+    if noise > LOOSE and not rival:
+        few = (
             f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, are they several "
             "points, or is it another arm's calibration?",
         )
@@ -109,12 +108,26 @@ def tool(
     others = [as_list(axis)] if axis else [[one] for one in face or ()]
     R = _turned(tip, [_touched(prior, one).state.tool[:3, 3] for one in others])
     link = (name, prior.robot.ball_joint.parent)
+    frame, updated, notes = framed(calibration, system, link, Pose(R, tip), zeros.covariance)
     return Tool(
-        *framed(calibration, system, link, Pose(R, tip), prior.ball),
-        (*untold, *other),
+        frame,
+        updated,
+        (*notes, *(() if zeros.told else zeros.text)),
+        rival or few,
         noise,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
+        _outliers(system),
+    )
+
+
+def _outliers(system: System) -> tuple[str, ...]:
+    """Return the outliers among the touches, in words."""
+    away, rows = 1e3 * np.linalg.norm(system.residuals, axis=1), system.task.rows
+    return tuple(
+        f"{rows.wheres[i] or f'touch {i}'}: {away[i]:.1f} mm from the point that the others "
+        "touched; it hardly counts."
+        for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )
 
 

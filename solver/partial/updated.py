@@ -17,6 +17,9 @@ from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .evidence import JointZero
 from .fit import System
 
+LIMIT = 2e-3
+"""Standard deviation along any direction, above which a place is not enough to use [m]."""
+
 
 @dataclass(frozen=True, repr=False)
 class Found:
@@ -65,14 +68,28 @@ class Found:
 
 
 def framed(
-    calibration: Calibration, system: System, link: tuple[str, str], pose: Pose, own: np.ndarray
+    calibration: Calibration,
+    system: System,
+    link: tuple[str, str],
+    pose: Pose,
+    covariance: np.ndarray,
 ) -> tuple[ToolFrame, Calibration, tuple[str, ...]]:
     """Return a link (name, parent) with its covariance, the calibration with it, and notes."""
-    origin, covariance = pose.origin, system.covariance_on_flange(own).tolist()
-    frame = ToolFrame(
-        name=link[0], parent=link[1], xyz=origin.xyz, rpy=origin.rpy, covariance=covariance
-    )
+    origin, rows = pose.origin, covariance.tolist()
+    frame = ToolFrame(name=link[0], parent=link[1], xyz=origin.xyz, rpy=origin.rpy, covariance=rows)
     return frame, updated(calibration, system, tool=frame), system.task.warnings
+
+
+def not_enough(covariance: np.ndarray, limit: float, subject: str, remedy: str) -> tuple[str, ...]:
+    """Return a sentence where a place is less sure than a limit [m], and what would tell it."""
+    variances, directions = np.linalg.eigh(covariance)
+    if variances[-1] <= limit**2:
+        return ()
+    along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
+    return (
+        f"NOT ENOUGH DATA: these {subject} along ({along}), +- {1e3 * variances[-1] ** 0.5:.1f} mm "
+        f"(limit {1e3 * limit:g} mm): {remedy}.",
+    )
 
 
 def updated(

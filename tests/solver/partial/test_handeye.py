@@ -9,9 +9,9 @@ from altered import write_rows
 
 import mukca
 from mukca import MukcaError
-from mukca.recorder import Sample
+from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import Pose
+from mukca.solver.data import Pose, rotation_matrices
 from mukca.solver.robot import turn
 from mukca.tools.extract import joints_of
 
@@ -60,6 +60,7 @@ def names_of(simulated):
 def test_a_board_seen_elsewhere_stays_where_it_is(simulated, camera):
     found = mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)
     later = views(simulated, camera, seed=5)
+    later[:, 7:10] *= found.size
     own, target = Pose.of(found.frame.origin), found.target
     flange = found.calibration.flange(later[:, :7])
     if camera == "on-arm":
@@ -88,6 +89,51 @@ def test_another_camera_other_units_and_mirrored_poses_are_told(simulated, camer
     rows[:, [7, 11, 12]] *= -1
     found = mukca.handeye(simulated.calibration, recorded(rows), camera)
     assert len(found.untold) == 1 and "are places mirrored" in found.untold[0]
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(simulated, camera):
+    rows = views(simulated, camera)
+    sound = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    for factor in (0.9, 1.005, 1.05):
+        scaled = rows.copy()
+        scaled[:, 7:10] *= factor
+        found = mukca.handeye(simulated.calibration, recorded(scaled), camera)
+        off = np.array(found.frame.xyz) - np.array(sound.frame.xyz)
+        assert off == pytest.approx(np.zeros(3), abs=5e-4)
+        told = [line for line in found.untold if "The views fit if the board" in line]
+        assert bool(told) == (abs(factor - 1) > 0.01)
+        assert not told or ("larger" in told[0]) == (factor < 1)
+
+
+def test_a_place_less_sure_than_a_limit_is_not_enough(simulated):
+    data = recorded(views(simulated, "on-arm"))
+    found = mukca.handeye(simulated.calibration, data, "on-arm", limit=1e-5)
+    assert found.untold[0].startswith("NOT ENOUGH DATA: these views cannot tell camera")
+    assert "turn the flange about two axes" in found.untold[0]
+    assert not any("ros2" in line for line in found.text)
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_the_way_to_read_the_turns_is_named(simulated, camera):
+    rows = views(simulated, camera)
+    first, transposed = rows.copy(), rows.copy()
+    first[:, 10:] = rows[:, [13, 10, 11, 12]]
+    transposed[:, 10:13] *= -1
+    for wrong, words in ((first, "w first"), (transposed, "transposed")):
+        with pytest.raises(MukcaError, match=f"read as .*{words}"):
+            mukca.handeye(simulated.calibration, recorded(wrong), camera)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (180 / np.pi, " in degrees")])
+def test_angles_in_the_place_of_rotation_vectors_are_named(simulated, tmp_path, factor, unit):
+    rows = views(simulated, "on-arm")
+    poses = [Pose(R, np.zeros(3)) for R in rotation_matrices(rows[:, 10:])]
+    angles = factor * np.array([pose.origin.rpy for pose in poses])
+    names = (*names_of(simulated)[:10], "rx", "ry", "rz")
+    file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
+    with pytest.raises(MukcaError, match=rf"read as roll, pitch, yaw{unit} \(Rz"):
+        mukca.handeye(simulated.calibration, read_points(file, "a"), "on-arm")
 
 
 def test_a_flipped_view_is_named_and_hardly_counts(simulated):

@@ -36,7 +36,30 @@ def test_a_bad_touch_weighs_little(simulated):
     bad = mukca.Placement.of_arrays("bad", q, [0] * len(q))
     sound, found = (mukca.tool(simulated.calibration, one) for one in (touched, bad))
     assert found.residuals.argmax() == 3 and found.residuals[3] > 3e-3
+    assert len(found.outliers) == 1 and found.outliers[0].startswith("touch 3: ")
+    assert found.outliers[0] in found.text and not sound.outliers
     assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=1e-3)
+
+
+@pytest.mark.parametrize("joint", [1, 3, 5])
+def test_a_zero_that_changed_since_is_told(simulated, joint):
+    touched = simulated.touched(TIP)
+    q = touched.positions - 5e-3 * np.eye(7)[joint]
+    found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("t", q, [0] * len(q)))
+    assert "A joint's zero changed since the calibration" in found.untold[0]
+    assert "mukca rezero" in found.untold[0]
+    sound = mukca.tool(simulated.calibration, touched)
+    assert not sound.untold
+    assert np.trace(found.frame.covariance) > 4 * np.trace(sound.frame.covariance)
+
+
+def test_a_tip_less_sure_than_a_limit_is_not_enough(simulated, tmp_path, command):
+    simulated.calibration.save(tmp_path / "cal")
+    words = ("tool", tmp_path / "cal", written(tmp_path / "t.csv", simulated.touched(TIP)))
+    status, out, _ = command(*words, "--limit-mm", "0.001")
+    assert status == 3 and "NOT ENOUGH DATA: these touches cannot tell the tip along" in out
+    status, _, error = command(*words, "--limit-mm", "0")
+    assert status == 2 and "--limit-mm 0: give millimetres above 0" in error
 
 
 def test_a_second_point_gives_the_axis(simulated):

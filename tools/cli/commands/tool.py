@@ -13,6 +13,8 @@ from ... import extract
 from .. import OutputOptions, Terminal, argument, one_arm
 from .report import emit_with_page
 
+_LIMIT = 2.0
+
 
 class _ToolOptions(OutputOptions):
     calibration: Path = argument()
@@ -21,6 +23,7 @@ class _ToolOptions(OutputOptions):
     axis: Sequence[Path] = ()
     face: tuple[Path, Path] | None = None
     stood: str = ""
+    limit_mm: float = _LIMIT
 
 
 def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
@@ -39,9 +42,17 @@ def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
         axis=touches(options.axis, arm) if options.axis else (),
         face=face,
         stood=options.stood,
+        limit=_limit(options.limit_mm),
     )
     finish(found, options, terminal)
     return 3 if found.untold else 0
+
+
+def _limit(millimetres: float) -> float:
+    """Return the largest standard deviation of a place that is enough [m]."""
+    if not 0 < millimetres < math.inf:
+        raise UsageError(f"--limit-mm {millimetres:g}: give millimetres above 0")
+    return 1e-3 * millimetres
 
 
 def finish(
@@ -132,6 +143,7 @@ class _HandeyeOptions(OutputOptions):
     board: tuple[float, float, float, float] = _BOARD
     dictionary: str = _MARKERS
     intrinsics: str = ""
+    limit_mm: float = _LIMIT
 
 
 def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
@@ -147,7 +159,8 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
         raise UsageError(f"--near {options.near}: {doubt}")
     views = [one for path in options.data for one in _views(path, options)]
     views = [extract.joints_of(calibrated, one, near) for one in views]
-    found = partial.handeye(calibrated, views, options.camera, options.name)
+    limit = _limit(options.limit_mm)
+    found = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
     finish(found, options, terminal)
     return 3 if found.untold else 0
 

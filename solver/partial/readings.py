@@ -1,0 +1,88 @@
+"""Readings of the turns in a file of poses: which fits, where they do not as their columns say.
+
+Programs write turns in many ways that look alike. Each reading is an explanation of the file, and
+its evidence is that of the angles a_i and places t_i which the poses leave, their scales unknown:
+
+    ln L = -3/2 N (ln median(a^2) + ln median(t^2))
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...recorder import Sample
+from ..data import FrameError, hand_eye, rotation_matrices
+from ..robot import matrix_rpy, turn
+from .task import Flanges
+
+AS_IS = "as they stand"
+SURE = math.log(1000)
+"""Log Bayes factor from which another reading is named."""
+LEAST_ANGLE, LEAST_PLACE = 1e-4, 1e-4
+"""Angles [rad] and places [m] that no camera tells apart."""
+FITS = 0.1
+"""Angle up to which a reading fits [rad]."""
+
+
+def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
+    """Return the rotations of samples by each reading of their numbers, shape (N, 3, 3)."""
+    quaternions = np.array([s.orientation for s in samples], dtype=float)
+    turns = {AS_IS: rotation_matrices(quaternions)}
+    numbers = [s.turn for s in samples]
+    if any(len(row) != 3 for row in numbers):
+        return {
+            **turns,
+            "quaternions with w first": rotation_matrices(quaternions[:, [1, 2, 3, 0]]),
+        }
+    for unit, factor in (("", 1.0), (" in degrees", math.pi / 180)):
+        angles = factor * np.array(numbers)
+        turns[f"rotation vectors{unit}"] = turn(angles)
+        turns[f"roll, pitch, yaw{unit} (Rz Ry Rx)"] = np.array([matrix_rpy(v) for v in angles])
+        backward = np.array([matrix_rpy(-v) for v in angles])
+        turns[f"Euler angles{unit} (Rx Ry Rz)"] = backward.swapaxes(1, 2)
+    return turns
+
+
+def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
+    """Return the poses of samples by each reading, shape (N, 4, 4)."""
+    poses: dict[str, np.ndarray] = {}
+    for name, R in turns_of(samples).items():
+        T = np.tile(np.eye(4), (len(samples), 1, 1))
+        T[:, :3, :3], T[:, :3, 3] = R, [s.point or (0.0, 0.0, 0.0) for s in samples]
+        transposed = T.copy()
+        transposed[:, :3, :3] = R.swapaxes(1, 2)
+        plain = "" if name == AS_IS else f"{name}, "
+        poses[name] = T
+        poses[f"{plain}turns transposed or inverse, places not"] = transposed
+        poses[f"{plain}inverse poses"] = np.linalg.inv(T)
+    return poses
+
+
+def fitting_reading(
+    samples: Sequence[Sample], at: Flanges, side: Callable[[np.ndarray], np.ndarray]
+) -> str:
+    """Return in words how poses are to be read; empty where no reading fits far better.
+
+    Whole poses that are inverse are another camera's, too: of them the caller speaks.
+    """
+    evidence, left = dict[str, float](), dict[str, tuple[float, float]]()
+    for name, T in poses_of(samples).items():
+        M = side(T)
+        try:
+            start = hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3])
+        except FrameError:
+            return ""
+        a = max(float(np.median(start.angles)), LEAST_ANGLE)
+        t = max(float(np.median(start.distances)), LEAST_PLACE)
+        evidence[name], left[name] = -3 * len(T) * (math.log(a) + math.log(t)), (a, t)
+    best = max(evidence, key=evidence.__getitem__)
+    gain = evidence[best] - evidence[AS_IS]
+    if best in (AS_IS, "inverse poses") or gain < SURE or left[best][0] > FITS:
+        return ""
+    (a0, t0), (a, t) = left[AS_IS], left[best]
+    return (
+        f"as its columns say, the poses leave {a0:.2g} rad and {1e3 * t0:.1f} mm; read as {best}, "
+        f"{a:.2g} rad and {1e3 * t:.1f} mm (log Bayes factor {gain:.0f}): write them as x,y,z and "
+        "qx,qy,qz,qw of the board in the camera, or name the columns by what they hold"
+    )
