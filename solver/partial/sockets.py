@@ -67,7 +67,7 @@ def socket_task(
         tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
         same,
         same,
-        wheres=tuple(m.placement.samples[i].where for m in data for i in m.order.tolist()),
+        wheres=tuple(m.placement.samples[int(i)].where for m in data for i in m.order),
     )
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
