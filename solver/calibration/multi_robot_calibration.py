@@ -13,7 +13,7 @@ from .. import results
 from ..bayes.inference import JointPosterior
 from ..bayes.results import between, frame_poses
 from ..data import IDENTITY, Pose, as_point
-from ..robot import Origin, link_poses
+from ..robot import Origin, link_poses, shipped_robots
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf
@@ -165,6 +165,11 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
         raise results.DocumentError(
             f"{file!r:.60} is no path: give that of calibration.json, or of its folder"
         ) from None
+    if str(file) in shipped_robots() and not path.exists():
+        raise results.DocumentError(
+            f"{file}: a robot's name, and there is no calibration of that name yet: calibrate it "
+            f"first, by mukca solve DATA --robot {file} --out DIR, and give DIR"
+        )
     if path.is_dir():
         one, arms = path / "calibration.json", path / "arms.json"
         path = arms if arms.is_file() and not one.is_file() else one

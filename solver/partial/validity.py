@@ -257,10 +257,7 @@ def _reason_and_advice(
     limits: Limits,
     then: Summary | None,
 ) -> tuple[str, str]:
-    """Return the reason of the verdict, and the next step.
-
-    Limits are on ``calibrated.urdf``; by the full model the errors are compared with earlier ones.
-    """
+    """Return the reason of the verdict, by the full model's errors, and the next step."""
     mean, length = new.loaded.mean_absolute_error, new.loaded.distance_error
     likely, before = changes.likeliest, then and then.calibrated.mean_absolute_error
     allowed, most = limits.mean_absolute_error.value, limits.distance_error.value

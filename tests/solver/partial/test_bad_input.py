@@ -82,3 +82,10 @@ def test_a_covariance_of_another_size_is_refused_before_it_fills_the_memory(
     tracemalloc.stop()
     assert status == 2 and "`posterior.covariance`: damaged" in error
     assert peak < 90e6
+
+
+@pytest.mark.parametrize("verb", ["tool", "validate"])
+def test_a_name_without_a_calibration_asks_for_one(command, tmp_path, monkeypatch, verb):
+    monkeypatch.chdir(tmp_path)
+    status, _, error = command(verb, "ur3e", "x.csv")
+    assert status == 2 and "mukca solve DATA --robot ur3e" in error and error.count("\n") == 1
