@@ -40,6 +40,7 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
+from .placement import repeated_rows as repeated_rows
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .samples import REDO as REDO
@@ -58,3 +59,9 @@ from .stream_log import read_stream_log as read_stream_log
 from .tables import Table as Table
 from .tables import read_table as read_table
 from .tables import table_of as table_of
+from .turns import ALL_ROUND as ALL_ROUND
+from .turns import TURN as TURN
+from .turns import arc as arc
+from .turns import within as within
+from .turns import without_turn as without_turn
+from .turns import without_turns as without_turns

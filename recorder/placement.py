@@ -15,6 +15,8 @@ from .samples import Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
+SAME_ROW = 1e-6
+"""Samples that differ by less are one that was written twice [rad], [m]."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
 
@@ -175,6 +177,11 @@ class Placement:
             self, samples=tuple(samples), joint_names=tuple(joint_names), remarks=tuple(remarks)
         )
 
+    def order_note(self, joint_names: Sequence[str]) -> str:
+        """Return the remark that columns are taken in order; empty where they go by name."""
+        match = self._match(tuple(joint_names))
+        return match.note if match else ""
+
     @property
     def _file(self) -> Path | str:
         return self.files[0] if self.files else self.name
@@ -212,3 +219,43 @@ class Placement:
                 f"chain has {len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
             )
         return None
+
+    def distinct(self) -> "Placement":
+        """Return the placement with samples that are equal once, and a remark on the others.
+
+        Equal are the socket, the joint positions, and what an instrument measured there, the latter
+        two to :data:`SAME_ROW`. The first of equal samples is kept.
+        """
+        measured = [(*(s.point or ()), *(s.orientation or ())) for s in self.samples]
+        rows = np.column_stack([self.sockets, self.positions, np.array(measured)])
+        again = repeated_rows(rows)
+        if not again:
+            return self
+        kept = tuple(s for i, s in enumerate(self.samples) if i not in again)
+        lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(again)]
+        some = ", ".join(lines[:LISTED]) + ", .." * (len(lines) > LISTED)
+        remark = (
+            f"{self._file}: {len(again)} of {len(self.samples)} samples repeat another one and do "
+            f"not count{f' (lines {some})' if all(lines) else ''}"
+        )
+        return replace(self, samples=kept, remarks=(*self.remarks, remark))
+
+
+LISTED = 8
+"""Most lines that a remark names."""
+
+
+def repeated_rows(rows: NDArray[np.float64]) -> set[int]:
+    """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
+    weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
+    key = rows @ weights
+    again: set[int] = set()
+    for step in range(1, len(rows)):
+        kept = np.array([i for i in range(len(rows)) if i not in again])
+        order = kept[np.argsort(key[kept], kind="stable")]
+        first, second = order[:-step], order[step:]
+        if not (key[second] - key[first] < SAME_ROW * weights.sum()).any():
+            break
+        near = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
+        again |= set(np.maximum(first[near], second[near]).tolist())
+    return again

@@ -14,7 +14,17 @@ import mukca
 ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 FOLDERS = sorted({file.parent for file in FILES})
-READING = {"cells", "columns", "coordinates", "dataset", "files", "placement", "samples", "tables"}
+READING = {
+    "cells",
+    "columns",
+    "coordinates",
+    "dataset",
+    "files",
+    "placement",
+    "samples",
+    "tables",
+    "turns",
+}
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 

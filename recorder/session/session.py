@@ -158,7 +158,7 @@ class Session:
     def _outside(self, position: Sequence[float]) -> str | None:
         for joint, value in zip(self.joints, position, strict=True):
             margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
-            if not joint.lower - margin <= value <= joint.upper + margin:
+            if not joint.allows(value, margin):
                 other = self.similar_models and self.similar_models(position)
                 hint = f" This moves like a {other}." if other else ""
                 return (
@@ -188,6 +188,7 @@ class Session:
     def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
         """Return whether two configurations differ by at most an angle [rad] at every joint."""
         return all(
-            abs(x - y) <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
+            abs(joint.difference(x - y))
+            <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
             for joint, x, y in zip(self.joints, a, b, strict=True)
         )

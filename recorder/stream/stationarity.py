@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...drivers import JointState
+from .. import TURN, within, without_turn
 
 WINDOW = 0.3
 """Default length of the average of a capture [s]."""
@@ -42,6 +43,16 @@ class JointLimits:
     def unit(self) -> str:
         """Unit of its position in files."""
         return "m" if self.prismatic else "rad"
+
+    def difference(self, value: float) -> float:
+        """Return a difference of positions, without whole turns."""
+        return value if self.prismatic else without_turn(value)
+
+    def allows(self, value: float, margin: float) -> bool:
+        """Return whether a position is inside the limits, or some whole turns on."""
+        lower, upper = self.lower - margin, self.upper + margin
+        inside = lower <= value <= upper
+        return inside or (not self.prismatic and within(value, lower, upper))
 
     def shown(self, value: float) -> str:
         """Return a position, or a difference of positions, as people read it."""
@@ -132,6 +143,8 @@ class StationarityDetector:
             self.moving = f"only {len(stamps)} states in {self._length:g} s: use a longer --window"
             return None
         positions = np.array([state.position for state in self._states])
+        turns = np.rint((positions - positions[0]) / TURN)
+        positions -= TURN * np.where([joint.prismatic for joint in self._joints], 0.0, turns)
         spread = positions.std(axis=0)
         worst = int(spread.argmax())
         self.fast = bool(spread[worst] > FAST * self._still)

@@ -256,9 +256,10 @@ class StreamMonitor(StationarityDetector):
             return
         limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
         for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
-            surprise = new - old - self._speeds[i] * elapsed
+            step = self.joints[i].difference(new - old)
+            surprise = step - self._speeds[i] * elapsed
             if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
                 self._offsets[i] += surprise
                 self.restart()
             else:
-                self._speeds[i] = (new - old) / elapsed
+                self._speeds[i] = step / elapsed

@@ -7,6 +7,7 @@ from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
+from ...recorder import ALL_ROUND, arc
 from ..data import Measurement, Pose, fit_frames, measure, socket_centres, targets
 from ..results import (
     CalibratedRobot,
@@ -251,10 +252,16 @@ def coverage(predictions: Predictions) -> Coverage:
 
 
 def travels(coverage: Coverage) -> dict[str, float]:
-    """Return how far each joint that turns did over all that was trained on, by its name [rad]."""
+    """Return how far each joint that turns did over all that was trained on, by its name [rad].
+
+    The least arc that holds all positions, for a joint that can go all round.
+    """
     trained = [socket for socket in coverage.sockets if socket.role == "train"]
-    return {
-        joint.name: max(s.high[i] for s in trained) - min(s.low[i] for s in trained)
-        for i, joint in enumerate(coverage.joints)
-        if joint.unit == "rad" and trained
-    }
+    turned: dict[str, float] = {}
+    for i, joint in enumerate(coverage.joints if trained else ()):
+        low, high = min(s.low[i] for s in trained), max(s.high[i] for s in trained)
+        if joint.lower is None or joint.upper is None or joint.upper - joint.lower >= ALL_ROUND:
+            low, high = arc((s.low[i], s.high[i]) for s in trained)
+        if joint.unit == "rad":
+            turned[joint.name] = high - low
+    return turned

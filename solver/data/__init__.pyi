@@ -4,6 +4,7 @@ from .checks import check_distance as check_distance
 from .checks import check_distinct as check_distinct
 from .checks import copied_sockets as copied_sockets
 from .checks import measure as measure
+from .checks import order_said as order_said
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
 from .frames import FrameObservations as FrameObservations

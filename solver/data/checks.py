@@ -2,13 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import DEFAULT_DISTANCE, Placement
+from ...recorder import DEFAULT_DISTANCE, Placement, without_turns
 from ..robot import BallModel, Robot
 from .measurements import Measurement, check_orientations
 
@@ -47,7 +48,7 @@ def measure(
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
     """
     ordered = placement.for_joints(robot.joint_names)
-    if not placement.files and ordered.remarks != placement.remarks:
+    if not placement.files and placement.order_note(robot.joint_names):
         joints, names = (
             ", ".join(some or ()) for some in (robot.joint_names, placement.joint_names)
         )
@@ -55,9 +56,11 @@ def measure(
             f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
             f"({names}); give the robot's names, or none for the robot's order"
         )
+    ordered = _once(_unwound(ordered, robot))
     warnings = list(ordered.remarks)
     ordered = _without_single(ordered, warnings)
-    _check_limits(ordered, robot, warnings)
+    with order_said([placement], robot.joint_names):
+        _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
     if distance is not None and recorded not in (None, distance):
         warnings.append(
@@ -70,8 +73,40 @@ def measure(
     chosen = check_distance(chosen if distance is None else distance, where)
     measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
-    _check_poses(measured, robot, poses_of)
+    with order_said([placement], robot.joint_names):
+        _check_poses(measured, robot, poses_of)
     return measured
+
+
+def _unwound(placement: Placement, robot: Robot) -> Placement:
+    """Return the placement without whole turns that its joints' readings gained or lost."""
+    turning = [joint.type != "prismatic" for joint in robot.actuated]
+    positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
+    if (positions == placement.positions).all():
+        return placement
+    rows: list[list[float]] = positions.tolist()
+    pairs = zip(placement.samples, rows, strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+
+
+def _once(placement: Placement) -> Placement:
+    """Return equal samples once; a socket that has no others is left as it is, to be refused."""
+    distinct = placement.distinct()
+    counts, before = np.bincount(distinct.sockets), np.bincount(placement.sockets)
+    alike = bool(((counts == 1) & (before > 1)).any())
+    return placement if alike else distinct
+
+
+@contextmanager
+def order_said(placements: Iterable[Placement], joint_names: Sequence[str]) -> Generator[None]:
+    """Let an error say that columns were taken in order, which may be its reason."""
+    try:
+        yield
+    except MukcaError as error:
+        notes = [p.order_note(joint_names) for p in placements]
+        if any(notes):
+            error.args = (f"{error}; {next(filter(None, notes))}",)
+        raise
 
 
 def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
-from ..data import HandEye, Pose, hand_eye, measure
+from ..data import HandEye, Pose, hand_eye, measure, order_said
 from .doubts import changed_zeros, with_right_size
 from .fit import System, fit
 from .prior import ArmPrior, prior_of
@@ -126,8 +126,9 @@ def handeye(
     if camera not in get_args(Camera):
         raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
     prior = prior_of(calibration)
-    task = camera_task(prior, as_list(data), camera)
-    system, size = with_right_size(fit(task))
+    with order_said(as_list(data), prior.robot.joint_names):
+        task = camera_task(prior, as_list(data), camera)
+        system, size = with_right_size(fit(task))
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     where, target = (U, V) if on_arm else (V, U)
@@ -156,7 +157,7 @@ def handeye(
 def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera) -> Task:
     """Return the views of a board, with the camera's and the board's poses to be found."""
     where = ", ".join(str(p.files[0]) if p.files else p.name for p in placements)
-    counts = [len(p.samples) for p in placements]
+    counts = [len(p.distinct().samples) for p in placements]
     if sum(counts) < LEAST or min(counts) < LEAST_EACH:
         raise UsageError(
             f"{where}: {' + '.join(map(str, counts))} views; {LEAST} are needed, and {LEAST_EACH} "

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...drivers import JointState
-from ...recorder import Placement, Sample, sample_files
+from ...recorder import TURN, Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
@@ -52,7 +52,7 @@ def find_rests(
     same = Session(tuple(joints)).same
     rests: list[Rest] = []
     now: Rest | None = None
-    for i in _slow_enough(log):
+    for i in _slow_enough(log, joints):
         stamp = float(log.stamps[i])
         effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
         state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
@@ -73,10 +73,12 @@ def find_rests(
     return rests
 
 
-def _slow_enough(log: Log) -> list[int]:
+def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     """Return the states but those at the beginning of a part in which the arm was already fast."""
     # The speed before the first state is not known, so the next one would look like a jump.
-    steps = np.abs(np.diff(log.positions, axis=0)).max(axis=1)
+    moved = np.diff(log.positions, axis=0)
+    turns = np.where([joint.prismatic for joint in joints], 0.0, np.rint(moved / TURN))
+    steps = np.abs(moved - TURN * turns).max(axis=1, initial=0.0)
     ends = np.diff(log.parts) != 0
     slow = np.append((steps < JUMP / 2) & ~ends, False)
     parts = np.split(np.arange(len(slow)), np.flatnonzero(ends) + 1)

@@ -60,19 +60,36 @@ def _describe(folder: Path) -> dict[str, Any]:
     positions, sockets = placement.positions, placement.sockets.tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
+    lowest, highest, turned = _ranges(positions, _listed(facts["metadata"].get("units")))
     return facts | {
         "name": placement.name,
         "files": [str(file) for file in placement.files],
         "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
         "kind": "sockets" if placement.samples[0].point is None else "points",
         "joints": list(placement.joint_names or unnamed),
-        "lowest": positions.min(axis=0).tolist(),
-        "highest": positions.max(axis=0).tolist(),
+        "lowest": lowest,
+        "highest": highest,
         "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
         "efforts": placement.efforts is not None,
         "distance": placement.distance,
-        "remarks": list(placement.remarks),
+        "remarks": [*placement.distinct().remarks, *turned],
     }
+
+
+def _ranges(positions: np.ndarray, units: list[Any]) -> tuple[list[float], list[float], list[str]]:
+    """Return the least and the largest position of each joint, and a remark on whole turns."""
+    rounds: list[int] = []
+    ends: list[tuple[float, float]] = []
+    for i, column in enumerate(np.nan_to_num(positions).T):
+        low, high = float(column.min()), float(column.max())
+        start, end = recorder.arc((x, x) for x in column.tolist())
+        if units[i : i + 1] != ["m"] and end - start < HALF * (high - low):
+            low, high = start, end
+            rounds.append(i + 1)
+        ends.append((low, high))
+    some = ", ".join(map(str, rounds))
+    said = [f"joint {some}: ranges are given without whole turns"] if rounds else []
+    return [low for low, _ in ends], [high for _, high in ends], said
 
 
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
@@ -141,6 +158,8 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+HALF = 0.5
+"""Share of a joint's range below which the rest are turns that its readings gained or lost."""
 _PLACE = ("x", "y", "z")
 _NAMES = ("q", "effort", "socket", *_PLACE)
 _UNITS = {"rad": "q", "deg": "q", "m": _PLACE, "mm": _PLACE}

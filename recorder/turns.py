@@ -1,0 +1,82 @@
+"""Positions of joints that turn: a whole turn is nothing.
+
+Encoders lose or gain turns when they are switched on, and drivers publish -pi to pi or 0 to 2 pi;
+the arm stands the same. A joint that slides has no turns.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+TURN = 2 * math.pi
+_ROUNDING = 1e-9
+ALL_ROUND = TURN - 0.2
+"""A joint whose limits are farther apart can stand anywhere on the circle [rad]."""
+
+
+def without_turn(difference: float) -> float:
+    """Return a difference of two positions of a joint that turns, -pi to pi [rad]."""
+    return difference - TURN * round(difference / TURN)
+
+
+def within(position: float, lower: float, upper: float) -> bool:
+    """Return whether a joint that turns is inside its limits, some whole turns on."""
+    return lower <= position - TURN * math.floor((position - lower) / TURN) <= upper or (
+        not math.isfinite(upper - lower)
+    )
+
+
+def arc(intervals: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """Return the least arc, from low to high, that holds some arcs of the circle [rad].
+
+    Single positions are arcs from a position to itself.
+    """
+    ends = sorted((low % TURN, low % TURN + high - low, low) for low, high in intervals)
+    reach, gap, first = ends[0][1], -1.0, 0
+    for i, (low, high, _) in enumerate(ends[1:], start=1):
+        if low - reach > gap:
+            gap, first = low - reach, i
+        reach = max(reach, high)
+    if ends[0][0] + TURN - reach >= gap:
+        gap, first = ends[0][0] + TURN - reach, 0
+    if gap <= 0:
+        return ends[0][2], ends[0][2] + TURN
+    return ends[first][2], ends[first][2] + TURN - gap
+
+
+def without_turns(
+    positions: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    turning: Sequence[bool],
+) -> NDArray[np.float64]:
+    """Return joint positions, shape (N, m) [rad], each column on the least arc that holds it.
+
+    A joint that cannot go all round is put inside its limits instead, if its whole column can be.
+    Positions that need no change stay as they are to the last digit.
+    """
+    columns = np.array(positions.T, dtype=float)
+    for i, turns in enumerate(turning):
+        if turns:
+            columns[i] = _unwound(columns[i], float(lower[i]), float(upper[i]))
+    return columns.T
+
+
+def _unwound(q: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+    """Return positions of one joint, the first of some choices that is inside its limits."""
+    choices = [q]
+    start, end = arc((x, x) for x in q.tolist())
+    if high - low >= ALL_ROUND:
+        on_arc = q
+        if np.ptp(q) > end - start + _ROUNDING:
+            on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
+        options, counts = np.unique(np.rint((q - on_arc) / TURN), return_counts=True)
+        usual = options[np.argsort(-counts)].tolist()
+        choices = [on_arc + TURN * k for k in (*usual, -1, 1, -2, 2)] + choices
+    if math.isfinite(high - low):
+        choices.append(low + (q - low) % TURN)
+    inside = (one for one in choices if one.min() >= low and one.max() <= high)
+    best = next(inside, q)
+    return np.where(np.abs(best - q) < 1.0, q, best)
