@@ -136,11 +136,15 @@ class StationarityDetector:
         self.full = 2 * max(steps) <= self._length and (
             lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
         )
-        if not self.full:
-            self.moving = "too few states yet: wait a moment"
+        self.moving = "too few states yet: wait a moment"
+        slow = 2 * min(steps) > self._length
+        if len(stamps) > 1 and len(stamps) < MIN_STATES and (self.full or slow):
+            least = math.ceil(10 * (MIN_STATES + 0.5) * min(steps)) / 10
+            self.moving = (
+                f"only {len(stamps)} states in {self._length:g} s: use a longer --window, {least:g}"
+            )
             return None
-        if len(stamps) < MIN_STATES:
-            self.moving = f"only {len(stamps)} states in {self._length:g} s: use a longer --window"
+        if not self.full:
             return None
         positions = np.array([state.position for state in self._states])
         turns = np.rint((positions - positions[0]) / TURN)

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, clock
-from .. import StreamLog
+from .. import TURN, StreamLog
 from .stationarity import STILL, WINDOW, FrozenStreamDetector, JointLimits, StationarityDetector
 
 PATIENCE = 0.1
@@ -256,10 +256,14 @@ class StreamMonitor(StationarityDetector):
             return
         limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
         for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
-            step = self.joints[i].difference(new - old)
-            surprise = step - self._speeds[i] * elapsed
-            if abs(surprise) > max(limit, UNEVEN * abs(self._speeds[i])):
+            expected = self._speeds[i] * elapsed
+            allowed = max(limit, UNEVEN * abs(self._speeds[i]))
+            surprise = new - old - expected
+            if allowed < abs(surprise) < 1.5 * TURN:  # a whole turn is no jump
+                without = self.joints[i].difference(surprise)
+                surprise = without if abs(without) < JUMP else surprise
+            if abs(surprise) > allowed:
                 self._offsets[i] += surprise
                 self.restart()
             else:
-                self._speeds[i] = step / elapsed
+                self._speeds[i] = (expected + surprise) / elapsed

@@ -6,6 +6,7 @@ from .log import Log as Log
 from .log import Question as Question
 from .log import read_log as read_log
 from .rests import Rest as Rest
+from .rests import Stretch as Stretch
 from .rests import assign as assign
 from .rests import find_rests as find_rests
 from .rests import placements_of as placements_of

@@ -23,7 +23,7 @@ from .log import (
     Question,
     check_angles,
     columns_of,
-    in_order,
+    in_parts,
     needed_columns,
     unknown_joints,
 )
@@ -63,31 +63,61 @@ def _states(reader: Any, question: Question) -> Log:
             f"{f' on {question.topic}' if question.topic else ''}; it has "
             f"{', '.join(offered) or 'nothing'}"
         )
-    orders: dict[tuple[str, ...], list[int] | None] = {}
-    found: dict[str, list[_State]] = {}
-    skipped = Counter[str]()
+    messages: dict[str, list[tuple[Any, int]]] = {}
     for connection, time, raw in reader.messages(connections=chosen):
         message = reader.deserialize(raw, connection.msgtype)
-        names = tuple(message.name)
-        if names not in orders:
-            orders[names] = columns_of(names, question)
-        if (state := _state(message, orders[names], time)) is None:
-            skipped[connection.topic] += 1
-        else:
-            found.setdefault(connection.topic, []).append(state)
-    if not found:
-        raise unknown_joints(list(dict.fromkeys(sum(orders, ()))), question)
-    best = max(found, key=lambda topic: len(found[topic]))
-    notes = [f"read {best}, {len(found[best])} states"]
-    if skipped[best]:
-        notes.append(f"{skipped[best]} messages there lack a joint, and are left out")
-    if others := [f"{name} ({len(states)})" for name, states in found.items() if name != best]:
-        notes.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
+        messages.setdefault(connection.topic, []).append((message, time))
+    found: dict[str, list[_State]] = {}
+    notes: dict[str, list[str]] = {}
+    for topic, some in messages.items():
+        found[topic], notes[topic] = _of_topic(some, question)
+    best = max(found, key=lambda topic: len(found[topic]), default="")
+    if not found.get(best):
+        every = (name for some in messages.values() for m, _ in some for name in m.name)
+        raise unknown_joints(list(dict.fromkeys(every)), question)
+    told = [f"read {best}, {len(found[best])} states", *notes[best]]
+    others = [f"{name} ({len(some)})" for name, some in found.items() if some and name != best]
+    if others:
+        told.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
     stamps, positions, efforts = zip(*found[best], strict=True)
     known = question.efforts and all(effort is not None for effort in efforts)
     if question.efforts and not known:
-        notes.append("its messages have no efforts, or not always")
-    return in_order(stamps, positions, efforts if known else None, notes)
+        told.append("its messages have no efforts, or not always")
+    return in_parts(stamps, positions, efforts if known else None, told)
+
+
+def _of_topic(
+    messages: Sequence[tuple[Any, int]], question: Question
+) -> tuple[list[_State], list[str]]:
+    """Return the states of one topic's messages, and remarks.
+
+    All names of the topic tell which are the model's joints: one message alone does not show that
+    another has a second arm.
+    """
+    names = list(dict.fromkeys(name for message, _ in messages for name in message.name))
+    columns = columns_of(names, question)
+    if columns is None:
+        return [], []
+    joints = [names[i] for i in columns]
+    states: list[_State] = []
+    skipped = Counter[tuple[str, ...]]()
+    for message, time in messages:
+        own = list(message.name)
+        order = [own.index(joint) for joint in joints] if set(joints) <= set(own) else None
+        state = _state(message, order, time)
+        if state is not None:
+            states.append(state)
+        elif order is not None or set(joints) & set(own):
+            skipped[()] += 1
+        else:
+            skipped[tuple(own)] += 1
+    notes = [f"{skipped.pop((), 0)} messages there lack a joint, and are left out"]
+    notes = notes if notes[0][0] != "0" else []
+    notes += [
+        f"{count} messages there are of {', '.join(own):.90}, and are left out"
+        for own, count in skipped.items()
+    ]
+    return states, notes
 
 
 def _state(message: Any, order: Sequence[int] | None, time: int) -> _State | None:

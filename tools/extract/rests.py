@@ -39,14 +39,39 @@ class Rest:
     """The reason that it is none."""
 
 
+@dataclass
+class Stretch:
+    """A stretch of a log in which nothing counts as a rest, since its states are not sound."""
+
+    begin: float
+    """[s], by the log's stamps."""
+    end: float
+    why: str
+
+    @property
+    def lasts(self) -> bool:
+        """True where it is longer than what a lost state costs."""
+        return self.end - self.begin > LASTS
+
+
+LASTS = 2.0
+"""Shorter stretches cost no rest [s]."""
+
+
 def find_rests(
-    log: Log, joints: Sequence[JointLimits], *, window: float, still: float
+    log: Log,
+    joints: Sequence[JointLimits],
+    *,
+    window: float,
+    still: float,
+    unsound: list[Stretch] | None = None,
 ) -> list[Rest]:
     """Return the rests of an arm in the log's order, by the recorder's window [s] and stillness.
 
     A rest is what a recording by a key script would capture: the arm has been still for longer than
     a whole window, and nothing is wrong with the states. If they are missing for a while and the
-    arm then stands where it stood, it is one rest.
+    arm then stands where it stood, it is one rest. Stretches whose states cannot be trusted are
+    added to ``unsound``.
     """
     watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
@@ -57,6 +82,7 @@ def find_rests(
         effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
         state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
         looked = watch.feed(state, stamp, int(log.parts[i]))
+        _note(watch.unsound(stamp), stamp, unsound)
         pose = watch.rest
         if pose is None or not looked:
             now = now if pose else None
@@ -71,6 +97,18 @@ def find_rests(
         else:
             rests[-1] = now = _joined(now, Rest(stamp, stamp, i, pose))
     return rests
+
+
+def _note(why: str | None, stamp: float, unsound: list[Stretch] | None) -> None:
+    """Lengthen the last stretch that is unsound for the same reason, or begin another."""
+    if unsound is None or why is None:
+        return
+    words = why.partition(";")[0]
+    last = unsound[-1] if unsound else None
+    if last is not None and last.why == words and 0 <= stamp - last.end < LASTS:
+        last.end = stamp
+    else:
+        unsound.append(Stretch(stamp, stamp, words))
 
 
 def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:

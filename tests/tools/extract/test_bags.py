@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.tools.extract import Question, read_log
 
 rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
 
@@ -39,7 +40,7 @@ class Bag:
             self.topics[name] = self.writer.add_connection(name, type_, typestore=self.types)
         return self.topics[name]
 
-    def write(self, topic, stamp, names, position, effort=(), header=True):
+    def write(self, topic, stamp, names, position, effort=(), header=True, later=0.0):
         known = self.types.types
         nanoseconds = round((START + stamp) * 1e9) if header else 0
         time = known["builtin_interfaces/msg/Time"](*divmod(nanoseconds, 1_000_000_000))
@@ -50,7 +51,7 @@ class Bag:
         )
         serialize = self.types.serialize_ros1 if self.ros1 else self.types.serialize_cdr
         connection = self.topic(topic)
-        moment = round((START + stamp + 0.003) * 1e9)
+        moment = round((START + stamp + later + 0.003) * 1e9)
         self.writer.write(connection, moment, serialize(message, TYPE))
 
     def __enter__(self):
@@ -196,3 +197,49 @@ def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     assert [rest["socket"] for rest in rests] == moves.sockets
     assert all(rest["end"] > rest["begin"] > START - 1 for rest in rests)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def moving(seconds=4.0):
+    """An arm that moves slowly: stamps, and positions."""
+    stamps = np.arange(0, seconds, 0.05)
+    return [(t, np.sin(0.1 * t + np.arange(7))) for t in stamps.tolist()]
+
+
+def read(path, messages):
+    with Bag(path, "mcap") as bag:
+        for stamp, names, position in messages:
+            bag.write("/joint_states", stamp, names, position)
+    return read_log(Question(path, NAMES, (False,) * 7))
+
+
+def called(prefix):
+    return [f"{prefix}{name}" for name in NAMES]
+
+
+@pytest.mark.parametrize("in_turn", [True, False])
+def test_two_arms_that_tell_their_states_in_turn_are_two(tmp_path, in_turn):
+    left = [(t, called("left_"), q) for t, q in moving()]
+    right = [(t + (0.01 if in_turn else 9), called("right_"), q + 0.5) for t, q in moving()]
+    with pytest.raises(mukca.MukcaError, match=r"may be any of left_panda.*--joints 'left_\*'"):
+        read(tmp_path / "bag", sorted([*left, *right], key=lambda row: row[0]))
+
+
+def test_one_arm_told_twice_is_read_by_the_names_of_the_model(tmp_path):
+    own = [(t, NAMES, q) for t, q in moving()]
+    again = [(t + 1e-3, called("fr3_0815_"), q + 1.0) for t, q in moving()]
+    hand = [(t + 2e-3, ["finger"], [0.02]) for t, _ in moving()]
+    log = read(tmp_path / "bag", sorted([*own, *again, *hand], key=lambda row: row[0]))
+    assert np.array_equal(log.positions, [q for _, q in moving()])
+    assert sum("are left out" in note for note in log.notes) == 2
+    assert any("80 messages there are of fr3_0815_panda_joint1" in note for note in log.notes)
+
+
+def test_a_clock_that_was_set_back_begins_another_part(tmp_path):
+    with Bag(tmp_path / "bag", "mcap") as bag:
+        for t, q in moving():
+            back = 1.5 if t >= 2 else 0.0
+            bag.write("/joint_states", t - back, NAMES, q, later=back)
+    log = read_log(Question(tmp_path / "bag", NAMES, (False,) * 7))
+    assert np.array_equal(log.positions, [q for _, q in moving()])
+    assert log.parts.tolist() == [0] * 40 + [1] * 40
+    assert any("the stamps went back by 1.4 s" in note for note in log.notes)

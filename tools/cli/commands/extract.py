@@ -45,8 +45,11 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         window = max(options.window, log.least_window)
         still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
-        rests = extract.find_rests(log, joints, window=window, still=still)
+        stretches: list[extract.Stretch] = []
+        rests = extract.find_rests(log, joints, window=window, still=still, unsound=stretches)
+    lost = [stretch for stretch in stretches if stretch.lasts]
     terminal.say(*log.notes)
+    terminal.warn(*(_left_out(stretch, float(log.stamps[0])) for stretch in lost))
     rests = extract.propose_samples(robot, rests, joints, options.distance)
     if options.assign:
         rests = extract.assign(rests, options.assign)
@@ -81,8 +84,16 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             f"Next: mukca check {options.out} --robot {options.robot}"
         )
     rows = [_row(rest) for rest in rests]
-    terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs})
-    return 0 if folders else 1
+    left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
+    terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs, "left_out": left_out})
+    return 0 if folders and not lost else 1
+
+
+def _left_out(stretch: "extract.Stretch", start: float) -> str:
+    return (
+        f"{stretch.begin - start:.1f} to {stretch.end - start:.1f} s after the first state are "
+        f"left out: {stretch.why}"
+    )
 
 
 def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:

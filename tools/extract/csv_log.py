@@ -1,0 +1,103 @@
+"""Joint states out of a CSV file with a column of time and one for each joint."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...recorder import DEGREES, Column, ColumnError, Table, find_joints, read_table, seconds_of
+from ...solver.calibration import joints_named
+from .log import (
+    ExtractError,
+    Log,
+    Question,
+    check_angles,
+    in_parts,
+    unknown_joints,
+    which_arm,
+)
+
+_TIME = re.compile(r"_*%?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)", re.I)
+_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
+"""Times larger than this are counted from 1970 in nanoseconds, and so on."""
+SLOWEST = 0.15
+"""Logs with longer steps hold no rest of a third of a second [s]."""
+
+
+def read_csv_log(question: Question) -> Log:
+    """Return the joint states of a CSV file with a column of time and one for each joint."""
+    table = read_table(question.path, question.joints)
+    if table.header is None:
+        raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")
+    times = [column for column in table.columns if _TIME.fullmatch(column.name)]
+    if not times:
+        raise ExtractError(
+            f"{question.path}:1: no column of time; call it time, or time[ms] and so on; "
+            f"columns: {', '.join(table.header)}"
+        )
+    columns, notes = _joint_columns(table, times, question)
+    kept = [i for i, row in enumerate(table.rows) if any(row[c.index].strip() for c in columns)]
+    if len(kept) < len(table.rows):
+        notes.append(f"{len(table.rows) - len(kept)} lines without positions are left out")
+    table = table.at(kept)
+    marked = [column.unit in DEGREES for column in columns]
+    plain = [replace(column, unit="") for column in columns]
+    positions = _in_radians(np.array(table.numbers(plain)), marked, question)
+    log = in_parts(_stamps(table, times[0]), positions, None, notes)
+    steps = np.diff(log.stamps)[np.diff(log.parts) == 0]
+    step = float(np.median(steps)) if len(steps) else np.inf
+    if not 1e-5 < step < SLOWEST:
+        raise ExtractError(
+            f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
+            "second and more are needed; if time is not in seconds, name its column time[ms], [us] "
+            "or [ns]"
+        )
+    return log
+
+
+def _joint_columns(
+    table: Table, times: Sequence[Column], question: Question
+) -> tuple[list[Column], list[str]]:
+    """Return the columns of the joints, and remarks."""
+    if question.named is not None:
+        wanted = joints_named(question.named, question.joints)
+        for names in (
+            [cell.strip() for cell in table.header or ()],
+            [c.name for c in table.columns],
+        ):
+            if set(wanted) <= set(names):
+                return [table.columns[names.index(word)] for word in wanted], [*table.notes]
+    try:
+        joints = None if question.named else find_joints(table, question.joints, times)
+    except ColumnError as error:
+        raise ExtractError(which_arm(error, question)) from None
+    if joints is None:
+        raise unknown_joints([c.name for c in table.columns if c not in times], question)
+    return joints[0], [*table.notes, *filter(None, joints[1:])]
+
+
+def _stamps(table: Table, column: Column) -> np.ndarray:
+    """Return the times of a log's rows [s], from numbers or from dates."""
+    cells = [row[column.index] for row in table.rows]
+    dates = [seconds_of(cell) for cell in cells]
+    if dates and None not in dates:
+        return np.array(dates, dtype=float)
+    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+    largest = float(np.abs(stamps).max(initial=0.0))
+    counted = next((unit for limit, unit in _SINCE_1970.items() if largest > limit), 1.0)
+    return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
+
+
+def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -> np.ndarray:
+    """Return angles in radians; degrees only where the file or the user says so."""
+    if question.units not in (None, "radians", "degrees"):
+        raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
+    turning = ~np.array(question.prismatic)
+    degrees = turning if question.units == "degrees" else np.array(marked) & turning
+    if question.units == "radians":
+        degrees = np.zeros_like(turning)
+    radians = np.where(degrees, np.radians(positions), positions)
+    check_angles(radians[:, turning], bool(degrees.any()), question)
+    return radians
