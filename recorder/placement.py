@@ -227,7 +227,7 @@ class Placement:
         two to :data:`SAME_ROW`. The first of equal samples is kept.
         """
         measured = [(*(s.point or ()), *(s.orientation or ())) for s in self.samples]
-        rows = np.column_stack([self.sockets, self.positions, np.array(measured)])
+        rows = np.column_stack([self.sockets.astype(float), self.positions, np.array(measured)])
         again = repeated_rows(rows)
         if not again:
             return self

@@ -171,7 +171,7 @@ def test_views_of_which_most_agree_with_no_other_ask_for_the_board(simulated):
 
 @pytest.mark.parametrize(
     ("rows", "message"),
-    [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "about one axis only")],
+    [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "2 views; 5 are needed")],
 )
 def test_views_that_cannot_tell_are_refused(simulated, rows, message):
     with pytest.raises(MukcaError, match=message):
