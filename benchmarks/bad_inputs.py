@@ -192,6 +192,26 @@ def utf_16(folder: Path) -> None:
     file.write_bytes(file.read_text().encode("utf-16"))
 
 
+def tabled(header: list[str], *, scale: float = 1.0, extra: int = 0) -> Spoil:
+    """Write all samples below a header, with columns of zeros behind the joints."""
+
+    def spoil(folder: Path) -> None:
+        for file in sorted(folder.glob("*/hole_*.csv")):
+            q = rows_of(file)
+            write(file, np.c_[scale * q, np.zeros((len(q), extra))])
+            file.write_text(f"{','.join(header)}\n{file.read_text()}")
+
+    return spoil
+
+
+def a_turn_on(folder: Path) -> None:
+    """Joint 7 stands still, but gained a turn amid each socket."""
+    for file in sorted(folder.glob("*/hole_*.csv")):
+        q = rows_of(file)
+        q[:, 6] = 0.5 + 2 * np.pi * (np.arange(len(q)) >= 10)
+        write(file, q)
+
+
 def cut_off(folder: Path) -> None:
     file = folder / "front/hole_0.csv"
     file.write_text("\n".join([*file.read_text().splitlines()[:8], "0.1, 0.2"]))
@@ -202,6 +222,7 @@ def decimal_commas(folder: Path) -> None:
     file.write_text(file.read_text().replace(".", ","))
 
 
+PANDA = [f"panda_joint{k}" for k in range(1, 8)]
 MISTAKES: dict[str, Spoil] = {
     "an empty file": text(b""),
     "a header alone": text(b"q1,q2,q3,q4,q5,q6,q7\n"),
@@ -255,6 +276,15 @@ MISTAKES: dict[str, Spoil] = {
     "joint 2 always zero": all_rows(lambda q: q * (np.arange(7) != 1)),
     "a counter for the last joint": all_rows(lambda q: np.c_[q[:, :6], np.arange(len(q)) / 10]),
     "each of four samples five times": all_rows(lambda q: np.repeat(q[:4], 5, axis=0)),
+    "each of six samples five times": all_rows(lambda q: np.repeat(q[:6], 5, axis=0)),
+    "joint 7 still, but for a turn": a_turn_on,
+    "two arms in one file": tabled([f"{arm}_{n}" for arm in "ab" for n in PANDA], extra=7),
+    "a joint's column twice": tabled([*PANDA, PANDA[0]], extra=1),
+    "one joint's name wrong": tabled([*PANDA[:6], "tool"]),
+    "velocities alone": tabled([f"{n}_velocity" for n in PANDA]),
+    "commands alone": tabled([f"target_q_{k}" for k in range(7)]),
+    "degrees that are said to be radians": tabled([f"{n} [rad]" for n in PANDA], scale=57.29578),
+    "a unit that no joint has": tabled([f"{n} [N]" for n in PANDA]),
     "UTF-16": utf_16,
     "cut off amid a line": cut_off,
     "decimal commas, separated by commas": decimal_commas,

@@ -180,6 +180,11 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         raise skipped[0]
     first = tables[0][1]
     joints = first.joints()
+    if first.header and not joints:
+        raise RecordingError(
+            f"{first.file}:1: no column holds joint positions in rad, deg, m or mm; the header "
+            f"is {','.join(first.header):.150}"
+        )
     names = None if first.header is None else tuple(column.name for column in joints)
     for _, table in tables[1:]:
         if table.header != first.header or table.units != first.units:

@@ -142,3 +142,42 @@ BYTES = {
     "no last line break": named("{}").rstrip("\n").encode(),
 }
 BYTES |= {look: text.encode() for look, text in LOOKS.items()}
+
+PROGRAMS = {
+    "ros2 topic echo --csv": "`ros2 topic echo --csv /joint_states`",
+    "rostopic echo -p": "`rostopic echo -p /joint_states`",
+    "PlotJuggler": "PlotJuggler, CSV export",
+    "pandas": "pandas, `to_csv(FILE)`",
+    "0 to 5": "pandas, without names of columns",
+    "RTDE": "RTDE client of Universal Robots",
+    "ur_rtde": "ur_rtde, `startFileRecording`",
+    "lerobot": "lerobot, observations",
+    "motors": "motors, their registers",
+    "recorder": "`mukca record`",
+    "name space": "a name space before the names",
+    "degrees in parentheses": "degrees in the header",
+    "unit row in degrees": "units below the header",
+    "semicolons and decimal commas": "a spreadsheet of a country with decimal commas",
+    "numpy's header": "numpy, `savetxt(FILE, header=..)`",
+    "dates": "times as text",
+    "image names": "names of images",
+    "q1": "numbers of joints; taken in order, which is said",
+    "plain": "no header; taken in order",
+}
+"""Looks that the documentation shows, and what writes them."""
+WIDTH = 60
+"""Letters of a line that the documentation shows."""
+
+
+def shown(line):
+    return f"`{line[:WIDTH]}{' ..' if len(line) > WIDTH else ''}`".replace("|", "\\|")
+
+
+def page():
+    """Return the table of the documentation, a program in each row."""
+    rows = ["| written by | first line, and one below |", "|---|---|"]
+    for look, program in PROGRAMS.items():
+        first, *_, last = LOOKS[look].splitlines()
+        header = "" if look in ("plain", "ros2 topic echo --csv") else f"{shown(first)}<br>"
+        rows.append(f"| {program} | {header}{shown(last)} |")
+    return "\n".join(rows) + "\n"

@@ -1,13 +1,17 @@
 """Tables as other programs write them: the same joints come out, or one line says why not."""
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, text_of
+from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, page, text_of
+from project import ROOT
 
 import mukca
 from mukca.recorder import POSE_FORMS, match_joints, read_rows, seconds_of
+
+BEGIN, END = "<!-- tables: by tests/foreign_tables.py -->\n", "<!-- end of tables -->\n"
 
 
 def rows_in_holes(folder, content):
@@ -198,3 +202,13 @@ def test_times_are_seconds():
         assert seconds_of(text) == pytest.approx(start + later, abs=1e-6)
     assert seconds_of("10:00:01") - seconds_of("10:00:00") == 1
     assert seconds_of("12.05.2026") is None and seconds_of("1.5") is None
+
+
+def test_the_documentation_shows_what_is_read():
+    """MUKCA_KEEP_PAGES=1 writes it anew."""
+    file = ROOT / "docs" / "recording.md"
+    before, _, others = file.read_text().partition(BEGIN)
+    text = f"{before}{BEGIN}\n{page()}{END}{others.partition(END)[2]}"
+    if os.environ.get("MUKCA_KEEP_PAGES"):
+        file.write_text(text)
+    assert file.read_text() == text

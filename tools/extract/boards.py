@@ -4,6 +4,7 @@ OpenCV finds the corners of a ChArUco board in a folder of images; where the mat
 not given, it is found from the same images.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...bounded import require_file
-from ...recorder import Placement, RecordingError, Sample, read_table
+from ...recorder import Placement, RecordingError, Sample, Table, read_table
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers, quaternion_of
 from ...solver.robot import turn, workspace
 
@@ -59,17 +60,14 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     joints = table.joints()
     rows = table.numbers(joints, gaps=table.header is not None)
     names = None if table.header is None else tuple(column.name for column in joints)
-    files = sorted(f for f in folder.iterdir() if f.suffix.lower() in IMAGES)
-    if len(files) != len(table.rows):
-        raise RecordingError(
-            f"{folder}: {len(files)} images, and {len(table.rows)} rows in {JOINTS}; it needs a "
-            "row for each image, in the order of their names"
-        )
+    files = _images(folder, table)
     found, size = _corners(cv, files, board)
-    if len(found) < (1 if camera else FEWEST_IMAGES):
+    needed = 1 if camera else FEWEST_IMAGES
+    if len(found) < needed:
         raise RecordingError(
             f"{folder}: {len(found)} of {len(files)} images show a board of {board.columns} x "
-            f"{board.rows} squares, {board.dictionary}; is it another (--board), or out of focus?"
+            f"{board.rows} squares, {board.dictionary}; {needed} are needed; is it another "
+            "(--board, --dictionary), or out of focus?"
         )
     remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
@@ -96,32 +94,79 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     return replace(views, poses_of="camera")
 
 
+def _images(folder: Path, table: Table) -> list[Path]:
+    """Return the image of each row: by a column with its name, else in the order of numbers."""
+    images = {f.name: f for f in folder.iterdir() if f.suffix.lower() in IMAGES}
+    for column in table.columns:
+        names = [Path(row[column.index].strip().replace("\\", "/")).name for row in table.rows]
+        if set(names) <= set(images):
+            return [images[name] for name in names]
+    if len(images) != len(table.rows):
+        raise RecordingError(
+            f"{folder}: {len(images)} images, and {len(table.rows)} rows in {JOINTS}; it needs a "
+            "row for each image, in the order of their names, or a column with these"
+        )
+    return [images[name] for name in sorted(images, key=_by_number)]
+
+
+def _by_number(name: str) -> list[tuple[int, str]]:
+    """Return what puts 2.png before 10.png."""
+    return [(int(p), "") if p.isdecimal() else (-1, p) for p in re.split(r"(\d+)", name) if p]
+
+
 def _corners(
     cv: Any, files: Sequence[Path], board: Board
 ) -> tuple[dict[int, tuple[Any, Any]], tuple[int, ...]]:
-    """Return the board's corners and their pixels in each image that shows it; the images' size."""
-    kind = getattr(cv.aruco, f"DICT_{board.dictionary}", None)
-    if kind is None:
-        raise RecordingError(f"--board: no dictionary {board.dictionary}; 4X4_50, 5X5_100, .. are")
-    shape = cv.aruco.CharucoBoard(
-        (board.columns, board.rows),
-        board.square,
-        board.marker,
-        cv.aruco.getPredefinedDictionary(kind),
-    )
+    """Return the board's corners and their pixels in each image that shows it; the images' size.
+
+    Both patterns that OpenCV has drawn are tried: until version 4.6, another corner of a board with
+    an even number of rows was white.
+    """
+    pictures: list[Any] = []
+    for file in files:
+        require_file(file)
+        picture = cv.imread(str(file), cv.IMREAD_GRAYSCALE)
+        if picture is None or (pictures and picture.shape != pictures[0].shape):
+            raise RecordingError(f"{file}: no image of the same size as those before")
+        pictures.append(picture)
+    boards = [_board(cv, board, older) for older in (False, True)]
+    found = [_seen(cv, shape, pictures) for shape in boards]
+    return max(found, key=len), pictures[0].shape[::-1] if pictures else ()
+
+
+def _seen(cv: Any, shape: Any, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
+    """Return a board's corners and their pixels in each picture that shows it."""
     find = cv.aruco.CharucoDetector(shape).detectBoard
     found: dict[int, tuple[Any, Any]] = {}
-    size: tuple[int, ...] = ()
-    for i, file in enumerate(files):
-        require_file(file)
-        image = cv.imread(str(file), cv.IMREAD_GRAYSCALE)
-        if image is None or (size and image.shape[::-1] != size):
-            raise RecordingError(f"{file}: no image of the same size as those before")
-        size = image.shape[::-1]
-        corners, ids = find(image)[:2]
+    for i, picture in enumerate(pictures):
+        corners, ids = find(picture)[:2]
         if ids is not None and len(ids) >= FEWEST_CORNERS:
             found[i] = shape.matchImagePoints(corners, ids)
-    return found, size
+    return found
+
+
+def _board(cv: Any, board: Board, older: bool) -> Any:
+    """Return a board as OpenCV has it, in its older pattern or in the present one."""
+    kind = getattr(cv.aruco, f"DICT_{board.dictionary}", None)
+    if kind is None:
+        raise RecordingError(
+            f"--dictionary: no dictionary {board.dictionary}; 4X4_50, 5X5_100, .. are"
+        )
+    size = (board.columns, board.rows)
+    if min(size) < 2 or not 0 < board.marker < board.square:
+        raise RecordingError(
+            f"--board {board.columns} {board.rows} {1e3 * board.square:g} {1e3 * board.marker:g}: "
+            "give 2 columns and rows or more, and a marker (mm) that is smaller than its square"
+        )
+    markers = cv.aruco.getPredefinedDictionary(kind)
+    if len(markers.bytesList) < board.columns * board.rows // 2:
+        raise RecordingError(
+            f"--dictionary {board.dictionary}: {len(markers.bytesList)} markers, and the board "
+            f"has {board.columns * board.rows // 2}"
+        )
+    shape = cv.aruco.CharucoBoard(size, board.square, board.marker, markers)
+    shape.setLegacyPattern(older)
+    return shape
 
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))

@@ -1,6 +1,7 @@
 """Views of the printed board, found in images that a known camera took of it."""
 
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,46 @@ def test_another_board_and_missing_rows_are_told(images, tmp_path):
     (tmp_path / "joints.csv").write_text("a\n1\n")
     with pytest.raises(MukcaError, match="0 images, and 1 rows in joints"):
         read_images(tmp_path, Board())
+
+
+@pytest.mark.parametrize("column", [False, True])
+def test_images_go_by_their_numbers_or_by_a_column(images, tmp_path, column):
+    order = list(range(10)) if not column else [3, 1, 2, 0, 9, 8, 7, 6, 5, 4]
+    for i in range(10):
+        shutil.copy(images / f"{i:02}.png", tmp_path / f"view {i}.png")
+    lines = [f"view {i}.png,{0.1 * i},0" if column else f"{0.1 * i},0" for i in order]
+    head = "image,a,b" if column else "a,b"
+    (tmp_path / "joints.csv").write_text("\n".join([head, *lines]) + "\n")
+    shutil.move(tmp_path / "view 1.png", tmp_path / ("view 1.png" if column else "view 01.png"))
+    found = read_images(tmp_path, Board(), NUMBERS)
+    points = np.array([s.point for s in found.samples])
+    assert points == pytest.approx(poses(10)[order, :3, 3], abs=5e-4)
+    assert [s.position[0] for s in found.samples] == pytest.approx([0.1 * i for i in order])
+
+
+def test_a_board_of_the_older_pattern_is_found(tmp_path):
+    cv = pytest.importorskip("cv2", reason="the extra camera is not installed")
+    markers = cv.aruco.getPredefinedDictionary(cv.aruco.DICT_5X5_100)
+    board = cv.aruco.CharucoBoard((9, 6), 0.03, 0.021, markers)
+    board.setLegacyPattern(True)
+    cv.imwrite(str(tmp_path / "1.png"), board.generateImage((640, 480), None, 30))
+    (tmp_path / "joints.csv").write_text("a,b\n0.1,0.2\n")
+    assert len(read_images(tmp_path, Board(), NUMBERS).samples) == 1
+
+
+@pytest.mark.parametrize(
+    ("board", "said"),
+    [
+        (Board(square=0.021, marker=0.03), "--board 9 6 21 30: .* smaller than its square"),
+        (Board(columns=1), "2 columns and rows or more"),
+        (Board(columns=20, dictionary="4X4_50"), "50 markers, and the board has 60"),
+        (Board(dictionary="4X4"), "no dictionary 4X4"),
+        (Board(dictionary="7X7_50"), "0 of 10 images .* 8 are needed"),
+    ],
+)
+def test_what_board_it_is_can_be_wrong(images, board, said):
+    with pytest.raises(MukcaError, match=said):
+        read_images(images, board)
 
 
 def test_the_board_says_its_size():
