@@ -10,11 +10,9 @@ from ...recorder.session import BLOCK, NO_ANSWERS, Advice, Alarm, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.bayes.inference import Posterior
-from ...solver.bayes.model import Noise, extend
-from ...solver.data import CALIPER_DEVIATION
-from ...solver.robot import Robot, choose_parameters
+from ...solver.robot import Robot
 from .guidance_process import goal_for
-from .pose_pool import PosePool, positions_in
+from .pose_pool import SEAT, PosePool, positions_in
 from .session_alarms import SessionAlarms
 from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
@@ -30,8 +28,6 @@ MIN_GAIN = 0.03
 """Share of the predicted error: if the best next sample gains less, the placement is exhausted."""
 PLATEAU, PLATEAU_SAMPLES = 0.06, 3
 """It is also exhausted if the last few samples gained less than this share."""
-SEAT = Noise(1e-4, 0.0)
-"""Noise of a sample, before there are enough to estimate it [m]."""
 
 
 class PoseSelector:
@@ -55,8 +51,8 @@ class PoseSelector:
         self._distance = distance
         self._given, self._goal = goal, goal_for(robot) if goal is None else goal
         self._sockets, self._curved = sockets, bool(design.curve_advice(robot))
-        self._model = extend(robot, choose_parameters(robot))
-        self._pool = PosePool(self._model, turn)
+        self._pool = PosePool(robot, turn)
+        self._model = self._pool.model
         self._alarms = SessionAlarms(robot)
         self._last_alarms: tuple[tuple[tuple[Sample, ...], float], tuple[Alarm, ...]]
         self._last_alarms = ((), distance), ()
@@ -178,16 +174,6 @@ class PoseSelector:
             known = known.with_samples(q, socket)
         return known
 
-    def _with_distance(
-        self, known: design.ParameterCovariance, samples: Sequence[Sample], at: int = 0
-    ) -> design.ParameterCovariance:
-        """Return the same with the measured distance of a placement's sockets, the first ``at``."""
-        first, second = (self._pool.centre(samples, k) for k in (0, 1))
-        if self._sockets < 2 or first is None or second is None:
-            return known
-        along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
-        return known.with_lengths({at: -along, at + 1: along}, CALIPER_DEVIATION)
-
     def _prior(
         self, recorded: Sequence[Sequence[Sample]]
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
@@ -196,7 +182,8 @@ class PoseSelector:
         known = design.from_prior(self._model, SEAT, count * len(recorded))
         taken: list[tuple[np.ndarray, int]] = []
         for i, some in enumerate(recorded):
-            known = self._with_distance(known, some, count * i)
+            if count > 1:
+                known = self._pool.with_distance(known, some, count * i)
             own = [(positions_in(some, k), count * i + k) for k in range(count)]
             taken += [(q, k) for q, k in own if len(q)]
         return known, taken

@@ -6,20 +6,24 @@ import numpy as np
 
 from ...recorder import Sample
 from ...solver import design
-from ...solver.bayes.model import ExtendedModel
+from ...solver.bayes.model import Noise, extend
+from ...solver.data import CALIPER_DEVIATION
+from ...solver.robot import Robot, choose_parameters
 
 ALIKE = np.deg2rad(5)
 """A pose that turns every joint less from a sample than this is no new one [rad]."""
 CANDIDATES = 600
 """Number of compared poses."""
+SEAT = Noise(1e-4, 0.0)
+"""Noise of a sample, before there are enough to estimate it [m]."""
 
 
 class PosePool:
     """Poses in each socket, no joint farther than ``turn`` from the session's begin [rad]."""
 
-    def __init__(self, model: ExtendedModel, turn: float = np.inf) -> None:
-        self.reach = design.Reach(model.robot)
-        self._model = model
+    def __init__(self, robot: Robot, turn: float = np.inf) -> None:
+        self.reach = design.Reach(robot)
+        self.model = extend(robot, choose_parameters(robot))
         self._turn = turn
         self._poses: dict[int, np.ndarray] = {}
 
@@ -28,8 +32,18 @@ class PosePool:
         q = positions_in(samples, socket)
         if not len(q):
             return None
-        points = self._model.ball.points(self._model.ball.nominal, q)
+        points = self.model.ball.points(self.model.ball.nominal, q)
         return np.asarray(np.median(points, axis=0))
+
+    def with_distance(
+        self, known: design.ParameterCovariance, samples: Sequence[Sample], at: int = 0
+    ) -> design.ParameterCovariance:
+        """Return a covariance with the measured distance of a placement's sockets, from ``at``."""
+        first, second = (self.centre(samples, k) for k in (0, 1))
+        if first is None or second is None:
+            return known
+        along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
+        return known.with_lengths({at: -along, at + 1: along}, CALIPER_DEVIATION)
 
     def lifted(
         self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
@@ -43,7 +57,7 @@ class PosePool:
         centre = self.centre(samples, socket)
         if centre is None:
             self._poses.pop(socket, None)  # where samples lay that were taken back tells nothing
-            return np.zeros((0, len(self._model.robot.actuated)))
+            return np.zeros((0, len(self.model.robot.actuated)))
         if socket not in self._poses:
             poses = self.reach.poses(centre, CANDIDATES)
             near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
