@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
-from ...recorder.session import Recording, Session
+from ...recorder.session import BLOCK, Recording, Session
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import calibration
 from ...solver import robot as robots
@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
+
+
+def with_blocks(options: RecordOptions, session: Session) -> Session:
+    """Return a guided session, whose sockets change after each block of samples."""
+    return replace(session, block=None if options.calibration else BLOCK)
 
 
 def first_session(

@@ -5,12 +5,10 @@ import logging
 import math
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...recorder import DEFAULT_DISTANCE, Metadata, Sample, StreamLog, next_log_file
-from ...recorder.session import BLOCK
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ...solver.robot import Robot
@@ -60,7 +58,7 @@ def record_session(
         guidance = None
         if keyboard and live and not (options.no_guide or options.quick):
             guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
-            session = replace(session, block=None if options.calibration else BLOCK)
+            session = session_start.with_blocks(options, session)
         return Recorder(
             session=session,
             stream=stream,
