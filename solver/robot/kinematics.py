@@ -66,7 +66,7 @@ def frames_of_origins(origins: np.ndarray) -> np.ndarray:
     The axes are those of roll, pitch and yaw.
     """
     parts = [(o[:3, None], matrix_rpy(o[3:]), rpy_axes(o[3:])) for o in origins]
-    return np.array([np.hstack(part) for part in parts])
+    return np.array([np.hstack(part) for part in parts]).reshape(-1, 3, 7)
 
 
 def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:

@@ -50,6 +50,12 @@ def test_the_flange_carries_the_ball_and_shapes_stay(model):
     assert T.reshape(6, 4, 4)[:, :3, 3] == pytest.approx(model.ball(q), abs=1e-12)
 
 
+def test_a_ball_may_hang_on_the_last_link_that_moves():
+    model = arm("gen3_lite")
+    q = workspace(model.robot, 3)
+    assert model.flange(q, tool=model.robot.tip)[:, :3, 3] == pytest.approx(model.ball(q))
+
+
 def test_commands_bring_the_tool_to_poses_and_points(model):
     q, rng = workspace(model.robot, 100), np.random.default_rng(0)
     near = q + rng.uniform(-0.1, 0.1, q.shape)
