@@ -12,10 +12,11 @@ as ``--cases`` says, or as begin within ``--seconds``. Exit status 1 if anything
 
 import argparse
 import os
+import sys
 import tempfile
 import time
 import warnings
-from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -25,8 +26,10 @@ from worlds.zoo import Case, random_case, zoo
 
 from mukca.tools.parallel import Workers
 
-BATCH = 20
-"""Random cases between two looks at the clock, for each process."""
+BATCH = 4
+"""Cases that each process takes before they are printed."""
+LOOK = 8
+"""Random cases between two looks at the clock."""
 
 
 def outcome_of(case: Case) -> tuple[Outcome, float]:
@@ -44,30 +47,39 @@ def row(case: Case, outcome: Outcome, seconds: float) -> str:
     return f"| {case.name} | {statuses} | {seconds:.1f} | {broke} |"
 
 
+def taken_through(cases: Sequence[Case], workers: Workers) -> Iterator[tuple[Case, Outcome, float]]:
+    """Yield each case with how its verbs ended, some at a time."""
+    size = BATCH * workers.processes
+    for begin in range(0, len(cases), size):
+        batch = cases[begin : begin + size]
+        for case, ends in zip(batch, workers.map(outcome_of, batch), strict=True):
+            yield case, *ends
+
+
 def whole_zoo(only: str, workers: Workers) -> int:
     """Print the table of the zoo, and return the number of cases that broke."""
     cases = [case for kind in zoo() for case in kind if only in case.name and not case.missing]
-    outcomes = workers.map(outcome_of, cases)
+    broken = 0
     print("| case | exit status | processor time in s | what broke |\n|---|---|---|---|")
-    print("\n".join(row(case, *ends) for case, ends in zip(cases, outcomes, strict=True)))
-    return sum(bool(outcome.faults) for outcome, _ in outcomes)
+    for case, outcome, seconds in taken_through(cases, workers):
+        print(row(case, outcome, seconds), flush=True)
+        broken += bool(outcome.faults)
+    return broken
 
 
-def random_cases(seeds: range, seconds: float, workers: Workers) -> int:
+def random_cases(first: int, count: int, seconds: float, workers: Workers) -> int:
     """Print the random cases that broke, and return their number."""
     begin, broken, done = time.monotonic(), 0, 0
-    ends: Counter[str] = Counter()
-    while done < len(seeds) or time.monotonic() - begin < seconds:
-        size = min(BATCH * workers.processes, max(len(seeds) - done, 0) or BATCH)
-        batch = range(seeds.start + done, seeds.start + done + size)
-        cases = [random_case(seed) for seed in batch]
-        for case, (outcome, taken) in zip(cases, workers.map(outcome_of, cases), strict=True):
-            ends[f"solve {outcome.statuses['solve']}"] += 1
-            broken += bool(outcome.faults)
+    while done < count or time.monotonic() - begin < seconds:
+        size = min(count - done, LOOK) if done < count else LOOK
+        cases = [random_case(first + done + i) for i in range(size)]
+        for case, outcome, taken in taken_through(cases, workers):
             if outcome.faults:
                 print(f"--seed {case.seed}: {row(case, outcome, taken)}", flush=True)
+            broken += bool(outcome.faults)
         done += size
-    print(f"{done} random cases, {broken} broke; {dict(ends)}")
+        print(f"{done} random cases, {broken} broke", file=sys.stderr, flush=True)
+    print(f"{done} random cases, {broken} broke")
     return broken
 
 
@@ -81,8 +93,8 @@ def main() -> int:
     arguments = parser.parse_args()
     workers = Workers(arguments.processes)
     if arguments.cases or arguments.seconds:
-        seeds = range(arguments.seed, arguments.seed + arguments.cases)
-        return int(random_cases(seeds, arguments.seconds, workers) > 0)
+        told = arguments.seed, arguments.cases, arguments.seconds
+        return int(random_cases(*told, workers) > 0)
     return int(whole_zoo(arguments.only, workers) > 0)
 
 

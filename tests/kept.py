@@ -19,6 +19,20 @@ def compare(file, lines):
     assert lines == file.read_text().splitlines()
 
 
+def measures(file, lengths):
+    """Compare lengths by name [m] with those kept in a file, to 1e-9 m.
+
+    After a change that is meant: ``MUKCA_KEEP_PAGES=1 pytest tests/solver/test_golden.py``.
+    """
+    if os.environ.get("MUKCA_KEEP_PAGES"):
+        lines = [f"{name} {1e3 * length:.7f} mm\n" for name, length in lengths.items()]
+        file.write_text("".join(lines))
+    rows = [line.rsplit(" ", 2) for line in file.read_text().splitlines()]
+    kept = {name: 1e-3 * float(number) for name, number, _ in rows}
+    assert kept, f"nothing is kept in {file}"
+    assert lengths == pytest.approx(kept, rel=0, abs=1e-9)
+
+
 class PageText(HTMLParser):
     """The words that a page says, a line for each paragraph, row or item; no plots, no details."""
 

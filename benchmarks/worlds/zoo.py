@@ -95,6 +95,13 @@ class Recorded:
     ball: Sequence[str] = ()
     """Options that put a ball on a model without any."""
 
+    def robot(self, name: str = "") -> Robot:
+        """Return the model of a robot, with its ball."""
+        if not self.ball:
+            return load_robot(self.robots[name])
+        _, flange, _, *ball = self.ball
+        return load_robot(self.robots[name], flange=flange, ball=[float(x) for x in ball])
+
     def changed(self, change: Change, seed: int) -> "Recorded":
         """Return the recordings with a change of each placement."""
 
@@ -200,7 +207,7 @@ def _measured(robot: str, kind: str, seed: int) -> Recorded:
 def _named(train: Placement, test: Placement) -> list[dict[str, list[Placement]]]:
     """Return both of a single robot, named by what they are for."""
     return [
-        {"": [replace(placement, name=name, place=name)]}
+        {"": [replace(placement, name=name, place=name, files=())]}
         for name, placement in (("train", train), ("test", test))
     ]
 

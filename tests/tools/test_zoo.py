@@ -1,12 +1,24 @@
 """Awkward recordings go through all verbs: what fits none is refused, and every width is one."""
 
-from worlds.verbs import unsound_deviations
-from worlds.zoo import random_case, zoo
+import pytest
+from worlds.verbs import unsound_deviations, walked
+from worlds.zoo import SHARED, random_case, zoo
+
+pytestmark = pytest.mark.slow
+
+CHEAPEST = [kind[0] for kind in zoo()]
 
 
 def test_the_zoo_has_sixty_cases_of_all_kinds_of_arms():
     cases = [case for kind in zoo() for case in kind]
     assert len({case.name for case in cases}) == len(cases) == 60
+
+
+@pytest.mark.parametrize("case", CHEAPEST, ids=lambda case: case.name)
+def test_nothing_but_refusals_comes_out_and_deviations_are_positive(case, tmp_path):
+    if case.missing:
+        pytest.skip(f"no recordings of real arms at {SHARED}")
+    assert walked(case.recorded(), tmp_path).faults == []
 
 
 def test_a_seed_makes_the_same_case_again():

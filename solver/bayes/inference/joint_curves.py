@@ -36,7 +36,8 @@ def _may_have_curves(found: JointPosterior) -> bool:
     """Return True where curves are identifiable: by points or two placements, without play."""
     measured = any((arm.sockets < 0).any() for arm in found.scene.arms)
     plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
-    exact = min(arm.noise.space for arm in found.arms) <= EXACT * SMALLEST
+    noises = [noise.space for arm in found.arms for noise in arm.noises.values()]
+    exact = min(noises) <= EXACT * SMALLEST
     return not exact and not plays and (measured or len(found.scene.placements) > 1)
 
 

@@ -46,8 +46,11 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
         if near is not None:  # as far as that has them
             before, place = near.arms[i], {name: k for k, name in enumerate(one.names, own.start)}
             rows_there = [place[name] for name in before.model.names if name in place]
-            x[rows_there] = before.x[[name in place for name in before.model.names]]
-            at_zero[rows_there] = x[rows_there] == 0
+            kept = np.array([name in place for name in before.model.names])
+            x[rows_there] = before.x[kept]
+            # what the samples never moved is at zero as well, and yet not held there
+            bounded = near.state.bounded[near.own[i]][kept]
+            at_zero[rows_there] = bounded & (x[rows_there] == 0)
             fitted = {group.name: group for group in before.groups}
             mine = [_carried_over(group, fitted.get(group.name)) for group in mine]
         groups += [replace(g, members=g.members + own.start) for g in mine]

@@ -191,3 +191,10 @@ def test_what_recordings_cannot_show_is_named(panda):
         3, abs=0.1
     )  # its place, not its turn
     assert all(0 <= group.effective <= group.count for group in found.groups)
+
+
+def test_what_no_sample_moves_is_as_unsure_as_before_in_fits_that_go_on_from_others(simulated):
+    found = simulated.calibration.document
+    assert any(group.name == "compliance" and group.active for group in found.groups)
+    stated = [p.standard_deviation for p in found.parameters[-3:]]  # of the ball's orientation
+    assert stated == pytest.approx([0.1, 0.1, 0.1])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cases import by_table
+from worlds.zoo import recorded_of
 
 import mukca
 from mukca.recorder import Sample
@@ -137,6 +138,16 @@ def test_poses_calibrate_and_judge_places_and_turns(true_panda):
     assert noise is not None and noise.measured_turn == pytest.approx(1e-4, rel=0.3)
     (again,) = mukca.Calibration(found.document).validate(test)
     assert again.calibrated.orientation_error < 5e-4 and "mrad" in repr(found.errors)
+
+
+@pytest.mark.slow
+def test_orientations_without_any_noise_are_fitted_as_they_are():
+    """As simulated ones are, while places have their noise."""
+    recorded = recorded_of("poses of ur5e")
+    found = mukca.calibrate(mukca.load_robot("ur5e"), recorded.train[""], recorded.test[""])
+    (row,) = (row for row in found.errors if row.role == "test")
+    assert row.calibrated.orientation_error < 1e-5
+    assert row.calibrated.mean_absolute_error < 2e-4
 
 
 def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path):
