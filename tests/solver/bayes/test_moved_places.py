@@ -69,7 +69,7 @@ def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
     again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
     assert told(again) == told(found)
     assert max(np.linalg.norm(s.moved) for s in again.document.data[0].samples) > 4.5e-3
-    verdict = " ".join(row.text for row in again.verdict.limits)
+    verdict = " ".join(row.text for row in (*again.verdict.limits, *again.verdict.reasons))
     assert "moved at a change" in verdict
 
 
