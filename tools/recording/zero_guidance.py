@@ -70,7 +70,9 @@ class ZeroSelector(PoseSelector):
         )
 
     def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
-        known = self._with_distance(self._first, samples)
+        known = self._first
+        if self._sockets > 1:
+            known = self._pool.with_distance(known, samples)
         for sample in samples:
             known = known.with_samples(np.array([sample.position]), sample.socket)
         return known
