@@ -206,8 +206,6 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     t = measured.order / len(measured.order)
     e: np.ndarray = placement.deviations.calibrated.copy()
     weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
-    if len(weights) != len(t):  # an older file counts equal samples more than once
-        weights = np.ones(len(t))
     freedom = len(t) - len(measured.sockets) - 3
     for rows in measured.slices:
         w = weights[rows] / weights[rows].sum()

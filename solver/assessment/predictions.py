@@ -163,7 +163,7 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
                 if values is not None and len(values) != joints:
                     path = f"data[{i}].samples[{k}].{key}"
                     raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
-        measured = measure(row.placement(robot.joint_names), robot, sockets=1)
+        measured = measure(row.placement(robot.joint_names), robot, sockets=1, whole=True)
         moved = np.array([sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket])
         found.append(replace(measured, moved=moved) if np.any(moved) else measured)
     return found

@@ -36,6 +36,7 @@ def measure(
     *,
     sockets: int = 2,
     poses_of: str = "flange",
+    whole: bool = False,
 ) -> Measurement:
     """Check a placement against the robot, and put its joints into chain order.
 
@@ -46,6 +47,7 @@ def measure(
             :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
+        whole: True keeps equal samples, as older calibrations hold them.
     """
     ordered = placement.for_joints(robot.joint_names)
     if not placement.files and placement.order_note(robot.joint_names):
@@ -56,7 +58,8 @@ def measure(
             f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
             f"({names}); give the robot's names, or none for the robot's order"
         )
-    ordered = _once(_unwound(ordered, robot))
+    ordered = _unwound(ordered, robot)
+    ordered = ordered if whole else _once(ordered)
     warnings = list(ordered.remarks)
     ordered = _without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):

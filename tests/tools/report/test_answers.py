@@ -139,7 +139,6 @@ def test_shapes_come_with_the_links_and_missing_ones_do_not_hurt(document, repor
     assert len(arm["frames"]) == len(arm["calibrated"])
 
 
-@pytest.mark.skip(reason="equal samples count once: distinct ones are needed here")
 def test_large_sessions_are_drawn_in_part_and_counted_whole(document, report, tmp_path):
     rows = document["data"][1]["samples"]
     document["data"][1]["samples"] = [s for s in rows for _ in range(150)]
