@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...errors import MukcaError
+from ...plausible import JOINT_POSITION
 from ...recorder import DEFAULT_DISTANCE, Placement, without_turns
 from ..robot import BallModel, Robot
 from .measurements import Measurement, check_orientations
@@ -82,8 +83,13 @@ def measure(
 
 
 def _unwound(placement: Placement, robot: Robot) -> Placement:
-    """Return the placement without whole turns that its joints' readings gained or lost."""
+    """Return the placement without whole turns that its joints' readings gained or lost.
+
+    No encoder gains as many as degrees for radians seem to; these stay, to be refused.
+    """
     turning = [joint.type != "prismatic" for joint in robot.actuated]
+    if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
+        return placement
     positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
     if (positions == placement.positions).all():
         return placement
