@@ -66,7 +66,7 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
     simulated.calibration.save(tmp_path / "cal")
     hand, out, steps = tmp_path / "hand.csv", tmp_path / "since", tmp_path / "steps"
     zero, starts = 3e-3 * np.eye(7)[3], simulated.later.positions[[0, 8]]
-    centres, at, before = simulated.truth.ball(starts), starts[0], np.zeros(7)
+    centres, at = simulated.truth.ball(starts), starts[0]
     hand.write_text(",".join(map(repr, (at - zero).tolist())))
     words = led(steps, hand, out, PACE, "--calibration", str(tmp_path / "cal"))
     with TerminalSession(words, columns=100, rows=30) as terminal:
@@ -78,11 +78,10 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
                 terminal.wait_for("socket 1 is active")
                 at = starts[1]
             elif number > 1:
-                at = in_socket(simulated.truth, at + turns_asked(terminal, before), centres[socket])
+                at = in_socket(simulated.truth, at + turns_asked(terminal), centres[socket])
             if number > 1:
                 lead_on(steps, (at - zero).tolist())
             terminal.wait_for(f"PRESS: space captures sample {number}")
-            before = turns_asked(terminal)
             terminal.press(" ")
             terminal.wait_for(f"captured sample {number}: ")
         shown = terminal.wait_for("ENOUGH: q finishes", "predicted 0.", "mrad", "goal 0.")
@@ -102,16 +101,15 @@ def turns_on(shown):
     return found
 
 
-def turns_asked(terminal, before=None):
-    """Return the same of a whole drawing, once the advice is no longer that of before."""
+def turns_asked(terminal):
+    """Return the same of a whole drawing, once it says where to go on from the last sample."""
     deadline, least = time.monotonic() + PATIENCE, math.radians(1)
     seen, drawings = None, 0
     while time.monotonic() < deadline:
         begun, turns = terminal.output.count(b"last state"), turns_on(terminal.text)
-        new = before is None or np.abs(turns - before).max() > least
         if seen is None or (turns != seen).any():
             seen, drawings = turns, begun
-        elif new and begun > drawings + 1:  # one was begun and ended meanwhile
+        elif np.abs(turns).max() > least and begun > drawings + 1:  # one was begun and ended since
             return turns
         time.sleep(0.02)
     raise AssertionError(terminal.text)
