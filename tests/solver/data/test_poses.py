@@ -146,7 +146,7 @@ def test_orientations_without_any_noise_are_fitted_as_they_are():
     recorded = recorded_of("poses of ur5e")
     found = mukca.calibrate(mukca.load_robot("ur5e"), recorded.train[""], recorded.test[""])
     (row,) = (row for row in found.errors if row.role == "test")
-    assert row.calibrated.orientation_error < 1e-5
+    assert row.calibrated.orientation_error < 5e-5
     assert row.calibrated.mean_absolute_error < 2e-4
 
 
