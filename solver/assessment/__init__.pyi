@@ -32,7 +32,6 @@ from .limits import Options as Options
 from .limits import known_arm as known_arm
 from .limits import limit_row as limit_row
 from .limits import limits_of as limits_of
-from .limits import predicted_limit as predicted_limit
 from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting
 from .predictions import Coverage as Coverage

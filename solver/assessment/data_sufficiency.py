@@ -8,6 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..data import Measurement
+from ..diagnostics import predicted_limit
 from ..results import (
     Better,
     Diagnostic,
@@ -28,7 +29,6 @@ from .limits import (
     Limits,
     Status,
     limit_row,
-    predicted_limit,
     with_full,
 )
 from .predictions import Coverage, Predictions, travels
@@ -51,12 +51,9 @@ LEAST_TRAVEL = math.radians(20)
 LEAST_FREEDOM = 0.01
 """Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
 cannot turn its first one."""
-NOT_OF_THE_MODEL = (
-    *("far", "duplicate", "few", "still", "scale", "kept"),
-    *("drift", "moved", "movement"),
-)
-"""Codes of warnings that do not concern the model: single samples of little weight, what other rows
-judge, what an operator kept, and bases that drifted, or moved by little."""
+OF_THE_MODEL = ("copies",)
+"""Codes of warnings that no fit makes good. The consequence of others is small, or noise that the
+posterior has, or another row judges them."""
 
 
 def accuracy_rows(
@@ -139,7 +136,7 @@ def rows_of_the_fit(
         tied=bool(document.settings.get("known")),
     )
     rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
-    rows += [*drift_rows(predictions), distortion_row(document)]
+    rows += [*drift_rows(predictions, limits), distortion_row(document)]
     rows.append(travel_row(covered, _bound(predictions)))
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
@@ -188,7 +185,7 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
     drifts = tuple(one.where for one in errors if one.code == "drift" and drift_doubted)
     if not all(drifts and one.where.startswith(drifts) for one in errors):
         return limit_row(name, "fail", reason)
-    doubts = [*errors, *(one for one in warnings if one.code not in NOT_OF_THE_MODEL)]
+    doubts = [*errors, *(one for one in warnings if one.code in OF_THE_MODEL)]
     if not doubts:
         return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{one.text}; {one.advice}" for one in doubts))

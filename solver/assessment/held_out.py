@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..data import Metrics, mean_metrics
+from ..diagnostics import SEVERE, predicted_limit
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
@@ -174,10 +175,14 @@ def _length_row(
     return with_full(row, full, "fail")
 
 
-def drift_rows(predictions: Predictions) -> list[LimitResult]:
-    """Return whether the ball drifts in any placement whose drift the fit does not model."""
+def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
+    """Return whether the ball drifts in any placement, and whether that matters.
+
+    It does where the fit does not model it, and by more than a third of the limit on distances.
+    """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     modelled = predictions.document.posterior is not None
+    limit, largest = limits.mean_absolute_error.value, 0.0
     for placement in predictions.placements:
         measured = placement.measured
         known = modelled and placement.role == "train" and np.isfinite(measured.clock("time")).all()
@@ -185,15 +190,18 @@ def drift_rows(predictions: Predictions) -> list[LimitResult]:
             evidence, length = steady_drift(placement)
             if evidence > 0:
                 drifts[placement.role].append(f"{placement.name} by {mm(length)}")
+                largest = max(largest, length if placement.role == "train" else 0.0)
     start = "the ball drifts in its sockets from the first sample to the last, at"
     text = "; ".join(str(d) for d in predictions.document.checks or () if d.code == "movement")
-    if not text and drifts["train"]:
+    severe = limit is None or largest > SEVERE * predicted_limit(limit)
+    if drifts["train"]:
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
             "that moved meanwhile from an error of the model; record it again, firmly screwed down"
         )
-    status = "not enough" if text else "pass"
-    rows = [limit_row("drift", status, text or "none beyond the scatter")]
+    status = "not enough" if drifts["train"] and severe else "warning" if text else "pass"
+    text = text or "none beyond the scatter"
+    rows = [limit_row("drift", status, text, text=text)]
     if drifts["test"]:
         text = f"{start} {joined(drifts['test'])}"
         rows.append(limit_row("drift_held_out", "warning", text, text=text))

@@ -15,6 +15,7 @@ from typing import Literal
 from msgspec.structs import replace
 
 from ..data import KnownDistance
+from ..diagnostics import LARGEST_PREDICTED
 from ..results import CalibrationDocument, Document, Model, misfit
 from ..robot import Robot, shipped_robots
 
@@ -138,14 +139,6 @@ ARMS = {
 """The shipped robots of which a figure is known."""
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
-PREDICTED_MARGIN, LARGEST_PREDICTED = 3.0, 2e-3
-"""The predicted error of distances may be this many times the limit on held-out errors, but no more
-than so much [m], or that limit: good recordings of arms that repeat to 0.1 mm come to 1 to 2.4."""
-
-
-def predicted_limit(limit: float) -> float:
-    """Return what predicted errors of distances may come to [m], by the limit on held-out ones."""
-    return max(limit, min(PREDICTED_MARGIN * limit, LARGEST_PREDICTED))
 
 
 def known_arm(model: Robot | Model) -> str | None:

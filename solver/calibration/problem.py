@@ -233,10 +233,12 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     )
     if not train and not test:
         return problem
+    trained = [m.name for m in problem.measurements] if test else []
+    known = named(train, options.distances)
     look = partial(
         inspect_all,
         problem.robot,
-        given=Given(named(train, options.distances), options.deviation, options.load),
+        given=Given(known, options.deviation, options.load, trained),
         zeros=bool(options.zeros),
         repeatability=repeatability_of(problem.robot, options.repeatability_mm),
     )

@@ -4,6 +4,9 @@ from .configurations import named as named
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .configurations import size_level as size_level
 from .configurations import where_of as where_of
+from .consequence import LARGEST_PREDICTED as LARGEST_PREDICTED
+from .consequence import SEVERE as SEVERE
+from .consequence import predicted_limit as predicted_limit
 from .explain import OF_JOINTS as OF_JOINTS
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone

@@ -15,17 +15,22 @@ from .configurations import (
     row_of,
     where_of,
 )
+from .consequence import consequence_of, level_of, nominal_errors
 from .explain import explain, fitted_alone, scene_of
-from .hypotheses import Candidate
+from .hypotheses import KINDS, Candidate
 from .robust_fit import RigidModel
 
 SEATED = 0.03
 """Distance from its socket [m] beyond which a ball was elsewhere, not just badly seated."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
+UNWEIGHED = ("distance", "scaled", "one_socket", "known", "copies", "unexplained")
+"""Explanations that no fit with them and without them compares: most are of typed distances."""
 MOST_DRIFT, PLAY = 3e-3, 0.015
-"""Drifts over a placement below this are no error [m], nor what looks like one where gears have
-play."""
+"""Drifts over a placement below this are no error [m], since the fit holds them, nor what looks
+like one where gears have play."""
+MOST_NOISE = 5e-3
+"""Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 MANY = 5.0
@@ -45,6 +50,9 @@ class Given:
     """Standard deviation of the latter [m]."""
     load: Load = STANDARD_LOAD
     """Gravity and payload."""
+    trained: Sequence[str] = ()
+    """Names of the placements to train on; none where all may be. What is wrong in others does
+    nothing to the model."""
 
 
 class Change(NamedTuple):
@@ -123,13 +131,14 @@ def inspect_all(
     scene = scene_of(model, seated, known, repeatability, list(floors.values()))
     scene = replace(scene, load=given.load)
     findings, hypotheses = explain(model, scene)
-    told = [(f, _diagnostic(f, seated, zeros=zeros)) for f in findings]
+    told = [(f, _diagnostic(f, seated, given, zeros=zeros)) for f in findings]
     shared = tuple(d for f, d in told if "placement" not in f.parameters)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
-        at = [f.parameters for f, d in own if d.code == "moved" and d.level == "error"]
+        of_moves = (f.parameters for f, d in own if d.code == "moved")
+        at = [p for p in of_moves if p["size"] > SMALLEST_MOVE]
         moves = tuple(sorted(Change(p["socket"], p["sample"], p["size"]) for p in at))
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
@@ -149,28 +158,37 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
 
 
 def _diagnostic(
-    finding: Candidate, measurements: Sequence[Measurement], *, zeros: bool
+    finding: Candidate, measurements: Sequence[Measurement], given: Given, *, zeros: bool
 ) -> Diagnostic:
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
     level, code, advice = kind.level, kind.code, told.advice
     where = f"--known {p['known']}" if "known" in p else where_of(measurements)
     if "placement" in p:
         measured = next(m for m in measurements if m.name == p["placement"])
-        single = "sample" in p
+        single = "sample" in p and not p.get("throughout")
         where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
-    if told.name in ("drift", "base_moved"):
-        usual = (PLAY if zeros else MOST_DRIFT) if told.name == "drift" else SMALLEST_MOVE
-        level = "warning" if p["size"] < usual else level
-    if told.name == "distance":
-        level = "warning"  # whether it is believable is said of the fit's size alone
-    if told.name == "ball_sample":
-        level = "warning"
-        if p["size"] > SEATED:
-            level, code = "error", "elsewhere"
-            advice = "it was recorded elsewhere: another base position, or another arm; delete it"
+    held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
+    weighed = kind in KINDS and told.name not in UNWEIGHED and not held_out
+    costs = consequence_of(finding, given.trained) if weighed else None
+    if costs is not None:
+        level = level_of(costs, finding.scene.noise)
+    usual = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
+    slight = held_out or told.name == "distance" or p.get("size", 0.0) < usual.get(told.name, 0.0)
+    if level == "error" and (slight or _is_noise(finding)):
+        level = "warning"  # of a distance, the size of the arm decides
+    if told.name == "ball_sample" and p["size"] > SEATED:
+        code = "elsewhere"
+        advice = "it was recorded elsewhere: another base position, or another arm; delete it"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
-    return Diagnostic(level, code, where, told.text, advice)
+    return Diagnostic(level, code, where, told.text, advice, costs)
+
+
+def _is_noise(finding: Candidate) -> bool:
+    """Tell whether a finding is noise that a fit averages out, and far from the nominal errors."""
+    if finding.kind.noise is None or finding.kind.name != "unexplained":
+        return finding.kind.noise is not None
+    return finding.sigma < min(MOST_NOISE, nominal_errors(finding.scene) / 2)
 
 
 def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:

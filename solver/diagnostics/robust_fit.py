@@ -150,10 +150,10 @@ class RigidModel:
         widths = np.array([BALL] * 3 + [width] * joints.shape[1])
         off = np.zeros((V, len(widths)))
         e = points - _medians(points, samples)[samples.sockets]
-        noise = _typical(e)
+        noise = typical(e)
         for _ in range(SEED_ITERATIONS):
-            noise = _typical(e)
-            weights = _weights(e, noise)
+            noise = typical(e)
+            weights = robust_weights(e, noise)
             centred = values - _means(values, samples, weights)[samples.sockets]
             slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
             A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
@@ -163,7 +163,7 @@ class RigidModel:
             off = steps[:, :, 0]
             e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
         errors = np.linalg.norm(e, axis=2)
-        return off, np.average(errors, axis=0, weights=_weights(e, noise))
+        return off, np.average(errors, axis=0, weights=robust_weights(e, noise))
 
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""
@@ -187,11 +187,11 @@ class RigidModel:
 
         x, points = first, balls(first, few.positions)
         centres = _medians(points, few)
-        noise = float(_typical(points - centres[few.sockets]))
+        noise = float(typical(points - centres[few.sockets]))
         for _ in range(iterations):
             points, by_unknowns = linear or self.linearised(x, few.positions)
             points = balls(x, few.positions) if linear else points
-            weights = _weights(points - centres[few.sockets], noise)
+            weights = robust_weights(points - centres[few.sockets], noise)
             centres = _means(points, few, weights)
             e = points - centres[few.sockets]
             slopes = _means(by_unknowns, few, weights)
@@ -211,10 +211,10 @@ class RigidModel:
             if change < SETTLED:
                 break
         points = balls(x, samples.positions)
-        centres = _means(points, samples, _weights(points - centres[samples.sockets], noise))
+        centres = _means(points, samples, robust_weights(points - centres[samples.sockets], noise))
         left = points - centres[samples.sockets]
         errors = np.linalg.norm(left, axis=1)
-        mean = float(np.average(errors, weights=_weights(left, noise)))
+        mean = float(np.average(errors, weights=robust_weights(left, noise)))
         return RigidFit(centres, errors, mean, noise, x)
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -239,12 +239,12 @@ def median(values: np.ndarray) -> np.ndarray:
     return (values[(n - 1) // 2] + values[n // 2]) / 2
 
 
-def _typical(errors: np.ndarray) -> np.ndarray:
+def typical(errors: np.ndarray) -> np.ndarray:
     """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
     square = median(np.einsum("...i,...i->...", errors, errors))
     return np.maximum(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
 
 
-def _weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
+def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
     """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
     return (NU + 3) / (NU + np.einsum("...i,...i->...", errors, errors) / noise**2)

@@ -55,6 +55,7 @@ from .files import format_of as format_of
 from .files import read as read
 from .files import refuse_existing as refuse_existing
 from .files import write_files as write_files
+from .placements import Consequence as Consequence
 from .placements import CostTerms as CostTerms
 from .placements import Diagnostic as Diagnostic
 from .placements import Hypothesis as Hypothesis

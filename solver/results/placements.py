@@ -177,22 +177,47 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
 
 
 @dataclass(frozen=True)
+class Consequence:
+    """Change of the distances that a model predicts if an explanation is heeded [m]."""
+
+    near: float
+    """Near the recorded places, at the worst of them; like all of these the median."""
+    workspace: float
+    near_before: float
+    """Errors of the nominal model, its ball refitted, at the same places."""
+    workspace_before: float
+
+    def __str__(self) -> str:
+        near, everywhere = (f"{1e3 * size:.2g}" for size in (self.near, self.workspace))
+        return f"it changes distances by {near} mm near the recorded places, {everywhere} elsewhere"
+
+
+@dataclass(frozen=True)
 class Diagnostic:
     """One thing that was seen."""
 
     level: str
-    """``error``: do not train on it as it is; ``warning``: look at it."""
+    """``error``: do not train on it as it is; ``warning``: look at it; ``note``: it matters
+    little."""
     code: str
     where: str
     text: str
     advice: str
+    consequence: Consequence | None = None
+    """What it does to the model; None where that is not told by a fit with it and without it."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
         return asdict(self)
 
+    @property
+    def words(self) -> str:
+        """What was seen, what it does, and what to do, without its place."""
+        weight = "" if self.consequence is None else f" ({self.consequence})"
+        return f"{self.text}{weight}; {self.advice or 'look at it'}"
+
     def __str__(self) -> str:
-        return f"{self.where}: {self.text}; {self.advice}"
+        return f"{self.where}: {self.words}"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...recorder import Sample
 from ...recorder.session import Advice, GuidanceRequest
-from ...solver import assessment, calibration
+from ...solver import assessment, calibration, diagnostics
 from ...solver.robot import Robot, load_robot
 from ..cli import RobotOptions
 from ..parallel import started_apart
@@ -84,7 +84,7 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
 
 def goal_for(robot: Robot) -> float:
     """Return the goal of the predicted error of distances [m], before anything is solved."""
-    return assessment.predicted_limit(limit_for(robot))
+    return diagnostics.predicted_limit(limit_for(robot))
 
 
 def limit_for(robot: Robot) -> float:

@@ -40,7 +40,7 @@ def show(console: Console, report: ReportDocument) -> None:
             console.print(Text.assemble((f"{title}: ", "bold"), text))
     for check in report.checks or ():
         if check.level != "ok":
-            line = f"{check.where}: {check.text}; {check.advice}"
+            line = str(check)
             console.print(Text.assemble(f"  {check.level} ", line))
 
 

@@ -45,7 +45,10 @@ def changes(
         if len(ranks):
             C, k = slopes.shape[2:]
             columns = after[:, None, :, None, None] * slopes[rows].transpose(2, 0, 1, 3)
-            first = [scene.first_from(place, rank) for rank in ranks.tolist()]
+            first = [
+                {**scene.first_from(place, rank), "throughout": rank == 0}
+                for rank in ranks.tolist()
+            ]
             names = [one for one in first for _ in range(C)]
             flat = columns.reshape(len(names), -1, k)
             yield Block(scene.rows(rows), flat, names, widths)

@@ -127,6 +127,8 @@ class Kind:
         named = dict(p)
         if "sample" in p:
             named |= {"first": sample_named(p), "nth": p.get("number") or p["sample"] + 1}
+            since = f"throughout {p.get('placement')}, unlike elsewhere"
+            named["since"] = since if p.get("throughout") else f"from {named['first']} on"
         return _Sentences().vformat(self.form, (), named)
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import extend
+from ...bayes.model import ExtendedModel, extend
 from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
 from ...data import SEAT_DEVIATION, STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot
@@ -111,10 +111,17 @@ class Scene:
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
-        model = extend(self.robot, self.parameters, [e.name for e in self.effects])
-        x = np.zeros(model.size)
-        x[: len(self.x)] = self.x
-        return model.linearise(x, self.q, self.torques)
+        return self.model.linearise(self.start, self.q, self.torques)
+
+    @cached_property
+    def model(self) -> ExtendedModel:
+        """Geometry and effects as one model."""
+        return extend(self.robot, self.parameters, [e.name for e in self.effects])
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Unknowns of the model at which all is linear."""
+        return np.append(self.x, np.zeros(self.model.size - len(self.x)))
 
     @cached_property
     def torques(self) -> np.ndarray:
@@ -199,14 +206,18 @@ class Scene:
     def of_effects(self, *, elastic: bool = False) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, or elastic ones, in their widths."""
         columns = -self.linear[1][:, :, len(self.parameters) :].reshape(3 * len(self.q), -1)
-        widths: list[np.ndarray] = []
+        every = self.widths_of_effects(elastic=elastic)
+        return columns[:, every > 0] * every[every > 0]
+
+    def widths_of_effects(self, *, elastic: bool = False) -> np.ndarray:
+        """Return the widths of effects' coefficients by how much they turn the joints here."""
+        widths = [np.zeros(0)]
         for effect in self.effects:
             turns: np.ndarray = effect.derivatives(self.q, self.torques)
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
             wide = (self.wide if effect.learned else 1.0) * (effect.shared_by_type or not elastic)
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
-        every = np.concatenate(widths)
-        return columns[:, every > 0] * every[every > 0]
+        return np.concatenate(widths)
 
     def _of_play(self) -> np.ndarray:
         """Offsets of the joints in each socket: gears with play rest on one side there."""

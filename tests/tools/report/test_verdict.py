@@ -114,7 +114,7 @@ def test_the_error_alone_never_passes(document, report, rows):
 
 def test_no_pass_stands_beside_a_warning_that_bears_on_the_model(extended, rows):
     assert rows(extended)[1]["data_checks"] == "pass"  # a sample that hardly counts is no matter
-    extended["checks"][1]["code"] = "floor"
+    extended["checks"][1]["code"] = "copies"
     status, limits, text = rows(extended)
     assert (status, limits["data_checks"]) == ("incomplete", "not enough")
     assert "Far from its socket; look at it" in text

@@ -74,7 +74,8 @@ def calibrated(
     for one in found.values() if isinstance(found, Mapping) else [found]:
         terminal.warn(*one.document.warnings)
         for check in one.document.checks or ():
-            terminal.warn(str(check), level=check.level)
+            if check.level != "note":  # the report has those
+                terminal.warn(str(check), level=check.level)
     return found
 
 
