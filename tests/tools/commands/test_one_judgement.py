@@ -41,7 +41,10 @@ def off(zero):
     ],
 )
 def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distance):
-    """The same findings, whatever a placement's role, and the exit status of the same rows."""
+    """The same findings, and the exit status of the same rows.
+
+    What is wrong in a placement that was held out does nothing to the model: its level may differ.
+    """
     folder = copytree(session, tmp_path / "session")
     for file in folder.glob("*/placement.json"):
         keys = json.loads(file.read_text())
@@ -63,7 +66,12 @@ def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distanc
         calibration = mukca.calibrate(panda, trained, test=held_out)
         checks = [check.as_dict() for check in calibration.document.checks]
         of_fit = ("movement",)
-        assert sorted(map(str, said)) == sorted(str(c) for c in checks if c["code"] not in of_fit)
+        same = {"code", "where", "text"} if held_out else set(said[0])
+        ours, theirs = (
+            sorted(str({key: c[key] for key in sorted(same)}) for c in several)
+            for several in (said, [c for c in checks if c["code"] not in of_fit])
+        )
+        assert ours == theirs
         verdict = calibration.verdict
         rows = {row.name: row.status for row in (*verdict.limits, *verdict.reasons)}
         if not held_out:
