@@ -6,7 +6,8 @@ Pinocchio reads the URDF alone, and is called from Python; what such a call cost
 measured too. The C functions hold the full model, corrections of the joints and gravity included.
 Each figure is the least of five runs, in CPU time. Then 20,000 cycles of 1 ms of `arm_command_pose`
 along a circle, at 0.5 m/s from the first recorded posture on, each near the one before: failures,
-most rounds, and the slowest cycle.
+most rounds, and the slowest cycle. Where a pose is out of reach, the first such cycle stands beside
+them, what is left there [mm], and the joint at its limit.
 """
 
 import argparse
@@ -43,8 +44,8 @@ static double now(void) {
 static const double start[ARM_JOINTS] = {START};
 static void circle(void) {
   double T[16], near[ARM_JOINTS], found[ARM_JOINTS], x, y, worst = 0;
-  int failed = 0, rounds = 0;
-  arm_report report;
+  int failed = 0, rounds = 0, first = -1;
+  arm_report report, there = {0, 0, 0, -1};
   for (int i = 0; i < ARM_JOINTS; ++i) near[i] = start[i];
   arm_flange(near, T);
   x = T[3], y = T[7];
@@ -52,12 +53,17 @@ static void circle(void) {
     const double turn = 0.5 / RADIUS * 1e-3 * n;
     T[3] = x + RADIUS * (cos(turn) - 1), T[7] = y + RADIUS * sin(turn);
     const double begin = now();
-    failed += arm_command_pose(T, near, start, found, &report) != 0;
+    const int missed = arm_command_pose(T, near, start, found, &report) != 0;
+    if (missed && failed++ == 0) first = n, there = report;
     worst = fmax(worst, now() - begin);
     if (report.rounds > rounds) rounds = report.rounds;
     for (int i = 0; i < ARM_JOINTS; ++i) near[i] = found[i];
   }
   printf("circle %.4f %d %d\\n", 1e6 * worst, rounds, failed);
+  if (failed)
+    printf("out of reach first at cycle %d: %.3f mm left, joint at its limit: %s\\n", first,
+           1e3 * there.distance,
+           there.joint_at_limit < 0 ? "none" : arm_joint_names[there.joint_at_limit]);
 }
 int main(void) {
   CALLS
@@ -82,8 +88,10 @@ def in_c(file: Path, folder: Path, q: np.ndarray, start: Sequence[float]) -> dic
     words = ["cc", "-std=c99", "-O2", "loop.c", "arm.c", "-o", "loop", "-lm"]
     subprocess.run(words, cwd=folder, check=True)
     lines = subprocess.run(["./loop"], cwd=folder, check=True, capture_output=True, text=True)
-    print(f"  {lines.stdout.splitlines()[-1]} (slowest [us], most rounds, failures)")
-    return {line.split()[0]: float(line.split()[1]) for line in lines.stdout.splitlines()}
+    rows = lines.stdout.splitlines()
+    end = 1 + next(i for i, row in enumerate(rows) if row.startswith("circle"))
+    print(f"  {rows[end - 1]} (slowest [us], most rounds, failures)", *rows[end:])
+    return {row.split()[0]: float(row.split()[1]) for row in rows[:end]}
 
 
 def in_pinocchio(urdf: bytes, q: np.ndarray) -> tuple[float, float]:

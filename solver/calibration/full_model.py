@@ -122,18 +122,19 @@ class FullModel:
         check_keywords("this method", setup, Setup.__annotations__)
         tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
         base = setup.get("base")
+        base = self.base if base is None else one_pose(base, "base")
         if frame is not None:
             if self.base_in is None:
                 words = "this robot was calibrated alone; give its base there"
                 raise PoseError(f"frame {frame!r}: {words}")
-            base = self.base_in(frame, setup.get("at"))
+            base = base @ self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
             origins = self.calibrated.model.origins(self.calibrated.values)
             tool = pose_on_flange(self.robot, tool, origins)
         return FullModel(
             self._loaded(one_payload(payload)),
             self.tool if tool is None else one_pose(tool, "tool", ON_FLANGE),
-            self.base if base is None else one_pose(base, "base"),
+            base,
         )
 
     def flange(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:

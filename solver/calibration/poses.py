@@ -34,10 +34,11 @@ class Setup(TypedDict, total=False):
     """Mass [kg], and its centre in the flange's frame [m], as ``(1.2, (0, 0, 0.05))``, beyond the
     masses of the URDF; None for the load of the recordings."""
     base: ArrayLike | None
-    """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]."""
+    """Pose of the robot's base in the frame in which poses are given, shape (4, 4) [m]; with a
+    ``frame``, that frame's pose there."""
     frame: str | None
-    """Of several robots, in place of ``base``: the frame in which poses are given, as ``right``,
-    another's base, or ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
+    """Of several robots: the frame in which poses are given, as ``right``, another's base, or
+    ``right/flange``, see :meth:`.MultiRobotCalibration.base_in`."""
     at: ArrayLike | None
     """Joint positions of that other robot, shape (m,) [rad]."""
 

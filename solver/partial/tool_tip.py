@@ -94,7 +94,8 @@ def tool(
         MeasurementError: Samples of another arm.
     """
     prior = prior_of(calibration)
-    system = _touched(prior, as_list(data), stood)
+    touches = as_list(data)
+    system, ball = _touched(prior, touches, stood), _trained_on(calibration, touches)
     zeros = changed_zeros(system, prior.ball)
     remedy = "turn the tool about two more axes at the point"
     few = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
@@ -113,11 +114,23 @@ def tool(
         frame,
         updated,
         (*notes, *(() if zeros.told else zeros.text)),
-        rival or few,
+        (*ball, *(rival or few)),
         noise,
         _elsewhere(system),
         np.linalg.norm(system.residuals, axis=1),
         _outliers(system),
+    )
+
+
+def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple[str, ...]:
+    """Return a warning where touches are samples of the calibration itself, else nothing."""
+    measured = [measure(placement, calibration.robot, sockets=1) for placement in touches]
+    names = ", ".join(m.name for m in measured if calibration.was_trained_on(m))
+    if not names:
+        return ()
+    return (
+        f"{names}: the calibration was trained on these samples, so the tip is its ball, and they "
+        "count twice: record touches of the tool.",
     )
 
 

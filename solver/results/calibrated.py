@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike
 from ...errors import MukcaError
 from ...plausible import JOINT_POSITION
 from ..bayes.model import Deflection
+from ..bayes.model.effects import BACKLASH
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
+    LAST,
     BallModel,
     Goal,
     Origin,
@@ -93,10 +95,19 @@ class CalibratedRobot:
         return len(self.robot.joints) - 2
 
     @cached_property
+    def last_step(self) -> float:
+        """Largest step of inverse kinematics whose result is not measured [rad].
+
+        Play changes steeply where a joint's load changes sign, so that steps foretell nothing.
+        """
+        return 0.0 if BACKLASH.extension in self.deflection.extensions else LAST
+
+    @cached_property
     def solver(self) -> Callable[[Goal], PoseSolver]:
         """Inverse kinematics of the flange for a goal."""
         limits = self.robot.lower, self.robot.upper
-        return lru_cache(maxsize=2)(partial(PoseSolver, self.pose_model, self.flange, limits))
+        solver = partial(PoseSolver, self.pose_model, self.flange, limits, last=self.last_step)
+        return lru_cache(maxsize=2)(solver)
 
     @cached_property
     def of_urdf(self) -> PoseSolver:

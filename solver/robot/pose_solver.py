@@ -62,7 +62,8 @@ class Solutions:
 class PoseSolver:
     """Solves for joint positions of one robot, for goals of a tool on a joint's child link.
 
-    The limits are the least and largest positions of the joints, each of shape (m,) [rad].
+    The limits are the least and largest positions of the joints, each of shape (m,) [rad]. Of a
+    model whose residual does not shrink evenly, ``last`` is 0: each step is then measured.
     """
 
     def __init__(
@@ -71,8 +72,10 @@ class PoseSolver:
         joint: int,
         limits: tuple[np.ndarray, np.ndarray],
         goal: Goal = "pose",
+        last: float = LAST,
     ) -> None:
         self._goal: Goal = goal
+        self._last = last
         self._model, self._joint = model, joint
         self.lower, self.upper = limits
 
@@ -115,7 +118,7 @@ class PoseSolver:
             now = np.square(left) @ np.ones(2)
             shrinks = np.sqrt(now / np.maximum(total, TINY))
             there = settled & (most < TOLERANCE)
-            last = (longest < LAST) & (most * shrinks < TOLERANCE / 30) & (round_ > 0)
+            last = (longest < self._last) & (most * shrinks < TOLERANCE / 30) & (round_ > 0)
             better = (there | last | (now <= total))[:, None]
             stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
             stuck[longest < STILL * most] = STUCK

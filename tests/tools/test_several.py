@@ -84,6 +84,12 @@ def used_again(out, cell, command):
     there = {"frame": "right/flange", "at": at}
     assert np.abs(left.flange(q, **there) - apart).max() < 1e-12
     assert np.abs(left.flange(left.command(apart, q, **there)) - left.flange(q)).max() < 1e-9
+    stand = np.array([[0, -1, 0, 0.3], [1, 0, 0, 0.2], [0, 0, 1, -0.1], [0, 0, 0, 1.0]])
+    there["base"] = stand
+    assert np.abs(left.flange(q, **there) - stand @ apart).max() < 1e-12
+    assert (
+        np.abs(left.flange(left.command(stand @ apart, q, **there)) - left.flange(q)).max() < 1e-9
+    )
     for frame, said in (("right/flange", "say by `at`"), ("middle", "left, left/flange, right,")):
         with pytest.raises(mukca.MukcaError, match=said):
             left.flange(q, frame=frame)

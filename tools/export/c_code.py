@@ -66,6 +66,7 @@ def write(request: Request) -> Exported:
         curved=[word for word, value in values.items() if ca.depends_on(value, d)],
         names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
         step=step,
+        LAST=f"{calibrated.last_step:g}",
         limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
         squares=any("square(" in body for body in (step, *(b for _, b in functions.values()))),
         functions=functions,
@@ -159,4 +160,4 @@ def _filled(template: str, request: Request, about: list[str], **words: object) 
     lines = [*request.identity.lines(), *map(plain, about)]
     numbers = {word: f"{getattr(robots, word):g}" for word in NUMBERS}
     names = {"arm": name, "ARM": name.upper(), **numbers}
-    return filled(template, about=lines, **names, **words)
+    return filled(template, about=lines, **(names | words))

@@ -106,6 +106,21 @@ def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(simulated, 
         assert not told or ("larger" in told[0]) == (factor < 1)
 
 
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+@pytest.mark.parametrize("joint", [1, 3, 5])
+def test_a_zero_that_changed_since_is_told(simulated, camera, joint):
+    rows = views(simulated, camera)
+    sound = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    rows[:, joint] -= 5e-3
+    found = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    assert "A joint's zero changed since the calibration" in found.untold[0]
+    assert simulated.calibration.robot.joint_names[joint] in found.untold[0]
+    off = np.array(found.frame.xyz) - sound.frame.xyz
+    covariance = np.array(found.frame.covariance)
+    assert np.trace(covariance) > 2 * np.trace(sound.frame.covariance)
+    assert off @ np.linalg.solve(covariance, off) < 3**2 + 3
+
+
 def test_a_place_less_sure_than_a_limit_is_not_enough(simulated):
     data = recorded(views(simulated, "on-arm"))
     found = mukca.handeye(simulated.calibration, data, "on-arm", limit=1e-5)

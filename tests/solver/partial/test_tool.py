@@ -62,6 +62,13 @@ def test_a_tip_less_sure_than_a_limit_is_not_enough(simulated, tmp_path, command
     assert status == 2 and "--limit-mm 0: give millimetres above 0" in error
 
 
+def test_samples_of_the_calibration_itself_are_told(simulated):
+    (front, *_) = simulated.calibration.document.data
+    own = front.placement(simulated.calibration.robot.joint_names)
+    found = mukca.tool(simulated.calibration, own)
+    assert "trained on these samples, so the tip is its ball" in found.untold[0]
+
+
 def test_a_second_point_gives_the_axis(simulated):
     touches, shaft = simulated.touched(TIP), simulated.touched(SHAFT, seed=3)
     found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)

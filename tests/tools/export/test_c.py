@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imagined import configurations, slopes
+from imagined import configurations, edited, slopes
 
 import mukca
 
@@ -144,6 +144,28 @@ def check_commands(model, robot, calibration):
     assert status == -1 and 3 < report.distance < 9
     assert command_pose(model, np.full((4, 4), np.nan), near[0])[0] == -1
     assert command_pose(model, T, np.full(q.shape[1], np.nan))[0] == -1
+
+
+@pytest.mark.slow
+def test_commands_keep_their_tolerance_on_joints_with_play(calibrations, export, tmp_path):
+    """Play of a servo turns a joint steeply where its load changes sign."""
+    file = edited(calibrations / "ur5e.json", tmp_path / "play.json", with_play)
+    calibration, out = mukca.load_calibration(file), tmp_path / "arm.c"
+    assert export(file, "--to", "c", "--out", out)[0] == 0
+    model, robot = Model(out), calibration.robot
+    q = np.clip(configurations(robot, 3000), robot.lower + 0.1, robot.upper - 0.1)
+    starts = np.clip(q + 0.1 * np.sin(np.arange(q.size)).reshape(q.shape), robot.lower, robot.upper)
+    poses = calibration.flange(q)
+    commands = [command_pose(model, T, start) for T, start in zip(poses, starts, strict=True)]
+    reached = np.array([status == 0 for status, _, _ in commands])
+    found = calibration.flange(np.array([positions for _, positions, _ in commands]))
+    assert reached.mean() > 0.8
+    assert np.abs(found - poses)[reached].max() < 1e-9
+
+
+def with_play(document):
+    """Give each joint the play of a servo."""
+    document["deflection"]["play"] = [3e-3] * 6
 
 
 @pytest.fixture(scope="module")
