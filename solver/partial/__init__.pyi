@@ -6,6 +6,9 @@ from .joint_zeros import Zeros as Zeros
 from .joint_zeros import rezero as rezero
 from .prior import identifiable_zeros as identifiable_zeros
 from .prior import zero_covariance as zero_covariance
+from .readings import LEAST_ANGLE as LEAST_ANGLE
+from .readings import LEAST_PLACE as LEAST_PLACE
+from .readings import SURE as SURE
 from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
 from .validity import Validity as Validity

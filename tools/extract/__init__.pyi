@@ -1,10 +1,10 @@
 from .boards import JOINTS as JOINTS
 from .boards import Board as Board
-from .boards import joints_of as joints_of
 from .boards import read_images as read_images
 from .log import Log as Log
 from .log import Question as Question
 from .log import read_log as read_log
+from .postures import joints_of as joints_of
 from .rests import Rest as Rest
 from .rests import Stretch as Stretch
 from .rests import assign as assign

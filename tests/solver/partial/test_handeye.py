@@ -223,21 +223,46 @@ def test_poses_of_the_flange_of_seven_joints_are_refused(simulated):
         joints_of(simulated.calibration, replace(placement, joint_names=FLANGE), None)
 
 
-def test_joints_are_recovered_where_they_are_told(ur5e):
-    """An arm of six joints, its flange's nominal poses in place of them."""
-    generator = np.random.default_rng(1)
-    posture = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
-    q = posture + generator.uniform(-0.35, 0.35, (10, 6))
-    board = np.linalg.inv(STANDING) @ FullModel(ur5e.calibrated).flange(q) @ MOUNTED
-    F = ur5e.nominal.flange(q)
+def of_the_flange(arm, q, turned=None):
+    """Views of a board on an arm by a camera beside it, with the flange's nominal poses."""
+    board = np.linalg.inv(STANDING) @ FullModel(arm.calibrated).flange(q) @ MOUNTED
+    F = arm.nominal.flange(q) if turned is None else turned @ arm.nominal.flange(q)
     rows = np.hstack([F[:, :3, 3], quaternion_of(F[:, :3, :3])])
     rows = np.hstack([rows, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
-    placement = replace(recorded(rows), joint_names=FLANGE)
-    found = mukca.handeye(ur5e, joints_of(ur5e, placement, posture.tolist()), "beside")
+    return replace(recorded(rows), joint_names=FLANGE)
+
+
+POSTURE = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
+
+
+def test_joints_are_recovered_where_they_are_told(ur5e):
+    """An arm of six joints, its flange's nominal poses in place of them."""
+    q = POSTURE + np.random.default_rng(1).uniform(-0.35, 0.35, (10, 6))
+    placement = of_the_flange(ur5e, q)
+    found = mukca.handeye(ur5e, joints_of(ur5e, placement, POSTURE.tolist()), "beside")
     assert np.array(found.frame.xyz) == pytest.approx(STANDING[:3, 3], abs=2e-4)
     assert any("recovered" in note for note in found.text)
-    with pytest.raises(MukcaError, match=r"postures bring the flange there; give one near"):
+    with pytest.raises(MukcaError, match=r"postures bring the flange there, .* give one near"):
         joints_of(ur5e, placement, None)
+
+
+def test_all_views_together_tell_the_posture(ur5e):
+    q = POSTURE + np.random.default_rng(2).uniform(-0.35, 0.35, (8, 6))
+    views = joints_of(ur5e, of_the_flange(ur5e, q), None, "beside")
+    assert np.array([s.position for s in views.samples]) == pytest.approx(q, abs=1e-6)
+    assert "8 postures bring the flange there; the views leave" in views.remarks[-1]
+
+
+@pytest.mark.parametrize("turned", [None, np.diag([-1.0, -1, 1, 1])])
+def test_joints_stood_near_one_view_some_turns_on_or_in_the_controllers_frame(ur5e, turned):
+    """The last joint goes all round, so that the farthest view is 3 rad off in it."""
+    q = POSTURE + np.random.default_rng(3).uniform(-0.35, 0.35, (10, 6))
+    q[:, 5] = np.linspace(-2.9, 2.9, 10)
+    views = joints_of(ur5e, of_the_flange(ur5e, q, turned), q[0].tolist())
+    off = np.array([s.position for s in views.samples]) - q
+    assert off - 2 * np.pi * np.rint(off / (2 * np.pi)) == pytest.approx(0 * off, abs=1e-6)
+    said = "half a turn about z off base_link, as in the frame `base`"
+    assert any(said in line for line in views.remarks) == (turned is not None)
 
 
 @pytest.fixture(scope="module")

@@ -158,7 +158,7 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
     views = [one for path in options.data for one in _views(path, options)]
-    views = [extract.joints_of(calibrated, one, near) for one in views]
+    views = [extract.joints_of(calibrated, one, near, options.camera) for one in views]
     limit = _limit(options.limit_mm)
     found = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
     finish(found, options, terminal)

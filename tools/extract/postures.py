@@ -1,0 +1,269 @@
+"""Joint positions of views that name poses of the flange in their place.
+
+Up to eight postures of an arm of six joints bring its flange to one pose. Nominally they are alike;
+the calibrated arm errs otherwise in each. The views of a session stand in one posture, each next to
+others, so the postures of all views follow from that of a single view. Which posture it was, all
+views tell together, or a person. With the distances d_i and angles a_i that camera and board leave,
+and s the scales of those in the best posture, the evidence of a posture is that of Student's t:
+
+    ln L = -(n + 3)/2 sum_i [ ln(1 + d_i^2 / (n s_d^2)) + ln(1 + a_i^2 / (n s_a^2)) ]
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...recorder import TURN, Placement
+from ...solver.calibration import Calibration, UsageError, pose_of_numbers
+from ...solver.data import FrameError, HandEye, hand_eye, rotation_matrices
+from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
+from ...solver.robot import Robot, workspace
+
+COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+"""Columns that stand in place of the joints: the flange in the base [m]."""
+STARTS = 60
+"""Postures from which each pose is sought."""
+REACHED, SAME = 1e-4, 1e-2
+"""Most that a pose leaves [m], [rad]; joints of one solution differ by less [rad]."""
+APART = 0.5
+"""A posture that is no farther than this beyond the nearest one leaves the choice open [rad]."""
+FREEDOM = 4.0
+"""Degrees of freedom n of Student's distribution: a view in ten may be an outlier."""
+MEDIAN = 1.54
+"""Median length of a vector of three normal errors of unit deviation."""
+HALF_TURN = np.diag([-1.0, -1, 1, 1])
+"""Turn from a UR's link `base` to its `base_link`, about their common z axis."""
+FAR, MUCH_NEARER = 1.0, 0.5
+"""Distance of the nearest view from the posture beyond which poses are tried half a turn on [rad],
+and the factor by which they must come nearer."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """Joint positions of all views, in one of the arm's postures."""
+
+    positions: np.ndarray
+    """Shape (N, m) [rad]."""
+    distance: float
+    """Root mean square distance of the views from the posture that was told, 0 for none [rad]."""
+    nearest: float
+    """Distance of the nearest view [rad]."""
+    fit: HandEye | None
+    """What the views leave by the calibrated arm; None where they do not tell."""
+
+    @property
+    def scales(self) -> np.ndarray:
+        """Standard deviations an axis of the distances [m] and angles [rad] that are left."""
+        if self.fit is None:
+            return np.ones(2)
+        medians = np.median([self.fit.distances, self.fit.angles], axis=1) / MEDIAN
+        return np.maximum(medians, [LEAST_PLACE, LEAST_ANGLE])
+
+    def evidence(self, scales: np.ndarray) -> float:
+        """Return ln L, by the scales of the best posture."""
+        if self.fit is None:
+            return 0.0
+        pulls = np.array([self.fit.distances, self.fit.angles]) / scales[:, None]
+        return float(-(FREEDOM + 3) / 2 * np.sum(np.log1p(pulls**2 / FREEDOM)))
+
+    def mostly(self, other: "Session") -> bool:
+        """Return whether most views stand in another session as they do in this one."""
+        differences: np.ndarray = np.abs(self.positions - other.positions).max(axis=1)
+        same = differences < SAME
+        return float(np.mean(same)) > 0.5
+
+    def __str__(self) -> str:
+        """What the views leave, in words."""
+        distance, angle = (1e3 * self.scales).tolist()
+        return f"{distance:.2f} mm and {angle:.2f} mrad an axis"
+
+
+@dataclass(frozen=True)
+class FlangePoses:
+    """Views that name poses of the flange, and the arm that stood there."""
+
+    calibration: Calibration
+    views: Placement
+    near: np.ndarray | None
+    """A posture near which the joints stood, shape (m,) [rad]."""
+    camera: Camera | None
+    """Where the camera is, for the views to tell the posture; None to do without."""
+
+    @property
+    def where(self) -> str:
+        """The file, for messages."""
+        return str(self.views.files[0]) if self.views.files else self.views.name
+
+    def sessions(self, poses: np.ndarray) -> list[Session]:
+        """Return the postures in which a session may bring the flange to poses, shape (N, 4, 4)."""
+        turning = _turning(self.calibration.robot)
+        solutions = self._solutions(poses)
+        return [self._session(q) for q in _postures(solutions, turning)]
+
+    def _solutions(self, poses: np.ndarray) -> list[np.ndarray]:
+        """Return the joint positions that bring the flange to each pose, up to whole turns."""
+        robot = self.calibration.robot
+        starts = workspace(robot, len(poses) * STARTS)
+        goal, targets = self.calibration.goal(np.repeat(poses, STARTS, axis=0))
+        nominal = self.calibration.nominal.calibrated
+        search = nominal.search(goal, targets, starts, None, np.eye(4))
+        left: np.ndarray = search.left.max(axis=1)
+        reached = left < REACHED
+        solutions: list[np.ndarray] = []
+        for i, sample in enumerate(self.views.samples):
+            rows = slice(i * STARTS, (i + 1) * STARTS)
+            q: np.ndarray = search.positions[rows][reached[rows]]
+            solutions.append(_distinct(q, _turning(robot)))
+            if not len(solutions[i]):
+                where = sample.where or f"view {i}"
+                raise UsageError(f"{where}: no posture within the limits brings the flange there")
+        return solutions
+
+    def _session(self, q: np.ndarray) -> Session:
+        """Return a posture, beside the one that was told and by what the views leave."""
+        robot = self.calibration.robot
+        told = np.zeros(q.shape[1]) if self.near is None else self.near
+        away = _around(q - told, _turning(robot))
+        on_turn = told + away
+        within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
+        distances: np.ndarray = np.linalg.norm(away, axis=1) * (self.near is not None)
+        distance, nearest = float(np.sqrt(np.mean(distances**2))), float(distances.min())
+        return Session(np.where(within, on_turn, q), distance, nearest, self._fit(q))
+
+    def _fit(self, q: np.ndarray) -> HandEye | None:
+        """Return camera and board by the calibrated arm, and what they leave of the views."""
+        samples = self.views.samples
+        if self.camera is None or any(s.orientation is None or s.point is None for s in samples):
+            return None
+        B = np.tile(np.eye(4), (len(q), 1, 1))
+        B[:, :3, :3] = rotation_matrices(np.array([s.orientation for s in samples]))
+        B[:, :3, 3] = [s.point for s in samples]
+        M = np.linalg.inv(B) if self.camera == "on-arm" else B
+        F = self.calibration.flange(q)
+        try:
+            return hand_eye(F[:, :3, :3], F[:, :3, 3], M[:, :3, :3], M[:, :3, 3])
+        except FrameError:
+            return None
+
+
+def joints_of(
+    calibration: Calibration,
+    views: Placement,
+    near: Sequence[float] | None,
+    camera: Camera | None = None,
+) -> Placement:
+    """Return views whose columns are :data:`COLUMNS` with joint positions in place of these poses.
+
+    Args:
+        calibration: The calibrated arm; poses are those of its nominal model.
+        views: The views.
+        near: A posture near which the joints stood, shape (m,) [rad]; None for the views to tell.
+        camera: Where the camera is; None for views that cannot tell the posture.
+
+    Raises:
+        UsageError: Several postures, endlessly many or none bring the flange to a pose.
+    """
+    if views.joint_names is None or set(views.joint_names) != set(COLUMNS):
+        return views
+    posture = None if near is None else np.array(near)
+    flange, robot = FlangePoses(calibration, views, posture, camera), calibration.robot
+    where = flange.where
+    if (m := len(robot.joint_names)) > 6:
+        raise UsageError(
+            f"{where}: {m} joints bring a flange to one pose in endlessly many ways; record the "
+            f"joints ({', '.join(robot.joint_names)}) in place of {COLUMNS[0]}, .."
+        )
+    order = [views.joint_names.index(name) for name in COLUMNS]
+    poses = pose_of_numbers(np.array([s.position for s in views.samples])[:, order])
+    remarks = [f"{where}: joints recovered from the flange's poses by the nominal model"]
+    sessions = flange.sessions(poses)
+    nearest = min(session.nearest for session in sessions)
+    if nearest > FAR:
+        turned = flange.sessions(HALF_TURN @ poses)
+        if min(session.nearest for session in turned) < MUCH_NEARER * nearest:
+            sessions = turned
+            remarks.append(
+                f"{where}: the poses are half a turn about z off {robot.base}, as in the frame "
+                f"`base` of a UR's controller: they were turned into {robot.base}"
+            )
+    session, notes = _chosen(sessions, flange)
+    rows: list[list[float]] = session.positions.tolist()
+    pairs = zip(views.samples, rows, strict=True)
+    samples = tuple(replace(sample, position=tuple(q)) for sample, q in pairs)
+    said = (*views.remarks, *remarks, *notes)
+    return replace(views, samples=samples, joint_names=robot.joint_names, remarks=said)
+
+
+def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, list[str]]:
+    """Return the session's posture: the nearest, and of several as near, what the views tell."""
+    least = min(session.distance for session in sessions)
+    scales = np.min([session.scales for session in sessions], axis=0)
+    ranked = sorted(sessions, key=lambda one: -one.evidence(scales))
+    session, *others = [one for one in ranked if one.distance <= least + APART]
+    others = [one for one in others if not one.mostly(session)]
+    if others and session.evidence(scales) - others[0].evidence(scales) < SURE:
+        advice = "give one near which all views were taken (--near)"
+        if flange.near is not None:
+            advice = "several as near; record the joints"
+        raise UsageError(
+            f"{flange.where}: {len(others) + 1} postures bring the flange there, and the views do "
+            f"not tell which: {advice}"
+        )
+    if others:
+        words = f"{len(others) + 1} postures bring the flange there; the views leave {session} in "
+        return session, [f"{flange.where}: {words}this posture, {others[0]} in the next"]
+    if ranked[0].evidence(scales) - session.evidence(scales) < SURE:
+        return session, []
+    words = f"the posture near --near leaves {session} of the views, another one {ranked[0]}"
+    return session, [f"{flange.where}: {words}; is the calibration this arm's?"]
+
+
+def _turning(robot: Robot) -> np.ndarray:
+    """Return which joints turn, shape (m,)."""
+    return np.array([joint.type != "prismatic" for joint in robot.actuated])
+
+
+def _around(differences: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """Return differences of joint positions round the circle, shape (..., m) [rad]."""
+    return differences - np.where(turning, TURN * np.rint(differences / TURN), 0.0)
+
+
+def _distinct(rows: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """Return each of some joint positions once, up to whole turns; shape (K, m)."""
+    kept: list[np.ndarray] = []
+    for row in rows:
+        if all(np.abs(_around(row - other, turning)).max() > SAME for other in kept):
+            kept.append(row)
+    return np.array(kept)
+
+
+def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
+    """Return the joint positions of all views in each posture, shape (N, m) each.
+
+    From each solution of the view that has most, the nearest solution of another view is added,
+    and so on (Prim's spanning tree): neighbours among views stand alike, however far the views go.
+    """
+    owner = np.repeat(np.arange(len(solutions)), [len(rows) for rows in solutions])
+    q = np.concatenate(list(solutions))
+    first = int(np.argmax(np.bincount(owner)))
+    postures: list[np.ndarray] = []
+    for root in np.flatnonzero(owner == first).tolist():
+        posture = q[_spanned(q, owner, root, turning)]
+        if all(np.abs(_around(posture - one, turning)).max() > SAME for one in postures):
+            postures.append(posture)
+    return postures
+
+
+def _spanned(q: np.ndarray, owner: np.ndarray, root: int, turning: np.ndarray) -> np.ndarray:
+    """Return the row of q that the tree from a root takes for each owner, shape (N,)."""
+    rows, distance, added = np.zeros(owner.max() + 1, dtype=int), np.full(len(q), np.inf), root
+    free = np.ones(len(q), dtype=bool)
+    while True:
+        rows[owner[added]] = added
+        free[owner == owner[added]] = False
+        if not free.any():
+            return rows
+        away: np.ndarray = np.linalg.norm(_around(q - q[added], turning), axis=1)
+        distance = np.minimum(distance, away)
+        added = int(np.argmin(np.where(free, distance, np.inf)))
