@@ -66,15 +66,15 @@ def _limited() -> Iterator[None]:
     """Raise a TimeoutError where something hangs."""
 
     def stop(*_: object) -> None:
-        raise TimeoutError(f"no end after {LONGEST} s")
+        raise TimeoutError(f"no end after {LONGEST} s of processor time")
 
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(LONGEST)
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def unsound_deviations(value: Any, path: str = "") -> Iterator[str]:

@@ -3,6 +3,7 @@ from .joint_curves import with_joint_curves as with_joint_curves
 from .laplace import movement_gain as movement_gain
 from .map_estimate import estimate as estimate
 from .map_estimate import refit as refit
+from .map_estimate import stepped as stepped
 from .objective import Objective as Objective
 from .objective import linearise as linearise
 from .posterior import JointPosterior as JointPosterior

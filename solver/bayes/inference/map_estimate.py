@@ -101,6 +101,21 @@ def refit(
     return estimate(models or found.models, data, near=found, movements=there)
 
 
+def stepped(result: JointPosterior, data: MultiRobotObservations) -> State:
+    """Return the state one Gauss-Newton step from a result, which some of its samples have left.
+
+    Widths and noise stay as they are. Where a part of the samples leaves, the unknowns move by so
+    little that further steps change predictions by micrometres.
+
+    Raises:
+        FrameError: Nothing ties a frame to the robot any more.
+    """
+    movements = [one for one in result.objective.movements if one.placement in data.placements]
+    objective = Objective(result.models, tuple(movements), SampleRows(data))
+    state = start(objective, True, result)
+    return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
+
+
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
     objective, (information, slope) = state.objective, normal_equations(state)

@@ -7,9 +7,9 @@ from math import log
 
 import numpy as np
 
-from ...data import FrameError, MultiRobotObservations, fit_pose
+from ...data import FrameError, fit_pose
 from ...robot import rotation_vectors
-from ..inference import JointPosterior, Objective, linearise, refit
+from ..inference import JointPosterior, Objective, linearise, stepped
 from ..model import Gaussian, PriorGroup
 from ..model.effects import COMPLIANCE, HARMONICS, TILT
 
@@ -122,27 +122,27 @@ def held_out_errors(whole: JointPosterior) -> np.ndarray:
     names = whole.scene.placements
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
+        held_out = names[part::PARTS]
         try:
-            found = refit(whole, data=whole.scene.without(names[part::PARTS]))
+            state = stepped(whole, whole.scene.without(held_out))
         except FrameError:
             continue
-        errors[part::PARTS] = [_mean_error(found, whole.scene, p) for p in names[part::PARTS]]
+        errors[part::PARTS] = [_mean_error(whole, state.x, name) for name in held_out]
     return errors
 
 
-def _mean_error(found: JointPosterior, data: MultiRobotObservations, placement: str) -> float:
+def _mean_error(whole: JointPosterior, x: np.ndarray, placement: str) -> float:
     """Return the mean distance of balls from their socket's mean or measured place [m]."""
     distances: list[np.ndarray] = []
-    for arm, own in zip(found.arms, data.arms, strict=True):
-        for socket, (name, _) in enumerate(own.labels):
-            rows = own.sockets == socket
-            if name == placement and rows.any():
-                points = arm.predict(own.positions[rows], own.torques[rows])
-                distances.append(np.linalg.norm(points - points.mean(axis=0), axis=1))
-        rows = own.rows_of(placement) & (own.sockets < 0)
-        if rows.any():
-            points = arm.predict(own.positions[rows], own.torques[rows])
-            measured = own.points[rows]
-            placed = fit_pose(measured, points).apply(measured)
-            distances.append(np.linalg.norm(points - placed, axis=1))
+    for model, members, arm in zip(whole.models, whole.own, whole.scene.arms, strict=True):
+        here = arm.rows_of(placement)
+        points = model.predict(x[members], arm.positions[here], arm.torques[here])
+        sockets = arm.sockets[here]
+        for socket in np.unique(sockets[sockets >= 0]):
+            balls = points[sockets == socket]
+            distances.append(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
+        if (sockets < 0).any():
+            balls, measured = points[sockets < 0], arm.points[here][sockets < 0]
+            placed = fit_pose(measured, balls).apply(measured)
+            distances.append(np.linalg.norm(balls - placed, axis=1))
     return float(np.concatenate(distances).mean())
