@@ -159,7 +159,7 @@ class SessionActions:
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False
-        self.session = replace(self.session, distance=distance)
+        self.session = replace(self.session, distance=distance, measured=True)
         was = "" if before is None else f", before {1e3 * before:g}; both readings are kept"
         self.notify(f"the sockets are {1e3 * distance:g} mm apart{was}")
         return before is not None and abs(distance - before) < SAME_READING

@@ -142,10 +142,7 @@ def _before_all(now: View) -> OperatorPrompt | None:
         why = "more poses here hardly help: n, base elsewhere"
         return OperatorPrompt("NEXT PLACE", _NEXT, why)
     if now.advice and now.advice.enough:
-        if now.advice.near_only:
-            why = "near the recorded places: q finishes; for the rest n, base elsewhere"
-            return OperatorPrompt("ENOUGH", _GOOD, why)
-        return OperatorPrompt("ENOUGH", _GOOD, f"q finishes{more}; the goal is reached")
+        return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, now.advice, more))
     if session.complete:
         return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{more}")
     done = session.turn_done or session.counts[session.socket] >= session.target
@@ -157,6 +154,16 @@ def _before_all(now: View) -> OperatorPrompt | None:
         to = session.socket
         return OperatorPrompt(f"SOCKET {to} NOW", _NEXT, f"once the ball is in socket {to}: {key}")
     return None
+
+
+def _enough_for(session: Session, advice: Advice, more: str) -> str:
+    """Return what the samples are enough for, and what is asked beside them."""
+    if not session.measured:
+        return "m types the sockets' distance, without which solve gives no PASS; q finishes"
+    if advice.near_only:
+        return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
+    reached = f"q finishes{more}; the goal is reached"
+    return reached if advice.unit == "mrad" else f"{reached}; for PASS hold out another place"
 
 
 def _by_place(now: View) -> OperatorPrompt | None:

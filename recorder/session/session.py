@@ -58,6 +58,8 @@ class Session:
     """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None
     """Distance of the sockets as it was measured again [m]; None where it was not."""
+    measured: bool = True
+    """True where somebody measured that distance, without which `solve` gives no PASS."""
     block: int | None = None
     """Samples in a row after which it is the next socket's turn; None without turns."""
     similar_models: Callable[[Sequence[float]], str | None] | None = None

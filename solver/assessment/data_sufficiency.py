@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from ..data import Measurement
+from ..data import SAMPLES_ADVISED, Measurement
 from ..diagnostics import predicted_limit
 from ..results import (
     Better,
@@ -200,7 +200,8 @@ def samples_row(
     With ``tied`` sockets, distances between placements were given, so that any two count.
     """
     by_socket = any(m.kind == "sockets" for m in trained)
-    what, part, advice = "sample", "in a socket ", "record at least {} in each, better 30"
+    what, part = "sample", "in a socket "
+    advice = f"record at least {{}} in each, better {SAMPLES_ADVISED}"
     if not by_socket:
         what, part, advice = "measured point", "", "measure {} or more"
 

@@ -12,8 +12,8 @@ from ..robot import InverseKinematics, Robot, SimulationError
 from .fit import Fit
 from .problem import CalibrationProblem
 
-GUIDED, ADVISED = 10, 30
-"""Configurations in each socket that are thought of, and that are advised: each counts thrice."""
+GUIDED, ADVISED = 10, 20
+"""Configurations in each socket that are thought of, and that are advised: each counts twice."""
 NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
 

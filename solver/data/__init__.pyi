@@ -1,4 +1,5 @@
 from .checks import DEFAULT_DISTANCE as DEFAULT_DISTANCE
+from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
 from .checks import as_flange_poses as as_flange_poses
 from .checks import check_distance as check_distance
 from .checks import check_distinct as check_distinct

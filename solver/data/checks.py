@@ -16,6 +16,8 @@ from .measurements import Measurement, check_orientations
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
+SAMPLES_ADVISED = "as many as ENOUGH takes, 24 to 40 in two sockets"
+"""Samples of a placement, in the words that all advice on their number uses."""
 ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""
 SAME_ROW, COPIED = 1e-6, 0.5
@@ -254,7 +256,7 @@ def _check_sockets(measured: Measurement, least: int) -> None:
         if len(samples) < 2:
             raise MeasurementError(
                 f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
-                "needed, 30 are advised"
+                f"needed, better {SAMPLES_ADVISED}"
             )
     check_distinct([measured])
 

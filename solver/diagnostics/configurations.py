@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..data import Known, KnownDistance, Measurement, find_socket
+from ..data import SAMPLES_ADVISED, Known, KnownDistance, Measurement, find_socket
 from ..results import Diagnostic
 from ..robot import Robot
 from .hypotheses import ARMS
@@ -25,8 +25,8 @@ STILL = np.deg2rad(5.0)
 """A joint that moved less than this in a placement tells hardly anything."""
 EVERYWHERE = "all placements"
 """Place of a diagnostic that concerns several placements."""
-FEWEST, ADVISED = 10, 30
-"""Samples in a socket below which it tells little, and that are advised."""
+FEWEST = 10
+"""Samples in a socket below which it tells little."""
 
 
 def size_level(
@@ -89,7 +89,7 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
     for socket, count in zip(measured.sockets, measured.counts, strict=True):
         if count < FEWEST:
             text = f"{count} samples in socket {socket}"
-            advice = f"record {ADVISED - count} more: {ADVISED} are advised, {FEWEST} are the least"
+            advice = f"record {SAMPLES_ADVISED}; {FEWEST} are the least"
             yield Diagnostic("warning", "few", where, text, advice)
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         twins = near_duplicates(rows)

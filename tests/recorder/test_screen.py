@@ -129,6 +129,21 @@ def test_advice_says_how_old_it_is():
     assert any("the computer is busy" in line for line in drawn(view(late=True)))
 
 
+def test_enough_says_what_for_and_what_else_is_asked():
+    enough = Advice(12, 0, 8e-4, 9e-4, enough=True)
+
+    def reason(advice, *, measured=True):
+        prompt = view(replace(session(), measured=measured), advice=advice).prompt
+        assert prompt.words == "ENOUGH" and "q finishes" in prompt.reason
+        return prompt.reason
+
+    assert "for PASS hold out another place" in reason(enough)
+    assert "PASS" not in reason(replace(enough, unit="mrad"))
+    near = replace(enough, near_only=True)
+    assert "for this place" in reason(near) and "train on two: n" in reason(near)
+    assert reason(near, measured=False).startswith("m types the sockets' distance")
+
+
 def test_the_joints_that_turn_most_are_read_from_afar():
     """While a hand leads, in whole degrees; where a key is asked for, the word stands there."""
     turned = Advice(3, 0, 4e-4, 3e-4, target=(0.3, 0.3 - 1.22, *[0.35] * 4, 0.3 + 0.62))

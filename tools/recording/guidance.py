@@ -90,7 +90,7 @@ class PoseSelector:
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
         target, gain = self._next(known, where, samples, order, position)
-        here = self._placement(samples)
+        here = self._placement(samples, answers)
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, here], zeros=self._alarms.coarse
         )
@@ -157,8 +157,11 @@ class PoseSelector:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
-    def _placement(self, samples: Sequence[Sample]) -> Placement:
-        return Placement("here", tuple(samples), self._robot.joint_names, self._distance)
+    def _placement(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> Placement:
+        """Return the samples as a solving reads them."""
+        said = tuple(alarm.text for alarm in answers.kept)
+        names = self._robot.joint_names
+        return Placement("here", tuple(samples), names, self._distance, kept_alarms=said)
 
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None

@@ -11,7 +11,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from ...recorder import Sample
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver import assessment, calibration, diagnostics
 from ...solver.robot import Robot, load_robot
@@ -107,20 +106,13 @@ class BackgroundGuidance(WorkerProcess):
 
     def ask(self, request: GuidanceRequest) -> None:
         """Make a request; never waits."""
-        samples = tuple(map(_bare, request.samples))
-        answers = replace(request.answers, doubted=tuple(map(_bare, request.answers.doubted)))
-        self.send(replace(request, samples=samples, answers=answers))
+        self.send(request)
 
     def answer(self, wait: float = 0.0) -> Advice | None:
         """Return the newest advice that has come since; None without one."""
         advice: Advice | None = super().answer(wait)
         self._busy = self._busy or bool(advice and advice.early)
         return advice
-
-
-def _bare(sample: Sample) -> Sample:
-    """Return what guidance looks at of a sample."""
-    return Sample(sample.position, sample.socket, number=sample.number)
 
 
 def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:

@@ -48,6 +48,7 @@ def first_session(
     session = Session(
         joints_of(robot),
         sockets=metadata.sockets,
+        measured=metadata.measured or metadata.sockets == 1,
         target=options.samples,
         socket=min(socket, metadata.sockets - 1),
         samples=(*content.samples, *moved),

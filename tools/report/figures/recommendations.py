@@ -13,7 +13,13 @@ from ....recorder import METADATA, RecordingError, read_keys, read_metadata
 from ....solver import assessment
 from ....solver.assessment import PlacementReport, joined, mm
 from ....solver.calibration import SolveOptions
-from ....solver.data import CALIPER_DEVIATION, DEFAULT_DISTANCE, Measurement, evaluate
+from ....solver.data import (
+    CALIPER_DEVIATION,
+    DEFAULT_DISTANCE,
+    SAMPLES_ADVISED,
+    Measurement,
+    evaluate,
+)
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
 from ....solver.robot import BALL_LINK
@@ -62,7 +68,7 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
         return
     if found.limits.repeatability is None and held_out and verdict.use:
         yield _repeatability(document)
-    text = "Record another placement far from the others, 30 samples in each socket, all varied"
+    text = f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too" if held_out else ", and hold it out by --test"
