@@ -91,7 +91,7 @@ class StationarityDetector:
 
     def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
         self._joints = tuple(joints)
-        self._length = length
+        self.length = length
         self._still = still
         self._states: deque[JointState] = deque()
         self.restart()
@@ -116,7 +116,7 @@ class StationarityDetector:
         """Take in a state; return whether the average was computed anew."""
         states = self._states
         states.append(state)
-        while states[0].stamp < state.stamp - self._length * (1 + 1e-9):
+        while states[0].stamp < state.stamp - self.length * (1 + 1e-9):
             states.popleft()
         if state.stamp < self._next_check:
             return False
@@ -126,22 +126,22 @@ class StationarityDetector:
             self._still_since = math.nan
         elif math.isnan(self._still_since):
             self._still_since = state.stamp
-        self.settled = state.stamp - self._still_since >= self._length
+        self.settled = state.stamp - self._still_since >= self.length
         return True
 
     def _average(self) -> StationaryPose | None:
         stamps = [state.stamp for state in self._states]
         steps = [b - a for a, b in pairwise(stamps)] or [math.inf]
-        lacking = FULL_SHARE * self._length - (stamps[-1] - stamps[0])
-        self.full = 2 * max(steps) <= self._length and (
+        lacking = FULL_SHARE * self.length - (stamps[-1] - stamps[0])
+        self.full = 2 * max(steps) <= self.length and (
             lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
         )
         self.moving = "too few states yet: wait a moment"
-        slow = 2 * min(steps) > self._length
+        slow = 2 * min(steps) > self.length
         if len(stamps) > 1 and len(stamps) < MIN_STATES and (self.full or slow):
             least = math.ceil(10 * (MIN_STATES + 0.5) * min(steps)) / 10
             self.moving = (
-                f"only {len(stamps)} states in {self._length:g} s: use a longer --window, {least:g}"
+                f"only {len(stamps)} states in {self.length:g} s: use a longer --window, {least:g}"
             )
             return None
         if not self.full:

@@ -8,6 +8,8 @@ from ...drivers import Driver, DriverError, JointState, Reason, Reconnecting, cl
 from .. import TURN, StreamLog
 from .stationarity import STILL, WINDOW, FrozenStreamDetector, JointLimits, StationarityDetector
 
+BEHIND = 0.5
+"""States that wait this much longer than they are needed are left out [s]."""
 PATIENCE = 0.1
 """Longest wait for a state before the thread checks for its end [s]."""
 
@@ -62,6 +64,17 @@ class Stream:
             for _, state, connection in taken:
                 self.log.add(state, connection)
         return taken
+
+    def catch_up(self, newest: float) -> None:
+        """Leave out all but the newest states, of so many seconds, if others wait far too long.
+
+        Whoever is slower than the stream would else look at ever older states. They are logged.
+        """
+        waiting = self._waiting
+        if not waiting or self.arrival - waiting[0][0] < newest + BEHIND:
+            return
+        while waiting and waiting[0][0] < self.arrival - newest:
+            self.take(1)
 
     def close(self) -> None:
         """End the thread and the connection; safe to call twice."""

@@ -28,6 +28,8 @@ FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
 MOST_STATES = 500
 """States taken in at once, at most, so that keys and the screen need not wait for more."""
+MARGIN = 0.1
+"""Time beyond a window of which a recorder that is behind still looks at states [s]."""
 SHOWN = 1.0
 """Duration of the banner of a capture [s]."""
 
@@ -79,7 +81,7 @@ class Recorder:
     guidance: GuidanceProvider | None = None
     page: str = ""
     """Address of the page beside the arm; empty without one."""
-    observer: Callable[[View], None] | None = None
+    observers: Sequence[Callable[[View], None]] = ()
     """Called with every view too; must never wait."""
 
     def __post_init__(self) -> None:
@@ -150,6 +152,8 @@ class Recorder:
 
     def _take_states(self) -> None:
         """Take in the states that have come, in order, the oldest first."""
+        if self.monitor.live:  # a busy computer; the newest alone say where the arm is
+            self.stream.catch_up(self.monitor.length + MARGIN)
         for arrival, state, connection in self.stream.take(MOST_STATES):
             averaged = self.monitor.feed(state, arrival, connection)
             if averaged and self.script:
@@ -280,5 +284,5 @@ class Recorder:
         self._next_frame = now + FRAME
         view = self._view(now)
         self.display.show(view)
-        if self.observer:
-            self.observer(view)
+        for observer in self.observers:
+            observer(view)

@@ -187,6 +187,14 @@ def test_a_slow_screen_loses_no_state(arm, record):
     assert seen.views[-1].missed == 0 and len(seen.views) < 12
 
 
+def test_a_computer_that_is_slower_than_the_stream_still_sees_where_the_arm_is(arm, by_hand):
+    """Of 1600 states a second it looks at 500 for each drawing, which takes 0.35 s."""
+    pressed = [(12.0 + 0.3 * i, " ") for i in range(6)]
+    outcome, seen = by_hand(arm(hold=600), *pressed, (14.0, "q"), seen=Seen(sleep=0.35))
+    assert len(outcome.session.live) == 1
+    assert max(view.age for view in seen.views[1:]) < 1.1
+
+
 class Typist:
     """A keyboard on which keys are typed at given moments."""
 

@@ -48,7 +48,7 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo):
     said = demo.with_suffix(".txt").read_text()
     assert said.count(": 30 in socket 0, 30 in socket 1\n") == 3
     assert "captured" not in said
-    assert said.count("mock:") == 3  # in what was typed; nothing else leads to a simulated arm
+    assert said.count("mock:") == 4  # in what was typed, and to lead a session oneself
     assert "mukca print-parts" in said.partition("Report: ")[2]
 
 

@@ -15,7 +15,7 @@ from ...recorder.session import BLOCK, Recording, Session
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import calibration
 from ...solver import robot as robots
-from ..simulation import practice_driver
+from ..simulation import FollowingHand, practice_driver
 from .checks import similar_models
 from .options import RecordOptions, has_keyboard, joints_of
 
@@ -146,10 +146,12 @@ def keys_of(options: RecordOptions, stack: ExitStack) -> tuple[Keyboard | None, 
     return None, Script(sys.stdin.fileno())
 
 
-def connect(text: str, robot: robots.Robot) -> Reconnecting:
-    """Open ``NAME[:ADDRESS]`` as a driver that connects again by itself."""
+def connect(text: str, robot: robots.Robot, hand: FollowingHand | None = None) -> Reconnecting:
+    """Open ``NAME[:ADDRESS]``, or a hand's arm, as a driver that connects again by itself."""
     name, _, address = text.partition(":")
-    if name == "mock" and "fault=" in address:
+    if hand:
+        connection = hand.connection
+    elif name == "mock" and "fault=" in address:
         connection = practice_driver(address, robot)
     else:
         connection = partial(open_driver, name, address, robot.joint_names)

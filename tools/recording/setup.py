@@ -29,18 +29,19 @@ def record_session(
     terminal: Terminal,
     moved: Sequence[Sample] | None = None,
     page: "PageProcess | None" = None,
+    hand: session_start.FollowingHand | None = None,
 ) -> Outcome:
     """Record at one placement until the operator finishes.
 
     At a further placement of the same run, ``moved`` are the samples since the base moved there;
-    the page goes on at its address.
+    the page goes on at its address, and the hand of a simulated arm leads on.
     """
     keys = keys_with(options.key)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
         terminal.say_at_once(f"connecting to {options.driver} ...")
-        driver = session_start.connect(options.driver, robot)
+        driver = session_start.connect(options.driver, robot, hand)
         stack.enter_context(driver)
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
@@ -59,6 +60,10 @@ def record_session(
         if keyboard and live and not (options.no_guide or options.quick):
             guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
             session = session_start.with_blocks(options, session)
+        if hand:
+            hand.guided = guidance is not None
+            if moved is not None and not moved:
+                hand.move_base()
         return Recorder(
             session=session,
             stream=stream,
@@ -83,7 +88,7 @@ def record_session(
             moved=moved is not None and not moved,
             sound=options.sound != "off",
             guidance=guidance,
-            observer=page,
+            observers=[*filter(None, (page, hand and hand.follow))],
             page=page.url if page else "",
             resume_summary=session_start.resume_summary_of(recording, session, metadata.distance)
             if keyboard and live

@@ -1,4 +1,6 @@
 # keep: Base, Imperfection, perturb, reachable_bases, record
+from .following import FollowingHand as FollowingHand
+from .following import following_hand as following_hand
 from .practice import DEMO_SEED as DEMO_SEED
 from .practice import SEAT_NOISE as SEAT_NOISE
 from .practice import Session as Session

@@ -139,14 +139,50 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
 
     The joints follow by the least change.
     """
-    model, nothing = BallModel(session.robot, []), np.zeros(0)
-    q = session.positions.copy()
-    goal = model.points(nothing, q) + sum(fault.shift(session) for fault in faults)
+    q = session.positions
+    balls = BallModel(session.robot, []).points(np.zeros(0), q)
+    return seated(session.robot, q, balls + sum(fault.shift(session) for fault in faults))
+
+
+def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
+    """Return the configurations near others, shape (N, m), with the balls elsewhere, (N, 3) [m]."""
+    model, nothing = BallModel(robot, []), np.zeros(0)
     for _ in range(6):
         linear = model.linearise(nothing, q)
         back = np.linalg.pinv(linear.by_joints, rcond=0.05)
-        q = q + np.clip((back @ (goal - linear.points)[:, :, None])[:, :, 0], -0.2, 0.2)
+        q = q + np.clip((back @ (balls - linear.points)[:, :, None])[:, :, 0], -0.2, 0.2)
     return q
+
+
+def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
+    """Return a session of recorded joint positions, shape (N, m), of an arm fitted to them.
+
+    The sockets follow from where the balls lie.
+    """
+    balls = BallModel(robot, []).points(np.zeros(0), q)
+    away = np.linalg.norm(balls - balls[0], axis=1)
+    sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
+    arm = RigidModel(robot).fitted(Samples(q, sockets))
+    balls = BallModel(arm, []).points(np.zeros(0), q)
+    centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
+    generator = np.random.default_rng(seed)
+    return Session(arm, q, sockets, np.array([*centres, balls[0]])[:2], generator)
+
+
+def session_faults(address: str) -> tuple[str, list[SessionFault]]:
+    """Return a ``mock`` address without faults of a session, and these.
+
+    Raises:
+        DriverError: A fault is wrongly written.
+    """
+    path, mark, query = address.partition("?")
+    words = query.split("&") if query else []
+    try:
+        parsed = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
+    except ValueError as error:
+        raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
+    faults = [fault for fault in parsed.values() if fault]
+    return f"{path}{mark}{'&'.join(word for word in words if not parsed.get(word))}", faults
 
 
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
@@ -156,30 +192,15 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     by the nominal one a sample moved to the other socket would miss it by millimetres. A fault
     wrongly written is a DriverError.
     """
-    path, mark, query = address.partition("?")
-    words = query.split("&") if query else []
-    try:
-        parsed = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
-    except ValueError as error:
-        raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
-    faults = [fault for fault in parsed.values() if fault]
-    rest = f"{path}{mark}{'&'.join(word for word in words if not parsed.get(word))}"
+    rest, faults = session_faults(address)
     if not faults:
         return lambda: Mock(rest, robot.joint_names)
     arm = arm_at(rest)
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
         return lambda: Mock(rest, robot.joint_names)  # which says what is wrong
-    balls = BallModel(robot, []).points(np.zeros(0), q)
-    away = np.linalg.norm(balls - balls[0], axis=1)
-    sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
-    robot = RigidModel(robot).fitted(Samples(q, sockets))
-    balls = BallModel(robot, []).points(np.zeros(0), q)
-    centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
-    generator = np.random.default_rng(arm.seed)
-    session = Session(robot, q, sockets, np.array([*centres, balls[0]])[:2], generator)
-    moved = with_faults(session, faults).tolist()
-    arm.motion = replace(arm.motion, configurations=moved)
+    session = fitted_session(q, robot, arm.seed)
+    arm.motion = replace(arm.motion, configurations=with_faults(session, faults).tolist())
     return lambda: Mock(joint_names=robot.joint_names, arm=arm)
 
 

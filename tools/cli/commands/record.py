@@ -18,6 +18,7 @@ from ....solver.robot import Robot
 from ... import recording
 from ...recording import RecordOptions
 from ...report import figures
+from ...simulation import following_hand
 from .. import Terminal, one_arm
 
 LEAST_POSES = 5
@@ -73,9 +74,11 @@ def _recorded(
     """Record one placement after the other; return the last, its options and its metadata."""
     earlier: list[recorder.Placement] = []
     moved: Sequence[recorder.Sample] | None = None
+    hand = following_hand(options.driver, robot, metadata.distance)
     with recording.page_of(options) as page:
         while True:
-            outcome = recording.record_session(options, metadata, robot, terminal, moved, page)
+            beside = moved, page, hand
+            outcome = recording.record_session(options, metadata, robot, terminal, *beside)
             again = outcome.session.distance
             if again is not None:
                 metadata = replace(metadata, distance=again, measured=True)

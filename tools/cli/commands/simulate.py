@@ -151,6 +151,9 @@ def _lines(results: "experiments.ModelTrials", hole_mm: float | None) -> list[st
 
 
 NEXT = """
+To lead a session yourself, with a simulated hand that follows what the screen says:
+  mukca record --robot panda --driver 'mock:{hand}?follow' --distance 0.1 --out {hand}-led
+
 Next, with an arm of your own (`mukca drivers` lists which): print the base and the ball, measure
 the distance of the sockets' centres in metres, record at two places or more, and solve as above.
   mukca print-parts --out parts
@@ -180,7 +183,7 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     simulate_hand(out / "hand", out / KEYS, DISTANCE)
     brief = Terminal(json=terminal.json, brief=True)
     for name in names:
-        driver = f"mock:{out / 'hand' / name}?rate=100&speed={SPEED}&hold=0.65&move=0.6"
+        driver = f"mock:{out / 'hand' / name}?follow&rate=100&speed={SPEED}&move=0.6"
         words = ["record", "--robot", "panda", "--driver", driver, "--distance", str(DISTANCE)]
         words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
         status = _typed(words, brief)
@@ -195,7 +198,7 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
         terminal.say(f"Recordings:      {', '.join((front, *held_out))}")
         terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
         terminal.say(f"Report:          {calibrated / 'report.html'}")
-        terminal.say(NEXT)
+        terminal.say(NEXT.format(hand=out / "hand" / names[0]))
     return status
 
 

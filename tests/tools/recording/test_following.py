@@ -1,0 +1,87 @@
+"""Practice with a hand that goes to the proposed pose and socket, and seats the ball."""
+
+import numpy as np
+import pytest
+from record_commands import read
+
+import mukca
+from mukca.drivers import DriverError, clock
+from mukca.recorder import Sample
+from mukca.recorder.session import Advice, Alarm, Session, View
+from mukca.tools.cli import main
+from mukca.tools.recording import SessionAlarms, joints_of
+from mukca.tools.simulation import following_hand
+
+pytestmark = pytest.mark.slow
+
+
+class Led:
+    """A session in which the hand leads."""
+
+    def __init__(self, panda, words):
+        self.hand = following_hand(f"mock:{words}", panda, 0.05)
+        self.driver = self.hand.connection()
+        self.session = Session(joints_of(panda), block=6)
+
+    def rest(self, target=None, alarm=None):
+        """Show the hand a view, and return where the arm rests a moment later."""
+        advice = target and Advice(len(self.session.live), self.session.socket, 1, 1, target=target)
+        self.hand.follow(View(self.session, advice=advice, alarm=alarm))
+        clock.sleep(1.5)
+        return self.hand.rest
+
+    def capture(self):
+        """Capture where the arm rests."""
+        number = self.session.next_number
+        sample = Sample(self.hand.rest, self.session.socket, number=number)
+        self.session = self.session.captured(sample)
+
+
+def test_it_waits_for_the_capture_and_goes_where_it_is_asked_to(panda, session, virtual_time):
+    led = Led(panda, f"{session / 'front'}?follow")
+    second, third = read(session / "front").positions[[5, 20]]
+    first = led.rest(tuple(second))
+    assert led.rest(tuple(second)) == first  # not captured yet
+    led.capture()
+    assert led.rest() == first  # no advice yet
+    assert led.rest(tuple(second), Alarm("ball", "NOT SEATED", "look")) == first
+    at = led.rest(tuple(second))
+    assert np.abs(np.subtract(at, second)).max() < 0.05 < np.abs(np.subtract(at, first)).max()
+    led.session = led.session.switched(1)
+    assert np.abs(np.subtract(led.rest(tuple(third)), third)).max() < 0.05
+
+
+def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virtual_time):
+    def alarms(words):
+        led, poses = Led(panda, f"{session / 'front'}?follow{words}"), read(session / "front")
+        for block, socket in enumerate((0, 1, 0, 1)):
+            led.session = led.session.switched(socket)
+            for q in poses.positions[poses.sockets == socket][6 * (block // 2) :][:6]:
+                led.rest(tuple(q + 0.1))
+                led.capture()
+        placement = mukca.Placement("here", led.session.live, panda.joint_names, 0.05)
+        return [(alarm.words, alarm.samples[0]) for alarm in SessionAlarms(panda)([placement])]
+
+    assert alarms("") == []
+    assert alarms("&fault=base@13:10mm")[0] == ("BASE MOVED", 13)
+
+
+def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
+    keys, out = tmp_path / "keys.txt", tmp_path / "out"
+    keys.write_text("a*3 s a*2 s a q")
+    driver = f"mock:{session / 'front'}?follow&rate=100&speed=5"
+    words = ["record", "--robot", "panda", "--driver", driver, "--distance", "0.05"]
+    assert main([*words, "--out", str(out), "--keys", str(keys)]) == 0
+    recorded, taken = read(session / "front"), read(out)
+    assert taken.sockets.tolist() == [0, 0, 0, 1, 1, 0]
+    rows = [recorded.positions[recorded.sockets == k] for k in (0, 1)]
+    led = np.concatenate([rows[0][:3], rows[1][:2], rows[0][3:4]])
+    assert np.abs(taken.positions - led).max() < 0.02
+
+
+def test_what_cannot_be_followed_is_refused(panda, session):
+    with pytest.raises(DriverError, match="expected KIND"):
+        following_hand(f"mock:{session / 'front'}?follow&fault=base@x", panda, None)
+    with pytest.raises(DriverError, match="7"):
+        following_hand(f"mock:{session / 'front'}?follow", mukca.load_robot("ur5e"), None)
+    assert following_hand(f"mock:{session / 'front'}", panda, None) is None

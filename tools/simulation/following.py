@@ -1,0 +1,178 @@
+"""A hand that leads the simulated arm to the pose and socket that a session asks for.
+
+``mock:PATH?follow`` is an arm like that of the recording at PATH, beside its sockets. The hand
+waits wherever the arm rests until that is captured, and then seats the ball at the proposed pose.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...drivers import Driver, match_joints
+from ...drivers.arms import Mock, Motion, arm_at
+from ...recorder.session import View
+from ...solver.robot import BallModel, InverseKinematics, Robot, gravity_moments
+from .practice import SEAT_NOISE, Session, fitted_session, seated, session_faults, with_faults
+from .recordings import reachable_bases
+
+FOLLOW = "follow"
+"""Word of a ``mock`` address that asks for such a hand."""
+CLOSE = 1e-4
+"""A ball that comes this near to its seat is in it [m]."""
+
+
+@dataclass(frozen=True)
+class LedMotion(Motion):
+    """A motion that waits at each rest until it is led on."""
+
+    begun: list[float] = field(default_factory=list[float])
+    """When each move began [s]."""
+
+    def phase(self, time: float) -> tuple[int, float]:
+        """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
+        count = len(self.begun)
+        if not count:
+            return 0, 0.0
+        progress = (time - self.begun[-1]) / self.move
+        return (count, 0.0) if progress >= 1 else (count - 1, max(0.0, progress))
+
+
+class FollowingHand:
+    """Leads the arm at a ``mock`` address, in one run of the recorder.
+
+    Args:
+        address: The part after ``mock:``, without the word ``follow``. Faults of a session come to
+            the poses that it leads to, by their numbers.
+        robot: The nominal model.
+        distance: Between the sockets [m]; None for that of the recording.
+
+    Raises:
+        DriverError: No such recording, or of another arm; or a fault that does not exist.
+    """
+
+    def __init__(self, address: str, robot: Robot, distance: float | None = None) -> None:
+        rest, self._faults = session_faults(address)
+        arm = arm_at(rest)
+        names, order = robot.joint_names, slice(None)
+        rows = np.array(arm.motion.configurations)
+        match_joints(names, rows.shape[1], "the recording")
+        if sorted(arm.joint_names) == sorted(names):
+            order = [arm.joint_names.index(name) for name in names]
+        self._session = fitted_session(rows[:, order], robot, arm.seed)
+        self._torques = None if arm.efforts is None else np.array(arm.efforts)[:, order]
+        self._truth, self._seed = self._session.robot, arm.seed
+        self._generator = np.random.default_rng(arm.seed)
+        self._reach = InverseKinematics(self._truth)
+        first, second = self._session.centres
+        along = second - first
+        self._distance = distance or float(np.linalg.norm(along))
+        self._sockets = np.array([first, first + self._distance * along / np.linalg.norm(along)])
+        self._led: list[np.ndarray] = []
+        self._labels: list[int] = []
+        self._rows_led = {0}
+        self._poses = list[tuple[float, ...]]()
+        self._efforts = list[list[float]]()
+        self._rest_at(self._session.positions[0], int(self._session.sockets[0]), 0)
+        self._motion = LedMotion(self._poses, move=arm.motion.move)
+        efforts = None if self._torques is None else self._efforts
+        self._arm = replace(arm, motion=self._motion, joint_names=names, efforts=efforts)
+        self.guided = True
+        """False where no guide proposes poses: they are the recording's then, in its order."""
+
+    @property
+    def rest(self) -> tuple[float, ...]:
+        """Where the arm rests, or is being led to [rad], [m]."""
+        return self._poses[-1]
+
+    def connection(self) -> Driver:
+        """Connect to the arm."""
+        return Mock(joint_names=self._arm.joint_names, arm=self._arm)
+
+    def move_base(self) -> None:
+        """Put the base elsewhere, within the arm's reach, for another placement."""
+        (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
+        self._sockets = np.array(base.sockets)
+        self._rows_led |= set(range(len(self._session.positions)))  # which lie at the old place
+        self._lead(None, 0)
+
+    def follow(self, view: View) -> None:
+        """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
+        session, here = view.session, self.rest
+        arrived = self._motion.phase(self._arm.now()) == (len(self._motion.begun), 0.0)
+        if not arrived or view.alarm or view.question:
+            return
+        captured = any(session.same(sample.position, here) for sample in session.samples)
+        same = session.socket == self._labels[-1]
+        done = session.turn_done or session.counts[session.socket] >= session.target
+        if session.finished or (same and (done or not captured)):
+            return
+        target = view.advice.target if view.advice and self.guided else None
+        if target is None and self.guided and session.live:
+            return  # the guide is not ready yet
+        self._lead(None if target is None else np.array(target), session.socket)
+
+    def _lead(self, near: np.ndarray | None, socket: int) -> None:
+        """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
+        row = None if self.guided else self._unused(socket)
+        if row is None:
+            self._rest_at(self._seated_at(near, socket), socket)
+        else:
+            self._rows_led.add(row)
+            self._rest_at(self._session.positions[row], socket, row)
+        self._motion.begun.append(self._arm.now())  # after the pose: another thread reads both
+
+    def _rest_at(self, q: np.ndarray, socket: int, row: int | None = None) -> None:
+        """Add a configuration, maybe of a row of the recording, with its torques."""
+        self._led.append(q)
+        self._labels.append(socket)
+        to = self._with_faults()
+        if self._torques is not None:
+            by_masses = gravity_moments(self._truth, to[None])[0, : len(q)]
+            self._efforts.append((by_masses if row is None else self._torques[row]).tolist())
+        self._poses.append(tuple(to.tolist()))
+
+    def _unused(self, socket: int) -> int | None:
+        """Return the first sample of the recording in a socket that was not led to, or None."""
+        every = np.flatnonzero(self._session.sockets == socket).tolist()
+        return next((row for row in every if row not in self._rows_led), None)
+
+    def _seated_at(self, near: np.ndarray | None, socket: int) -> np.ndarray:
+        """Return a configuration with the ball in a socket, near another if one is given."""
+        seat = self._sockets[min(socket, 1)] + self._generator.normal(0, SEAT_NOISE, 3)
+        if near is not None:
+            (q,) = seated(self._truth, near[None], seat[None])
+            if self._is_seated(q, seat):
+                return q
+        return self._reach.reach(seat[None], self._generator)[0]
+
+    def _is_seated(self, q: np.ndarray, seat: np.ndarray) -> bool:
+        """Return whether the ball is in its seat, and the joints are within their limits."""
+        (ball,) = BallModel(self._truth, []).points(np.zeros(0), q[None])
+        inside = (q >= self._reach.lower).all() and (q <= self._reach.upper).all()
+        return bool(inside and np.linalg.norm(ball - seat) < CLOSE)
+
+    def _with_faults(self) -> np.ndarray:
+        """Return the last of the configurations that the hand led to, as faults turn it."""
+        if not self._faults:
+            return self._led[-1]
+        count, rows = len(self._led), self._session
+        q = np.concatenate([self._led, rows.positions[count:]])
+        labels = np.concatenate([self._labels, rows.sockets[count:]])
+        generator = np.random.default_rng(self._seed)  # a fault stays as it was
+        session = Session(self._truth, q, labels, self._sockets, generator)
+        return with_faults(session, self._faults)[count - 1]
+
+
+def following_hand(driver: str, robot: Robot, distance: float | None) -> FollowingHand | None:
+    """Return the hand that ``mock:PATH?follow`` asks for; None for other drivers.
+
+    Raises:
+        DriverError: As :class:`FollowingHand`.
+    """
+    name, _, address = driver.partition(":")
+    path, _, query = address.partition("?")
+    words = query.split("&")
+    if name != "mock" or FOLLOW not in words:
+        return None
+    query = "&".join(word for word in words if word != FOLLOW)
+    return FollowingHand(f"{path}?{query}" if query else path, robot, distance)
