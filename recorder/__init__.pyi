@@ -53,6 +53,7 @@ from .samples import capture_line as capture_line
 from .samples import header_line as header_line
 from .samples import mark_line as mark_line
 from .samples import read_samples as read_samples
+from .samples import sample_name as sample_name
 from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log

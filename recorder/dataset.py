@@ -72,7 +72,7 @@ def is_placement(folder: Path) -> bool:
     return any((folder / name).exists() for name in _FILES) or bool(_holes(folder))
 
 
-def read_placements(*paths: str | Path) -> list[Placement]:
+def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Placement]:
     """Read recordings from disk, to calibrate with them or to test a calibration on them.
 
     ::
@@ -83,29 +83,30 @@ def read_placements(*paths: str | Path) -> list[Placement]:
     Args:
         paths: One or more folders, each a placement, or a folder of placements, which stands for
             all of them.
+        as_recorded: True refuses a placement that cannot be read. By default one beside others is
+            left out, and the first placement's remarks say so.
 
     Returns:
         The placements, in the order of the paths; those inside one folder by name.
 
     Raises:
-        RecordingError: No path is given, a folder holds no recording, or a file is empty or
-            malformed; the message names file and line. An empty one among others in a folder of
-            placements is skipped, and the first placement's remarks say so.
+        RecordingError: No path is given, a folder holds no recording, or all that can be read is
+            empty or malformed; the message names file and line.
     """
     if not paths:
         raise RecordingError("no placement is given; name at least one folder of recordings")
-    read, skipped = list[Placement](), list[str]()
-    named = {Path(path) for path in paths}
+    read, skipped = list[Placement](), list[RecordingError]()
     for folder in find_placements(map(Path, paths)):
         try:
             read.append(read_placement(folder))
-        except EmptyRecordingError as error:
-            if folder in named:
+        except RecordingError as error:
+            if as_recorded:
                 raise
-            skipped.append(f"{error}; the folder is skipped")
+            skipped.append(error)
     if not read:
-        raise RecordingError(skipped[0])
-    return [replace(read[0], remarks=(*read[0].remarks, *skipped)), *read[1:]]
+        raise skipped[0]
+    remarks = [f"{error}; the placement is left out" for error in skipped]
+    return [replace(read[0], remarks=(*read[0].remarks, *remarks)), *read[1:]]
 
 
 def read_placement(folder: Path) -> Placement:

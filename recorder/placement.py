@@ -1,6 +1,7 @@
 """A placement: the samples taken at one position of the socket base."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -60,6 +61,8 @@ class Placement:
     def __post_init__(self) -> None:
         if not self.place:
             object.__setattr__(self, "place", self.name.split("/")[-1])
+        if not all(sample.place for sample in self.samples):
+            object.__setattr__(self, "samples", _counted(self.samples))
 
     @classmethod
     def of_arrays(
@@ -239,6 +242,15 @@ class Placement:
             f"not count{f' (lines {some})' if all(lines) else ''}"
         )
         return replace(self, samples=kept, remarks=(*self.remarks, remark))
+
+
+def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
+    """Return samples that know their place among those of their socket, from 1."""
+    last, counted = Counter[int](), list[Sample]()
+    for sample in samples:
+        last[sample.socket] += 1
+        counted.append(replace(sample, place=sample.place or last[sample.socket]))
+    return tuple(counted)
 
 
 LISTED = 8

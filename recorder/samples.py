@@ -4,7 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..bounded import read_bytes
@@ -53,11 +53,23 @@ class Sample:
     """Numbers of the orientation as its file has them [rad]."""
     temperature: float | None = None
     """Beside what an instrument measured, in any unit."""
+    place: int = field(default=0, compare=False)
+    """Counts the samples of its socket as recorded, from 1; its placement sets it."""
+
+    @property
+    def named(self) -> str:
+        """The sample by the number that people read: the recorder's, or that in its socket."""
+        return sample_name(self.number, self.place, self.socket)
 
     def __repr__(self) -> str:
         position = ", ".join(f"{value:.4f}" for value in self.position)
         place = f"socket {self.socket}" if self.point is None else "measured"
         return f"Sample({self.number or 'unnumbered'}, {place}: {position})"
+
+
+def sample_name(number: int, place: int, socket: int) -> str:
+    """Return a sample by the recorder's number, or where that is 0 by its place in its socket."""
+    return f"sample {number}" if number else f"sample {place} of socket {socket}"
 
 
 @dataclass(frozen=True)

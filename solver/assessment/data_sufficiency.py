@@ -1,6 +1,7 @@
 """Rows on the recordings: diagnostics, numbers of samples, travel of the joints, accuracy."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -206,7 +207,7 @@ def samples_row(
         what, part, advice = "measured point", "", "measure {} or more"
 
     def most(placements: Sequence[Measurement], *, together: bool) -> int:
-        counts = [m.counts for m in placements]
+        counts = _counts(placements)
         every = tuple(n for own in counts for n in own)
         if not by_socket:
             return sum(every)
@@ -223,6 +224,15 @@ def samples_row(
     more = " or more in each socket" if by_socket else ""
     text = f"{plural(found[0], what)}{more} trained on"
     return limit_row("samples", "pass", text)
+
+
+def _counts(placements: Sequence[Measurement]) -> list[tuple[int, ...]]:
+    """Return the samples in each socket of recorded placements, whose parts count together."""
+    counts: dict[str, Counter[int]] = {}
+    for m in placements:
+        of_sockets = dict(zip(m.sockets, m.counts, strict=True))
+        counts.setdefault(m.whole_name, Counter()).update(of_sockets)
+    return [tuple(own.values()) for own in counts.values()]
 
 
 def _bound(predictions: Predictions) -> list[str]:

@@ -134,8 +134,9 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
     """Return the deviation of every sample from its socket's mean, thinned out where many."""
     rows: list[SampleErrors] = []
     for index, placement in enumerate(predictions.placements):
-        places = (i for count in placement.measured.counts for i in range(1, count + 1))
-        for i, (sample, place) in enumerate(zip(placement.samples, places, strict=True)):
+        recorded = placement.measured.placement.samples
+        for i, rank in enumerate(placement.measured.order.tolist()):
+            sample, place = placement.samples[i], recorded[rank].place
             number = f"sample {sample.number}, " * bool(sample.number)
             one = SampleErrors.filled(
                 placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8))),

@@ -31,3 +31,4 @@ from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
+from .setting_right import placements_set_right as placements_set_right

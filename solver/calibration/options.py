@@ -24,6 +24,8 @@ class CalibrateOptions(TypedDict, total=False):
     distance: float | None
     free: Sequence[str]
     fix: Sequence[str]
+    as_recorded: bool
+    leave_out: Sequence[str]
     split_moved: bool
     flange_poses: bool
     repeatability_mm: float | None
@@ -76,8 +78,20 @@ class SolveOptions:
         unset=(),
     )
     fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
+    as_recorded: bool = _option(
+        "set nothing right: neither a base that moved, nor samples of another socket, nor a ball "
+        "that was elsewhere, nor placements that are empty",
+        unset=False,
+    )
+    leave_out: Sequence[str] = _option(
+        "leave out a placement, a socket of it, or samples by the numbers that the screen and "
+        "`check` name, as in left:1:3,5-7",
+        "PLACEMENT[:SOCKET[:SAMPLES]]",
+        unset=(),
+    )
     split_moved: bool = _option(
-        "where a base moved, give the part after it a socket of its own", unset=False
+        "with --as-recorded: where a base moved, take what follows for a placement of its own",
+        unset=False,
     )
     flange_poses: bool = _option(
         "each poses.csv holds measured flange poses, whatever its first line lacks", unset=False

@@ -11,20 +11,28 @@ import numpy as np
 
 from ...recorder import Placement
 from .. import results
-from ..assessment import repeatability_of
+from ..assessment import LEAST_HELD_OUT, repeatability_of
 from ..bayes.selection import FoundMovement
-from ..data import Measurement, RobotRecordings, as_flange_poses, check_distinct, measure, spaced
+from ..data import (
+    Measurement,
+    RobotRecordings,
+    as_flange_poses,
+    check_distinct,
+    check_left_out,
+    without,
+)
 from ..diagnostics import (
     Given,
+    Survey,
     inspect_all,
     named,
     next_placement,
-    split_at,
     where_of,
 )
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
+from .setting_right import actions_of, checked, set_right
 
 LOCKED = math.radians(6)
 """A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
@@ -62,7 +70,7 @@ class CalibrationProblem(RobotRecordings):
                 "warning",
                 "movement" if one.kept else "moved",
                 where_of([named[one.placement]]),
-                one.text,
+                _movement_text(named[one.placement], one),
                 STEADY,
             )
             for one in found
@@ -73,10 +81,21 @@ class CalibrationProblem(RobotRecordings):
         return replace(self, checks=(*self.checks, *more), measurements=tuple(train))
 
 
+def _movement_text(measured: Measurement, movement: FoundMovement) -> str:
+    """Return a movement in words, a step with the first sample after it."""
+    if movement.rank is None:
+        return movement.text
+    in_time = measured.order[np.argsort(measured.clock("time"), kind="stable")]
+    first = measured.placement.samples[int(in_time[movement.rank])]
+    return movement.text.format(first=first.named)
+
+
 def problems_of(
     robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
+    every = [p for part in (train, test) for own in _each(part) for p in as_list(own)]
+    check_left_out(every, options.leave_out)
     if isinstance(robot, Mapping):
         _check_robots(robot, options)
         training, held_out = _by_robot(robot, train), _by_robot(robot, test)
@@ -93,6 +112,11 @@ def problems_of(
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
     return {"": _prepare(robot, as_list(train), as_list(test), options)}
+
+
+def _each(placements: Recordings) -> Iterable[object]:
+    """Return the placements of each robot."""
+    return placements.values() if isinstance(placements, Mapping) else [placements]
 
 
 def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
@@ -198,13 +222,11 @@ def _measured(
             f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
             "sockets only, --method auto knows both"
         )
-    fitted, held_out = (
-        tuple(
-            spaced(measure(p, robot, options.distance, sockets=sockets), p.name, options.located)
-            for p in placements
-        )
-        for placements in (train, kept)
-    )
+    fitted, refused = checked(robot, without(train, options.leave_out), options, sockets)
+    held_out, more = checked(robot, without(kept, options.leave_out), options, sockets)
+    if not fitted:
+        raise next(iter(refused), UsageError("--leave-out: no placement is left to train on"))
+    warnings += [f"{error}; it is left out" for error in (*refused, *more)]
     check_distinct([*fitted, *held_out])
     warnings += _held_as_exact(robot, options)
     warnings += _locked_angles(robot, options)
@@ -233,24 +255,33 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     )
     if not train and not test:
         return problem
-    trained = [m.name for m in problem.measurements] if test else []
     known = named(train, options.distances)
-    look = partial(
+    inspect = partial(
         inspect_all,
         problem.robot,
-        given=Given(known, options.deviation, options.load, trained),
         zeros=bool(options.zeros),
         repeatability=repeatability_of(problem.robot, options.repeatability_mm),
     )
-    survey = look([*train, *test])
-    if options.split_moved:
-        alone = look(train) if test else survey
-        train = [split_at(one.measured, one.changes) for one in alone.placements]
+
+    def look(trained: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
+        names = [m.name for m in trained] if held_out else []
+        given = Given(known, options.deviation, options.load, names)
+        return inspect([*trained, *held_out], given)
+
+    survey, done = look(train, test), list[results.Diagnostic]()
+    wrong = survey.unclear or any(one.corrections for one in survey.placements)
+    if wrong and actions_of(options):
+        mend = partial(set_right, look, actions=actions_of(options))
+        train, done = mend(train)
+        test, more = mend(test, train, LEAST_HELD_OUT)
+        survey, done = look(train, test), [*done, *more]
     points = [m for m in problem.measurements if m.kind == "points"]
+    measured = [m for m in problem.test if m.kind == "points"]
     return replace(
         problem,
         measurements=(*train, *points),
-        checks=survey.diagnostics,
+        test=(*test, *measured),
+        checks=(*done, *survey.diagnostics),
         hypotheses=survey.hypotheses,
         next_placement=results.NextPlacement(text=next_placement(problem.robot, survey)),
     )

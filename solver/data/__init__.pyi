@@ -1,5 +1,6 @@
 from .checks import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
+from .checks import TooFewError as TooFewError
 from .checks import as_flange_poses as as_flange_poses
 from .checks import check_distance as check_distance
 from .checks import check_distinct as check_distinct
@@ -31,6 +32,9 @@ from .known import parse_socket_at as parse_socket_at
 from .known import read_known as read_known
 from .known import read_sockets_at as read_sockets_at
 from .known import spaced as spaced
+from .leave_out import check_left_out as check_left_out
+from .leave_out import without as without
+from .measurements import PART as PART
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import HandEye as HandEye
 from .measurements import Load as Load

@@ -32,6 +32,10 @@ class MeasurementError(MukcaError):
     """A placement does not hold what a calibration needs."""
 
 
+class TooFewError(MeasurementError):
+    """A placement has too few samples to tell anything."""
+
+
 def measure(
     placement: Placement,
     robot: Robot,
@@ -232,29 +236,29 @@ def _check_sockets(measured: Measurement, least: int) -> None:
     where = measured.placement.path or measured.name
     if measured.kind == "points":
         if sum(measured.counts) < LEAST_POINTS:
-            raise MeasurementError(
+            raise TooFewError(
                 f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
                 "needed, 50 are advised"
             )
         if not np.ptp(measured.positions, axis=0).any():
-            raise MeasurementError(
+            raise TooFewError(
                 f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
             )
         return
     if len(measured.sockets) < least:
-        raise MeasurementError(
+        raise TooFewError(
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
             "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
         )
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         samples = [s for s in measured.placement.samples if s.socket == socket]
         if not np.ptp(rows, axis=0).any() and len(samples) > 1:
-            raise MeasurementError(
+            raise TooFewError(
                 f"{samples[0].where or where}: all {len(samples)} samples of socket {socket} are "
                 "the same configuration; guide the arm to another one for each"
             )
         if len(samples) < 2:
-            raise MeasurementError(
+            raise TooFewError(
                 f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
                 f"needed, better {SAMPLES_ADVISED}"
             )

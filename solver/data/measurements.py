@@ -20,6 +20,8 @@ DOUBTFUL, STRANGE = 5e-3, 0.1
 """Typical angles [rad]: beyond the first other columns are tried, and no arm errs by the second."""
 BETTER = 0.25
 """Share of the angle that is left if they turn the other way."""
+PART = ", part "
+"""Between the name of a placement and the number of its part, where it was split."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
 
@@ -158,6 +160,11 @@ class Measurement:
     def name(self) -> str:
         """The placement's name."""
         return self.placement.name
+
+    @property
+    def whole_name(self) -> str:
+        """The name of the recorded placement of which it is all or a part."""
+        return self.name.partition(PART)[0]
 
     @property
     def kind(self) -> Literal["sockets", "points"]:

@@ -7,6 +7,11 @@ from .configurations import where_of as where_of
 from .consequence import LARGEST_PREDICTED as LARGEST_PREDICTED
 from .consequence import SEVERE as SEVERE
 from .consequence import predicted_limit as predicted_limit
+from .corrections import ALL_ACTIONS as ALL_ACTIONS
+from .corrections import LEAST as LEAST
+from .corrections import SET_RIGHT as SET_RIGHT
+from .corrections import Action as Action
+from .corrections import corrected as corrected
 from .explain import OF_JOINTS as OF_JOINTS
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
@@ -17,7 +22,6 @@ from .inspection import Survey as Survey
 from .inspection import farthest_place as farthest_place
 from .inspection import inspect_all as inspect_all
 from .inspection import next_placement as next_placement
-from .inspection import split_at as split_at
 from .live import Fault as Fault
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse

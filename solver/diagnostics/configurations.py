@@ -92,10 +92,11 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
             advice = f"record {SAMPLES_ADVISED}; {FEWEST} are the least"
             yield Diagnostic("warning", "few", where, text, advice)
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
+        samples = [s for s in measured.placement.samples if s.socket == socket]
         twins = near_duplicates(rows)
         more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
         for later, first in list(twins.items())[:LISTED]:
-            text = f"nearly the configuration of sample {first + 1} of socket {socket}{more}"
+            text = f"nearly the configuration of {samples[first].named}{more}"
             advice = "it adds little: guide the arm to other configurations"
             row = row_of(measured, socket, later)
             yield Diagnostic("warning", "duplicate", row, text, advice)
@@ -162,6 +163,6 @@ def where_of(measurements: Sequence[Measurement]) -> str:
 
 
 def row_of(measured: Measurement, socket: int, sample: int) -> str:
-    """Return file and line of a sample, by its number from 0 in its socket."""
+    """Return file and line of a sample, or its name, by its index in its socket."""
     rows = [s for s in measured.placement.samples if s.socket == socket]
-    return rows[sample].where or f"{measured.name} socket {socket} sample {sample + 1}"
+    return rows[sample].where or f"{measured.name} {rows[sample].named}"

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from .configurations import (
     where_of,
 )
 from .consequence import consequence_of, level_of, nominal_errors
+from .corrections import PLAY_HINT, Correction, correction_of
 from .explain import explain, fitted_alone, scene_of
 from .hypotheses import KINDS, Candidate
 from .robust_fit import RigidModel
@@ -33,6 +33,8 @@ MOST_NOISE = 5e-3
 """Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
+UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
+"""Causes that several faults look like, which each placement may tell by itself."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
@@ -55,16 +57,6 @@ class Given:
     nothing to the model."""
 
 
-class Change(NamedTuple):
-    """A move of the base while a socket was recorded."""
-
-    socket: int
-    sample: int
-    """The first sample after the move, counted from 0 in its socket."""
-    jump: float
-    """Distance that the predicted centre moved [m]."""
-
-
 @dataclass(frozen=True)
 class Inspection:
     """Diagnostics of one placement."""
@@ -72,8 +64,8 @@ class Inspection:
     measured: Measurement
     floor: float
     """Mean error of a fit to this placement alone, see :func:`.explain.fitted_alone` [m]."""
-    changes: tuple[Change, ...]
-    """Moves of its base."""
+    corrections: tuple[Correction, ...]
+    """What sets its findings right."""
     diagnostics: tuple[Diagnostic, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
@@ -93,6 +85,14 @@ class Survey:
     """Diagnostics of all placements, or of the arm."""
     hypotheses: tuple[Hypothesis, ...] = ()
     """Explanations of all recordings, the most probable first."""
+    causes: tuple[str, ...] = ()
+    """Names of the explanations that were accepted, each beside those before."""
+
+    @property
+    def unclear(self) -> bool:
+        """True where samples scatter, maybe since several placements have faults of their own."""
+        corrected = any(one.corrections for one in self.placements)
+        return not corrected and not UNCLEAR.isdisjoint(self.causes)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -137,15 +137,15 @@ def inspect_all(
     inspections: list[Inspection] = []
     for m, rows in zip(seated, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
-        of_moves = (f.parameters for f, d in own if d.code == "moved")
-        at = [p for p in of_moves if p["size"] > SMALLEST_MOVE]
-        moves = tuple(sorted(Change(p["socket"], p["sample"], p["size"]) for p in at))
+        mends = [correction_of(f, d, m) for f, d in own]
+        corrections = tuple(one for one in mends if one is not None)
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
         middle = np.median(balls[rows], axis=0)
-        inspections.append(Inspection(m, floors[m.name], moves, tuple(diagnostics), middle))
-    return Survey(tuple(inspections), shared, hypotheses)
+        inspections.append(Inspection(m, floors[m.name], corrections, tuple(diagnostics), middle))
+    causes = tuple(finding.kind.name for finding in findings)
+    return Survey(tuple(inspections), shared, hypotheses, causes)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnostic:
@@ -178,9 +178,9 @@ def _diagnostic(
         level = "warning"  # of a distance, the size of the arm decides
     if told.name == "ball_sample" and p["size"] > SEATED:
         code = "elsewhere"
-        advice = "it was recorded elsewhere: another base position, or another arm; delete it"
+        advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
-        advice += "; or it is play: for an arm made of servos say --zeros, by --method auto"
+        advice += PLAY_HINT
     return Diagnostic(level, code, where, told.text, advice, costs)
 
 
@@ -189,18 +189,6 @@ def _is_noise(finding: Candidate) -> bool:
     if finding.kind.noise is None or finding.kind.name != "unexplained":
         return finding.kind.noise is not None
     return finding.sigma < min(MOST_NOISE, nominal_errors(finding.scene) / 2)
-
-
-def split_at(measured: Measurement, changes: Sequence[Change]) -> Measurement:
-    """Return a placement with the samples after each change as a socket of its own."""
-    placement = measured.placement
-    samples = list(placement.samples)
-    for free, change in enumerate(changes, max(sample.socket for sample in samples) + 1):
-        own = measured.slices[measured.sockets.index(change.socket)]
-        moved: list[int] = measured.order[own][change.sample :].tolist()
-        for i in moved:
-            samples[i] = replace(samples[i], socket=free)
-    return replace(measured, placement=replace(placement, samples=tuple(samples)))
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:

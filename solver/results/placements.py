@@ -107,7 +107,7 @@ class Iteration(Document, kw_only=True, frozen=True):
     test: CostTerms | None
 
 
-_KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "time")
+_KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "place", "time")
 """All that a document keeps of a :class:`.Sample`."""
 
 
@@ -126,6 +126,8 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """File and line."""
     number: int = 0
     """As the recording numbers it, from 1; 0 where it does not."""
+    place: int = 0
+    """Counts the samples of its socket as recorded, from 1; 0 in older files."""
     weight: float | None = None
     """Robust weight in the fit: 1 and less; None where there was none."""
     orientation_weight: float | None = None

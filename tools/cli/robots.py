@@ -150,8 +150,12 @@ def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, 
 
 
 def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.Placement]":
-    """Read all placements that paths stand for."""
-    placements = recorder.read_placements(*paths)
+    """Read all placements that paths stand for, without what is left out by hand."""
+    placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
+    data.check_left_out(placements, settings.leave_out)
+    placements = data.without(placements, settings.leave_out)
+    if not placements:
+        raise UsageError("--leave-out: no placement is left")
     return data.as_flange_poses(placements) if settings.flange_poses else placements
 
 

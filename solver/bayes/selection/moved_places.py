@@ -32,6 +32,8 @@ class FoundMovement:
     text: str
     kept: bool
     """True where it is in the model."""
+    rank: int | None = None
+    """Of a step, the number of samples that were recorded before."""
 
 
 def movements_by_evidence(
@@ -88,13 +90,15 @@ def _line(found: JointPosterior, gain: float) -> FoundMovement:
     course = movement.course(data) @ found.state.x[-movement.size :].reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
     follows = "" if movement.clock == "time" else f", with {movement.clock}"
+    rank = None
     if movement.kind == "step":
-        before = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
-        follows = f", before its sample {before + 1}"
+        rank = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
+        follows = ", before its {first}"
     kept = gain >= KEPT
     share = "; the fit takes it into account" if kept else ", too unsure to be taken into account"
     return FoundMovement(
         movement.placement,
         f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){share}",
         kept,
+        rank,
     )

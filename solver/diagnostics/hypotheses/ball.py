@@ -92,6 +92,7 @@ def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -
         **first,
         "last": last["sample"],
         "last_number": last["number"],
+        "last_place": last["place"],
         "samples": len(rows),
         "other": other,
         "of": "" if name == of else name,
@@ -109,5 +110,5 @@ def lie_elsewhere(p: Parameters) -> str:
     if run and p.get("number"):
         words = f"samples {p['number']} to {p['last_number']}"
     elif run:
-        words = f"samples {p['sample'] + 1} to {p['last'] + 1} of socket {p['socket']}"
+        words = f"samples {p['place']} to {p['last_place']} of socket {p['socket']}"
     return f"{words} lie in socket {p['other']}{of}, {1e3 * p['size']:.1f} mm from the others"

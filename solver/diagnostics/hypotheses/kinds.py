@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ....recorder import sample_name
 from .scene import Scene
 
 Parameters = Mapping[str, Any]
@@ -75,8 +76,7 @@ def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
 
 def sample_named(p: Parameters) -> str:
     """Return a sample by its number as recorded, or where there is none by that in its socket."""
-    number = p.get("number")
-    return f"sample {number}" if number else f"sample {p['sample'] + 1} of socket {p['socket']}"
+    return sample_name(p.get("number", 0), p.get("place", p["sample"] + 1), p["socket"])
 
 
 class _Sentences(Formatter):
@@ -126,7 +126,8 @@ class Kind:
             return self.sentence(p)
         named = dict(p)
         if "sample" in p:
-            named |= {"first": sample_named(p), "nth": p.get("number") or p["sample"] + 1}
+            place = p.get("place", p["sample"] + 1)
+            named |= {"first": sample_named(p), "nth": p.get("number") or place}
             since = f"throughout {p.get('placement')}, unlike elsewhere"
             named["since"] = since if p.get("throughout") else f"from {named['first']} on"
         return _Sentences().vformat(self.form, (), named)

@@ -281,11 +281,12 @@ class Scene:
         return {"placement": self.measurements[place].name}
 
     def sample(self, place: int, row: int) -> dict[str, int]:
-        """Return socket, number in it, and number as recorded, if any, of a placement's sample."""
+        """Return socket, index in it, and the numbers as recorded, of a placement's sample."""
         at = self.places[place].start + row
         recorded = self.measurements[place].placement.samples[int(self.times[place][row])]
         socket = self.labels[int(self.sockets[at])][1]
-        return {"socket": socket, "sample": int(self.numbers[at]), "number": recorded.number}
+        named = {"number": recorded.number, "place": recorded.place}
+        return {"socket": socket, "sample": int(self.numbers[at]), **named}
 
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""

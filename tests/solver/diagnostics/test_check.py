@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.diagnostics import next_placement, split_at
+from mukca.solver.diagnostics import corrected, next_placement
 from mukca.solver.results import Diagnostic
 
 pytestmark = pytest.mark.slow
@@ -29,12 +29,14 @@ def test_a_base_that_moved_is_found_and_can_be_split(look, record_at, placements
     for i in ones:
         samples[i] = after.samples[i]
     seen = look([replace(front, samples=tuple(samples)), *placements[1:]])
-    (change,) = seen.placements[0].changes
-    assert (change.socket, change.sample) == (1, 8)
-    assert change.jump == pytest.approx(1.5e-3, rel=0.2)
+    (correction,) = seen.placements[0].corrections
+    assert correction.ranks == tuple(range(28, 40))
     assert codes(seen) == ["moved"]
-    assert split_at(seen.placements[0].measured, seen.placements[0].changes).counts == (20, 8, 12)
-    assert split_at(seen.placements[1].measured, seen.placements[1].changes).counts == (20, 20)
+    first, second, *others = corrected(
+        [one.measured for one in seen.placements], [one.corrections for one in seen.placements], 2
+    )[0]
+    assert (first.counts, second.counts) == ((20, 8), (12,))
+    assert second.name == "front, part 2" and all(one.counts == (20, 20) for one in others)
 
 
 def test_samples_in_the_wrong_socket_or_far_away_are_told(look, change, placements):

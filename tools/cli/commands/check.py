@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
+from functools import partial as partial_of
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,8 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     data: Sequence[Path] = cli.argument()
     settings: SolveOptions = cli.part(
         SolveOptions,
-        "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses",
+        "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses "
+        "as_recorded leave_out",
     )
 
 
@@ -134,7 +136,9 @@ class _ValidateOptions(cli.OutputOptions):
     calibration: Path = cli.argument()
     data: Sequence[Path] = cli.argument()
     stood: str = ""
-    settings: SolveOptions = cli.part(SolveOptions, "distance repeatability_mm flange_poses")
+    settings: SolveOptions = cli.part(
+        SolveOptions, "distance repeatability_mm flange_poses as_recorded leave_out"
+    )
 
 
 @cli.for_each_arm
@@ -149,9 +153,12 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
         terminal.warn(*beyond)
     allowed = metres(settings.validated().repeatability_mm)
-    found = partial.what_changed(
-        calibrated, placements, options.stood, settings.distance, repeatability=allowed
-    )
+    judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
+    found = judge(placements, options.stood, settings.distance)
+    if found.verdict.status != "pass" and not settings.as_recorded:
+        right, done = calibration.placements_set_right(robot, placements, settings)
+        terminal.warn(*map(str, done))
+        found = judge(right, options.stood, settings.distance) if done else found
     terminal.warn(*found.warnings)
     errors, lines = found.errors, [found.text, *found.odds, *found.not_shown]
     show_errors(errors, terminal)

@@ -58,15 +58,14 @@ def calibrated(
 ) -> "calibration.MultiRobotCalibration | calibration.Calibration":
     """Calibrate by the options, and print the warnings."""
     robots = options.load_robots()
-    *paths, left_out = split_by_robot(options.train, options.test, robots)
-    train, test = (
-        {name: recorder.read_placements(*own) for name, own in part.items() if own}
-        for part in paths
-    )
+    trained, tested, left_out = split_by_robot(options.train, options.test, robots)
     settings = vars(options.settings)
+    as_recorded = options.settings.as_recorded
+    read = {name: _read(trained[name], tested[name], as_recorded=as_recorded) for name in robots}
+    train, test = ({name: own[part] for name, own in read.items() if own[part]} for part in (0, 1))
     with terminal.progress() as progress:
         if "" in robots:
-            data = train[""], test.get("", [])
+            data = train.get("", []), test.get("", [])
             found = calibration.calibrate(robots[""], *data, progress, **settings)
         else:
             found = calibration.calibrate(robots, train, test, progress, **settings)
@@ -77,6 +76,20 @@ def calibrated(
             if check.level != "note":  # the report has those
                 terminal.warn(str(check), level=check.level)
     return found
+
+
+def _read(
+    trained: Sequence[Path], tested: Sequence[Path], *, as_recorded: bool
+) -> "tuple[list[recorder.Placement], list[recorder.Placement]]":
+    """Return a robot's placements to train on and to test on; see :func:`mukca.read_placements`."""
+    if not trained and not tested:
+        return [], []
+    folders = {folder.resolve() for folder in recorder.find_placements(trained)}
+    train, test = list[recorder.Placement](), list[recorder.Placement]()
+    for placement in recorder.read_placements(*trained, *tested, as_recorded=as_recorded):
+        own = placement.path is not None and placement.path.resolve() in folders
+        (train if own else test).append(placement)
+    return (train, test) if train else (recorder.read_placements(*trained), test)
 
 
 def _show(terminal: Terminal, one: "calibration.Calibration") -> None:

@@ -1,0 +1,84 @@
+"""Recordings set right before a fit, by what explains them; see :mod:`..diagnostics`."""
+
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
+
+from ...recorder import Placement
+from ..assessment import LEAST_HELD_OUT, repeatability_of
+from ..data import Measurement, TooFewError, measure, spaced
+from ..diagnostics import ALL_ACTIONS, LEAST, Action, Given, Survey, corrected, inspect_all
+from ..results import Diagnostic
+from ..robot import Robot
+from .options import SolveOptions
+
+Look = Callable[..., Survey]
+ROUNDS = 3
+"""Times that recordings are looked at and set right at most."""
+
+
+def set_right(
+    look: Look,
+    measurements: Sequence[Measurement],
+    beside: Sequence[Measurement] = (),
+    least: int = LEAST,
+    *,
+    actions: Collection[Action] = ALL_ACTIONS,
+) -> tuple[list[Measurement], list[Diagnostic]]:
+    """Return recordings with all set right that can be, and what was done.
+
+    Args:
+        look: Returns what explains placements to train on, and others held out beside them.
+        measurements: The placements; those held out are never looked at with those to train on
+            before the latter are set right.
+        beside: Placements that are set right already.
+        least: Fewest samples in a socket of a part that is kept.
+        actions: What may be done.
+    """
+    placements, done = list(measurements), list[Diagnostic]()
+    for _ in range(ROUNDS if placements else 0):
+        survey = look(beside, placements) if beside else look(placements)
+        seen = survey.placements[len(beside) :]
+        if survey.unclear:
+            seen = [look([one]).placements[0] for one in placements]
+        every = [one.corrections for one in seen]
+        corrections = [[one for one in own if one.action in actions] for own in every]
+        if not any(corrections):
+            break
+        placements, more = corrected(placements, corrections, least)
+        done += more
+    return placements, done
+
+
+def checked(
+    robot: Robot, placements: Sequence[Placement], options: SolveOptions, sockets: int
+) -> tuple[tuple[Measurement, ...], list[TooFewError]]:
+    """Return checked placements, and why others are left out, which have too few samples."""
+    measured, refused = list[Measurement](), list[TooFewError]()
+    for placement in placements:
+        try:
+            one = measure(placement, robot, options.distance, sockets=sockets)
+        except TooFewError as error:
+            if options.as_recorded:
+                raise
+            refused.append(error)
+            continue
+        measured.append(spaced(one, placement.name, options.located))
+    return tuple(measured), refused
+
+
+def actions_of(options: SolveOptions) -> tuple[Action, ...]:
+    """Return what may be done to set recordings right."""
+    return (("split",) if options.split_moved else ()) if options.as_recorded else ALL_ACTIONS
+
+
+def placements_set_right(
+    robot: Robot, placements: Sequence[Placement], options: SolveOptions
+) -> tuple[list[Placement], list[Diagnostic]]:
+    """Return placements with all set right that can be, as before a fit, and what was done."""
+    measured = [measure(p, robot, options.distance, sockets=1) for p in placements]
+    seated = [m for m in measured if m.kind == "sockets"]
+    size = repeatability_of(robot, options.repeatability_mm)
+    look: Look = partial(inspect_all, robot, given=Given(load=options.load), repeatability=size)
+    right, done = set_right(look, seated, least=LEAST_HELD_OUT)
+    points = [m for m in measured if m.kind != "sockets"]
+    return [m.placement for m in (*right, *points)], done

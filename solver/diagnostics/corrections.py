@@ -1,0 +1,161 @@
+"""Recordings set right: a base that moved, samples of another socket, a ball that was elsewhere.
+
+What follows a move stands apart, as a placement of its own: its sockets are as far apart as before.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ...recorder import Sample
+from ..data import PART, Measurement
+from ..results import Diagnostic
+from .hypotheses import Candidate
+
+Action = Literal["split", "relabel", "leave out"]
+ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out")
+ACTIONS: dict[str, Action] = {"base_moved": "split", "zero_lost": "split", "socket": "relabel"}
+ACTIONS["ball_sample"] = "leave out"
+SET_RIGHT, AS_RECORDED = "set_right", "--as-recorded does not"
+"""Code of what was set right, and the option that keeps it as it is."""
+PLAY_HINT = "; or it is play: for an arm made of servos say --zeros, by --method auto"
+"""Added to the advice on what play may look like."""
+LEAST = 2
+"""Fewest samples of a socket that tell anything."""
+Seat = tuple[str, int]
+"""Placement and socket."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What sets a finding right."""
+
+    diagnostic: Diagnostic
+    action: Action
+    ranks: tuple[int, ...]
+    """The samples that the finding concerns, by their rank in the recording."""
+    seat: Seat
+    """Where the ball lay in samples to relabel."""
+
+
+def correction_of(
+    finding: Candidate, diagnostic: Diagnostic, measured: Measurement
+) -> Correction | None:
+    """Return what sets a placement's finding right; None where nothing does, or it hardly counts.
+
+    A zero of the first joint that slipped is a base that turned about its axis.
+    """
+    name, p = finding.kind.name, finding.parameters
+    if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
+        return None
+    if name == "zero_lost" and p["joint"] != finding.scene.robot.actuated[0].name:
+        return None
+    seat = p.get("of") or measured.name, p.get("other", 0)
+    return Correction(diagnostic, ACTIONS[name], _ranks(finding, measured), seat)
+
+
+def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
+    """Return the samples whose residuals a finding changes, by their rank in the recording."""
+    scene = finding.scene
+    names = [m.name for m in scene.measurements]
+    rows = scene.places[names.index(measured.name)]
+    columns = finding.block.columns[0]
+    changed = columns.reshape(rows.stop - rows.start, -1).any(axis=1)
+    ranks: list[int] = []
+    of_arm: list[int] = (rows.start + np.flatnonzero(changed)).tolist()
+    for row in of_arm:
+        _, socket = scene.labels[int(scene.sockets[row])]
+        own = measured.order[measured.slices[measured.sockets.index(socket)]]
+        ranks.append(int(own[int(scene.numbers[row])]))
+    return tuple(sorted(ranks))
+
+
+def corrected(
+    measurements: Sequence[Measurement], corrections: Sequence[Sequence[Correction]], least: int
+) -> tuple[list[Measurement], list[Diagnostic]]:
+    """Return placements set right, and what was done.
+
+    Args:
+        measurements: The placements.
+        corrections: Those of each placement.
+        least: Fewest samples in a socket of a part that is kept.
+    """
+    names = {m.name for m in measurements}
+    moving: dict[str, list[Sample]] = {name: [] for name in names}
+    parts: list[list[Measurement]] = []
+    remarks: list[Diagnostic] = []
+    for measured, own in zip(measurements, corrections, strict=True):
+        samples: list[Sample | None] = list(measured.placement.samples)
+        for one in own:
+            name, socket = one.seat
+            for rank in one.ranks if one.action != "split" else ():
+                sample = samples[rank]
+                samples[rank] = None
+                if one.action == "relabel" and name in names and sample is not None:
+                    there = replace(sample, socket=socket)
+                    if name == measured.name:
+                        samples[rank] = there
+                    else:
+                        moving[name].append(there)
+            remarks.append(_remark(one, measured.name, names))
+        cuts = sorted({one.ranks[0] for one in own if one.action == "split"})
+        ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
+        pieces = [[s for s in samples[a:b] if s is not None] for a, b in ends]
+        parts.append(_parts(measured, pieces))
+    every = [_with(part, moving.pop(part.name, [])) for own in parts for part in own]
+    told = [_told(part, least) for part in every]
+    return _named([part for part in told if part is not None]), remarks
+
+
+def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
+    """Return a placement's parts, each a placement; the first keeps the name for now."""
+    parts: list[Measurement] = []
+    for number, samples in enumerate(pieces):
+        name = measured.name + PART * min(number, 1)
+        placement = replace(measured.placement, name=name, samples=tuple(samples))
+        parts.append(replace(measured, placement=placement))
+    return parts
+
+
+def _named(parts: Sequence[Measurement]) -> list[Measurement]:
+    """Return parts with names of their own: the first of a placement has that of the placement."""
+    numbers, named = Counter[str](), list[Measurement]()
+    for part in parts:
+        name, place = (words.partition(PART)[0] for words in (part.name, part.placement.place))
+        numbers[name] += 1
+        number = f"{PART}{numbers[name]}" * (numbers[name] > 1)
+        placement = replace(part.placement, name=name + number, place=place + number)
+        named.append(replace(part, placement=placement))
+    return named
+
+
+def _with(measured: Measurement, more: Sequence[Sample]) -> Measurement:
+    """Return a placement with more samples, which were recorded last."""
+    placement = measured.placement
+    return replace(measured, placement=replace(placement, samples=(*placement.samples, *more)))
+
+
+def _told(measured: Measurement, least: int) -> Measurement | None:
+    """Return a placement with the sockets that tell something; None where there is none."""
+    placement = measured.placement
+    counts = Counter(sample.socket for sample in placement.samples)
+    kept = tuple(s for s in placement.samples if counts[s.socket] >= LEAST)
+    enough = any(count >= least for count in counts.values())
+    return replace(measured, placement=replace(placement, samples=kept)) if enough else None
+
+
+def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
+    """Return what was done, in place of the advice."""
+    done = {
+        "split": "what follows is taken for a placement of its own",
+        "relabel": "taken so" if correction.seat[0] in names else "left out",
+        "leave out": "left out",
+    }[correction.action]
+    of = f"{name}: " * (name not in correction.diagnostic.where)
+    hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""
+    advice = f"{of}{done}; {AS_RECORDED}{hint}"
+    level = "note" if correction.diagnostic.level == "note" else "warning"
+    return replace(correction.diagnostic, level=level, code=SET_RIGHT, advice=advice)

@@ -1,0 +1,93 @@
+"""What can be set right is set right, and said; --as-recorded does none of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.tools.simulation import Base, record
+
+PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
+
+
+@pytest.fixture(scope="module")
+def placements(true_panda):
+    return [_recorded(true_panda, name, place) for name, place in PLACES.items()]
+
+
+def _recorded(arm, name, place, seed=1):
+    base = Base(name, np.array(place), np.array([0.0, 1.0, 0.0]))
+    placement = record(arm, base, np.random.default_rng(seed), samples=12, noise=1e-4)
+    rows = [s for i in range(12) for s in placement.samples[i::12]]
+    samples = tuple(replace(s, number=i, place=0) for i, s in enumerate(rows, start=1))
+    return replace(placement, samples=samples)
+
+
+@pytest.fixture(scope="module")
+def moved(true_panda, placements):
+    """The placements, whose bases moved by 4 mm before sample 15."""
+    return [
+        replace(one, samples=(*one.samples[:14], *_shifted(true_panda, one).samples[14:]))
+        for one in placements
+    ]
+
+
+def _shifted(arm, placement):
+    place = np.array(PLACES[placement.name]) + np.array([0.004, 0.0, 0.0])
+    return _recorded(arm, placement.name, place)
+
+
+def remarks(found):
+    return [check for check in found.document.checks if check.code == "set_right"]
+
+
+def test_what_follows_a_move_is_a_placement_of_its_own(panda, moved):
+    found = mukca.calibrate(panda, moved[0], moved[1])
+    names = {row.name: row for row in found.document.placements}
+    assert [*names] == ["front", "front, part 2", "left", "left, part 2"]
+    assert [row.samples for row in names.values()] == [(7, 7), (5, 5), (7, 7), (5, 5)]
+    assert all(abs(row.calibrated.distance_error) < 2e-4 for row in names.values())
+    told = remarks(found)
+    assert ["before sample 15" in str(one) for one in told] == [True, True]
+    assert found.document.summary.test.calibrated.mean_absolute_error < 4e-4
+
+
+def test_as_recorded_sets_nothing_right(panda, moved):
+    found = mukca.calibrate(panda, moved[0], moved[1], as_recorded=True)
+    assert len(found.document.placements) == 2 and not remarks(found)
+    assert found.document.summary.test.calibrated.mean_absolute_error > 1e-3
+    split = mukca.calibrate(panda, moved[0], as_recorded=True, split_moved=True)
+    assert [row.name for row in split.document.placements] == ["front", "front, part 2"]
+
+
+def test_samples_of_another_socket_are_taken_so(panda, placements):
+    samples = [replace(s, socket=1) if s.number in (3, 5) else s for s in placements[0].samples]
+    wrong = replace(placements[0], samples=tuple(samples))
+    found = mukca.calibrate(panda, wrong, placements[1])
+    assert found.document.placements[0].samples == (12, 12)
+    assert all("taken so" in one.advice for one in remarks(found)) and remarks(found)
+
+
+def test_what_is_left_out_by_hand(panda, placements):
+    found = mukca.calibrate(panda, placements, leave_out=["left", "front:0:1,5-9"])
+    (row,) = found.document.placements
+    assert (row.name, row.samples) == ("front", (8, 12))
+    kept = {sample.number for sample in found.document.data[0].samples}
+    assert not kept & {1, 5, 7, 9} and {3, 6} <= kept
+    with pytest.raises(mukca.MukcaError, match="no samples 2 in socket 0"):
+        mukca.calibrate(panda, placements, leave_out=["front:0:2"])
+    with pytest.raises(mukca.MukcaError, match="there are: front, left"):
+        mukca.calibrate(panda, placements, leave_out=["right"])
+    with pytest.raises(mukca.MukcaError, match="PLACEMENT:SOCKET"):
+        mukca.calibrate(panda, placements, leave_out=["front:0:7-3"])
+
+
+def test_a_placement_with_too_few_samples_is_left_out_beside_others(panda, placements):
+    short = replace(placements[1], samples=placements[1].samples[:2])
+    found = mukca.calibrate(panda, [placements[0], short])
+    assert [row.name for row in found.document.placements] == ["front"]
+    assert any("left" in words and "is left out" in words for words in found.document.warnings)
+    for more in ([short], [placements[0], short]):
+        with pytest.raises(mukca.MukcaError, match="at least 2 are needed"):
+            mukca.calibrate(panda, more, as_recorded=True)
