@@ -135,8 +135,9 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
     rows: list[SampleErrors] = []
     for index, placement in enumerate(predictions.placements):
         recorded = placement.measured.placement.samples
-        for i, rank in enumerate(placement.measured.order.tolist()):
-            sample, place = placement.samples[i], recorded[rank].place
+        ranks: list[int] = placement.measured.order.tolist()
+        for i, (sample, rank) in enumerate(zip(placement.samples, ranks, strict=True)):
+            place = recorded[rank].place
             number = f"sample {sample.number}, " * bool(sample.number)
             one = SampleErrors.filled(
                 placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8))),
