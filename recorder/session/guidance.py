@@ -87,11 +87,13 @@ class Advice:
     route: tuple[tuple[int, tuple[float, ...]], ...] = ()
     """Sockets and configurations of the samples to come, the target first."""
 
-    def carried_on(self, count: int, socket: int) -> "Advice":
-        """Return the advice for a session that has so many samples by now, and this socket."""
+    def carried_on(self, session: Session) -> "Advice":
+        """Return the advice for a session that went on since: the next pose that is not taken."""
+        count, socket = len(session.live), session.socket
         if (count, socket) == (self.count, self.socket):
             return self
-        poses = [q for k, q in self.route[max(count - self.count, 0) :] if k == socket]
+        route = self.route[max(count - self.count, 0) :]
+        poses = [q for k, q in route if k == socket and not session.repeated(q)]
         return replace(self, target=next(iter(poses), None), lift=False, leave=False)
 
     @property
@@ -140,8 +142,7 @@ class GuidanceClient:
     @property
     def advice(self) -> Advice | None:
         """The last that was given, as far as it holds for the session by now."""
-        session = self._actions.session
-        return self._advice and self._advice.carried_on(len(session.live), session.socket)
+        return self._advice and self._advice.carried_on(self._actions.session)
 
     @property
     def late(self) -> bool:

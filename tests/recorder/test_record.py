@@ -389,8 +389,11 @@ def test_a_quick_hand_hears_of_a_fault_as_well(arm, by_hand, virtual_time):
 
 
 def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_used(arm, by_hand):
-    """Advice on no sample is all that ever comes; its route goes on in both sockets."""
-    route = ((0, (0.1, 0.2)), (0, (0.6, -0.4)), (1, (0.2, 0.5)), (0, (0.9, 0.9)))
+    """Advice on no sample is all that ever comes; its route goes on in both sockets.
+
+    The second of its poses is taken first: it is proposed no more.
+    """
+    route = ((0, (0.3, 0.1)), (0, (0.1, 0.2)), (0, (0.6, -0.4)), (1, (0.2, 0.5)), (0, (0.9, 0.9)))
     adviser = Guidance({"route": route, "target": route[0][1]})
     at_once, first = adviser.answer, []
 
@@ -408,7 +411,7 @@ def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_use
     for view in seen.views:
         shown.setdefault((len(view.session.live), view.session.socket), view)
     proposed = {key: view.advice.target for key, view in shown.items() if view.advice}
-    assert proposed[1, 0] == route[1][1] and proposed[2, 1] == route[2][1]
+    assert proposed[1, 0] == route[2][1] and proposed[2, 1] == route[3][1]
     assert shown[2, 0].session.turn_done and "SOCKET 1 NOW" in words_of(seen)
     assert not shown[2, 0].late and seen.views[-1].late
 
