@@ -136,6 +136,7 @@ def read_placement(folder: Path) -> Placement:
         placement,
         distance=None if placement.samples[0].point else keys.distance,
         distance_assumed=keys.distance_assumed,
+        readings=keys.readings,
         frame=keys.frame,
         poses_of=keys.poses_of or placement.poses_of,
         kept_alarms=keys.kept_alarms,

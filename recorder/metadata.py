@@ -32,6 +32,7 @@ class PlacementKeys:
     place: str | None = None
     poses_of: str | None = None
     kept_alarms: tuple[str, ...] = ()
+    readings: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,16 @@ def read_keys(file: Path) -> PlacementKeys:
     assumed = distance == DEFAULT_DISTANCE and metadata.get("distance_measured") is not True
     alarms = tuple(str(words) for words in _entries(metadata, KEPT_ALARMS))
     length = None if distance is None else float(distance)
-    return PlacementKeys(length, assumed, **names, kept_alarms=alarms)
+    readings = _readings(metadata)
+    return PlacementKeys(length, assumed, **names, kept_alarms=alarms, readings=readings)
+
+
+def _readings(metadata: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the readings of the distance by somebody [m]."""
+    entries = [entry.get("distance") for entry in _entries(metadata, "readings") if entry]
+    lengths = [d for d in entries if isinstance(d, int | float) and 0 < d < float("inf")]
+    measured = metadata.get("distance_measured") is True
+    return tuple(map(float, lengths or ([metadata["distance"]] if measured else [])))
 
 
 def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:

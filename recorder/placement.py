@@ -41,6 +41,8 @@ class Placement:
     give it."""
     distance_assumed: bool = False
     """True where nobody is known to have measured that distance."""
+    readings: tuple[float, ...] = ()
+    """All readings of that distance by somebody [m]."""
     files: tuple[Path, ...] = ()
     """The files that it was read from; empty for a placement that was made in memory."""
     remarks: tuple[str, ...] = ()

@@ -33,7 +33,13 @@ from .limits import (
     with_full,
 )
 from .predictions import Coverage, Predictions, travels
-from .scale_check import assumed_distances, distance_row, distortion_row, scale_row
+from .scale_check import (
+    assumed_distances,
+    distance_row,
+    distortion_row,
+    most_readings,
+    scale_row,
+)
 
 WELL_TURNED = math.radians(60)
 """A joint that turned less is named where too little is known [rad]."""
@@ -134,6 +140,7 @@ def rows_of_the_fit(
         tested,
         document.scale,
         assumed=assumed_distances(document),
+        readings=most_readings(document.placements),
         tied=bool(document.settings.get("known")),
     )
     rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
@@ -155,6 +162,8 @@ class Recordings:
     """By how much a fit makes the arm larger than its model; None where it does not settle."""
     assumed: Sequence[float] = ()
     """Distances between sockets that nobody measured [m]."""
+    readings: int = 1
+    """Readings that agree on the distance that the arm's size hangs on."""
     tied: bool = False
     """True where distances between placements were given."""
 
@@ -166,7 +175,8 @@ def recording_rows(
     rows = [checks_row(checks, drift_doubted=drift_doubted), distance_row(recordings.assumed)]
     distances = (m.distance for m in recordings.trained if m.has_distance)
     if recordings.scale is not None:
-        rows.append(scale_row(recordings.scale, next(distances, 0.0), checks))
+        distance, readings = next(distances, 0.0), recordings.readings
+        rows.append(scale_row(recordings.scale, distance, checks, readings=readings))
     held_out = recordings.held_out
     return [*rows, samples_row(recordings.trained, held_out, tied=recordings.tied)]
 

@@ -67,7 +67,8 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         if each.distance is None or source not in _TYPED:
             continue
         effect = STEP / each.distance
-        text = f"the sockets are {1e3 * each.distance:.5g} mm apart ({_TYPED[source]}; "
+        twice = ", read twice" * ((each.distance_readings or 1) > 1)
+        text = f"the sockets are {1e3 * each.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
         text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
         one = Premise(name="distance", text=text, value=each.distance, source=source, effect=effect)
         premises += [one] if one not in premises else []
@@ -99,6 +100,12 @@ def assumed_distances(document: CalibrationDocument) -> list[float]:
     ]
 
 
+def most_readings(placements: Sequence[PlacementErrors]) -> int:
+    """Return how many readings agree on the distance of a placement trained on, at the most."""
+    trained = (row.distance_readings or 1 for row in placements if row.role == "train")
+    return max(trained, default=1)
+
+
 def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | None:
     """Return where a placement's distance is from; older files say it in their settings alone."""
     given = document.settings.get("distance") is not None
@@ -117,13 +124,18 @@ def distortion_row(document: CalibrationDocument) -> LimitResult:
 
 
 def scale_row(
-    scale: Scale, distance: float, checks: Sequence[Diagnostic] | None = None
+    scale: Scale,
+    distance: float,
+    checks: Sequence[Diagnostic] | None = None,
+    *,
+    readings: int = 1,
 ) -> LimitResult:
     """Return whether the arm's size is believable, and what else may explain it where it is not.
 
-    It hangs on a ``distance`` between sockets [m]; 0 where an instrument measured points.
+    It hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
+    instrument measured points.
     """
-    level = size_level(scale.value, scale.deviation)
+    level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
     moved = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
@@ -144,6 +156,8 @@ def scale_row(
         digits = 1 if abs(likely - distance) >= 2e-4 else 2
         text += (
             f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
-            f"is {abs(100 * scale.value):.1f} % off: measure again and type what you read"
+            f"is {abs(100 * scale.value):.1f} % off"
         )
+        again = "measure the distance a second time, and give each reading by --distance"
+        text += ", though the distance was read twice" if readings > 1 else f": {again}"
     return limit_row("scale", status, f"{text[0].upper()}{text[1:]}", text=text)

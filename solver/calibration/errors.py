@@ -160,6 +160,7 @@ def placement_errors(
         samples=measured.counts,
         distance=paired and paired.distance,
         distance_source=paired and paired.distance_source,
+        distance_readings=paired and paired.distance_readings,
         **metrics,
     )
 

@@ -27,6 +27,8 @@ class Option:
     default: Any = None
     """The value for which None, or an empty sequence, stands."""
     choices: tuple[str, ...] = ()
+    repeated: bool = False
+    """True where the option may be given several times, each with one value."""
     unit: str = ""
     """Of a number, in full: ``metres``."""
     within: tuple[float, float] | None = None

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
 from ..bayes.model.effects import EXTENSIONS
 from .option import Method, Option, UsageError
@@ -21,7 +21,7 @@ class CalibrateOptions(TypedDict, total=False):
     """Keywords of :func:`calibrate`: the fields of :class:`SolveOptions`, which explains them."""
 
     method: Method
-    distance: float | None
+    distance: float | Sequence[float] | None
     free: Sequence[str]
     fix: Sequence[str]
     as_recorded: bool
@@ -66,10 +66,12 @@ class SolveOptions:
         "paper: Eq. (5), geometry alone",
         unset="auto",
     )
-    distance: float | None = _option(
-        "distance of the sockets' centres in metres (default: the recording's, or 0.05); 1 mm "
-        "wrong in 50 makes the arm 2 % too long",
+    distance: float | Sequence[float] | None = _option(
+        "distance of the sockets' centres in metres, or with its unit as in 100.1mm (default: the "
+        "recording's, or 0.05); 1 mm wrong in 50 makes the arm 2 % too long; measure twice, and "
+        "give both",
         "M",
+        repeated=True,
     )
     free: Sequence[str] = _option(
         "free parameters: joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for "
@@ -189,6 +191,9 @@ class SolveOptions:
             option.check(name, filled[name])
         if self.remounted and self.prior is None:
             raise UsageError("--remounted: since which calibration? Name it by --prior")
+        readings: Any = filled["distance"]
+        if isinstance(readings, list | tuple) and len(cast("Sequence[Any]", readings)) == 1:
+            (filled["distance"],) = readings
         options = replace(self, **filled)
         return replace(
             options,

@@ -34,6 +34,11 @@ from .known import read_sockets_at as read_sockets_at
 from .known import spaced as spaced
 from .leave_out import check_left_out as check_left_out
 from .leave_out import without as without
+from .lengths import Readings as Readings
+from .lengths import agreed_length as agreed_length
+from .lengths import metres as metres
+from .lengths import millimetres as millimetres
+from .lengths import readings_of as readings_of
 from .measurements import PART as PART
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import HandEye as HandEye

@@ -12,6 +12,7 @@ from ...errors import MukcaError
 from ...plausible import JOINT_POSITION
 from ...recorder import DEFAULT_DISTANCE, Placement, without_turns
 from ..robot import BallModel, Robot
+from .lengths import Readings, agreed_length, agreeing, readings_of
 from .measurements import Measurement, check_orientations
 
 LEAST_POINTS = 4
@@ -39,7 +40,7 @@ class TooFewError(MeasurementError):
 def measure(
     placement: Placement,
     robot: Robot,
-    distance: float | None = None,
+    distance: Readings | None = None,
     *,
     sockets: int = 2,
     poses_of: str = "flange",
@@ -50,8 +51,8 @@ def measure(
     Args:
         placement: The recording, see :func:`mukca.read_placements`.
         robot: The robot.
-        distance: Between the sockets' centres [m]; None for what its ``placement.json`` says, or
-            :data:`DEFAULT_DISTANCE` where that says nothing.
+        distance: Between the sockets' centres [m], or several readings of it; None for what its
+            ``placement.json`` says, or :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
         whole: True keeps equal samples, as older calibrations hold them.
@@ -72,16 +73,20 @@ def measure(
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
-    if distance is not None and recorded not in (None, distance):
+    typed = tuple(map(check_distance, readings_of(distance)))
+    given = agreed_length(typed) if typed else None
+    if given is not None and recorded not in (None, given):
         warnings.append(
-            f"{placement.name}: distance {distance} m as given, not the recording's "
+            f"{placement.name}: distance {given:.7g} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    source = "given" if distance is not None else "recording" if recorded is not None else "default"
+    source = "given" if given is not None else "recording" if recorded is not None else "default"
     where = f"{placement.path or placement.name}: " if source == "recording" else ""
     chosen = DEFAULT_DISTANCE if placement.distance is None else placement.distance
-    chosen = check_distance(chosen if distance is None else distance, where)
-    measured = Measurement(ordered, chosen, source, warnings=tuple(warnings))
+    chosen = check_distance(chosen if given is None else given, where)
+    before = () if recorded is None else placement.readings or (recorded,)
+    readings = agreeing(chosen, (*typed, *before))
+    measured = Measurement(ordered, chosen, source, readings, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     with order_said([placement], robot.joint_names):
         _check_poses(measured, robot, poses_of)

@@ -22,6 +22,7 @@ from ...recorder import (
     table_of,
 )
 from .frames import FrameError
+from .lengths import metres
 from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
 
@@ -124,8 +125,8 @@ def parse_known(text: str) -> KnownDistance:
     if match is None:
         raise KnownError(f"known distance {text!r}: {form}")
     try:
-        distance = float(match[5])
-        deviation = CALIPER_DEVIATION if match[6] is None else float(match[6])
+        distance = metres(match[5])
+        deviation = CALIPER_DEVIATION if match[6] is None else metres(match[6])
     except ValueError:
         raise KnownError(f"known distance {text!r}: {form}") from None
     if not (0 < distance < 20 and 0 < deviation < math.inf):

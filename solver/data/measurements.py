@@ -145,6 +145,8 @@ class Measurement:
     distance_source: str = "default"
     """Its source: ``given`` by the user, the ``recording``, nothing but the ``default``, or
     ``located`` by measured coordinates."""
+    distance_readings: int = 1
+    """Number of readings that agree on it."""
     distance_deviation: float | None = None
     """Its standard deviation [m], where it is not a caliper's."""
     warnings: tuple[str, ...] = field(default=())

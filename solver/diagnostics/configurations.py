@@ -8,7 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from ..data import SAMPLES_ADVISED, Known, KnownDistance, Measurement, find_socket
+from ..data import (
+    CALIPER_DEVIATION,
+    SAMPLES_ADVISED,
+    Known,
+    KnownDistance,
+    Measurement,
+    find_socket,
+)
 from ..results import Diagnostic
 from ..robot import Robot
 from .hypotheses import ARMS
@@ -17,6 +24,9 @@ SUSPECT, WRONG = 0.003, 0.01
 """Shares by which an arm's size may differ from its model's: more than the first is doubtful, more
 than the second is a mistake."""
 DEVIATIONS = 3
+GROSS, GROSS_SIZE, DOUBTED = 0.03, 5e-4, 0.05
+"""Share of readings that are grossly wrong, by how much [m], and the probability of that above
+which a second reading is asked for."""
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
 LISTED = 5
@@ -30,18 +40,41 @@ FEWEST = 10
 
 
 def size_level(
-    value: float, deviation: float | None
+    value: float, deviation: float | None, distance: float = 0.0, readings: int = 1
 ) -> Literal["error", "unknown", "warning"] | None:
     """Return how doubtful an arm's size is, larger by a share ``value``; None for not at all.
 
     Arms scatter by 0.2 %: off by more than three deviations of that and of what is known of it, one
-    has most likely a wrong distance.
+    has most likely a wrong distance. Short of that, a distance between sockets [m] that was read
+    twice is right, and of one that was read once it is asked how probable a gross error is.
     """
     size, known = abs(value), deviation or 0.0
     allowed = DEVIATIONS * math.hypot(known, ARMS)
-    if size > min(WRONG, allowed):
-        return "error" if size > allowed else "unknown"
+    if size > allowed:
+        return "error"
+    if distance and readings > 1:
+        return None
+    if distance:
+        return "warning" if gross_error(value, known, distance) > DOUBTED else None
+    if size > WRONG:
+        return "unknown"
     return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
+
+
+def gross_error(value: float, deviation: float, distance: float) -> float:
+    """Return how probable a gross error of a distance that was read once is.
+
+    Args:
+        value: By how large a share the arm came out larger than its model.
+        deviation: How well the samples and a caliper tell that.
+        distance: The reading [m].
+    """
+    right, gross = (
+        math.hypot(deviation, ARMS, error / distance) for error in (CALIPER_DEVIATION, GROSS_SIZE)
+    )
+    odds = GROSS / (1 - GROSS) * right / gross
+    odds *= math.exp(0.5 * value**2 * (right**-2 - gross**-2))
+    return odds / (1 + odds)
 
 
 def known_distances(

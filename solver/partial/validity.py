@@ -26,7 +26,7 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Metrics, evaluate, mean_metrics, measure
+from ..data import Measurement, Metrics, Readings, evaluate, mean_metrics, measure
 from ..results import Summary
 from .evidence import (
     DIVERGED,
@@ -144,7 +144,7 @@ def what_changed(
     calibration: Calibration,
     data: Placement | Sequence[Placement],
     stood: str = "",
-    distance: float | None = None,
+    distance: Readings | None = None,
     *,
     repeatability: float | None = None,
     ball_moved: bool = False,

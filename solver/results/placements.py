@@ -36,6 +36,8 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     """By the nominal model with only the ball's place on the flange fitted."""
     distance_source: str | None = None
     """Source of the distance: ``given``, the ``recording``, or the ``default``."""
+    distance_readings: int | None = None
+    """Number of readings that agree on it; None in older files."""
     predicted_deviation: float | None = None
     """Root mean square distance of samples from their socket's mean, as predicted [m]."""
     found_deviation: float | None = None

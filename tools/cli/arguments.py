@@ -15,7 +15,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
-from ...solver import results
+from ...solver import data, results
 from ...solver.calibration import UsageError
 
 if TYPE_CHECKING:
@@ -209,6 +209,8 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
             keywords["nargs"] = len(about["metavar"]) if several else "+"
         kind = get_args(kind)[0]
         kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
+    if kind is float:
+        kind = {"M": data.metres, "MM": data.millimetres}.get(about["metavar"], float)
     choices = get_args(kind) if get_origin(kind) is Literal else about.get("choices")
     keywords |= {"choices": choices} if choices else {"type": kind}
     return {**keywords, "metavar": about["metavar"]}

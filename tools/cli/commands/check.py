@@ -61,7 +61,10 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     lines = [*_seen(survey, shared), *points, _amount(placements, predicted, broken=broken), hint]
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
-    judged = assessment.Recordings(placements, (), scale, assumed=assumed, tied=bool(known))
+    readings = max((m.distance_readings for m in seated), default=1)
+    judged = assessment.Recordings(
+        placements, (), scale, assumed=assumed, readings=readings, tied=bool(known)
+    )
     rows = assessment.recording_rows(findings, judged)
     verdict = assessment.judge(rows, survey.hypotheses)
     if verdict.status != "pass":

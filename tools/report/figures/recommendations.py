@@ -18,7 +18,9 @@ from ....solver.data import (
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
     Measurement,
+    agreed_length,
     evaluate,
+    readings_of,
 )
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -156,11 +158,17 @@ def record_command(document: CalibrationDocument) -> str:
     """Return the command that records another placement, as the last one was recorded."""
     driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
     words = ["mukca", "record", *_one_robot(document), "--driver", driver or "NAME:ADDRESS"]
-    words += as_options({"distance": document.settings.get("distance") or distance})
+    words += as_options({"distance": _distance(document) or distance})
     if document.arms is None:
         return shlex.join([*words, "--out", "recordings/another"])
     folder = Path(document.data[0].folder).parent / "another"
     return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(folder)])
+
+
+def _distance(document: CalibrationDocument) -> float | None:
+    """Return the distance that was given, by however many readings [m]."""
+    readings = readings_of(document.settings.get("distance"))
+    return agreed_length(readings) if readings else None
 
 
 def _recorded(file: Path) -> tuple[str, float | None]:
@@ -222,7 +230,11 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
     for key, value in settings.items():
         if value not in (None, [], (), False) and (key, value) != ("tip", BALL_LINK):
             values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
-            words += [f"--{key.replace('_', '-')}", *([] if value is True else map(str, values))]
+            option = f"--{key.replace('_', '-')}"
+            if key == "distance":  # each reading by itself
+                words += [word for reading in values for word in (option, str(reading))]
+                continue
+            words += [option, *([] if value is True else map(str, values))]
     return words
 
 
