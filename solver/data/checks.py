@@ -51,8 +51,8 @@ def measure(
     Args:
         placement: The recording, see :func:`mukca.read_placements`.
         robot: The robot.
-        distance: Between the sockets' centres [m], or several readings of it; None for what its
-            ``placement.json`` says, or :data:`DEFAULT_DISTANCE` where that says nothing.
+        distance: Between the sockets' centres [m], or readings of it; None for ``placement.json``'s,
+            or :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
         whole: True keeps equal samples, as older calibrations hold them.
@@ -73,7 +73,7 @@ def measure(
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
-    typed = tuple(map(check_distance, readings_of(distance)))
+    typed = [check_distance(reading) for reading in readings_of(distance)]
     given = agreed_length(typed) if typed else None
     if given is not None and recorded not in (None, given):
         warnings.append(
@@ -82,10 +82,9 @@ def measure(
         )
     source = "given" if given is not None else "recording" if recorded is not None else "default"
     where = f"{placement.path or placement.name}: " if source == "recording" else ""
-    chosen = DEFAULT_DISTANCE if placement.distance is None else placement.distance
-    chosen = check_distance(chosen if given is None else given, where)
+    chosen = check_distance(given or placement.distance or DEFAULT_DISTANCE, where)
     before = () if recorded is None else placement.readings or (recorded,)
-    readings = agreeing(chosen, (*typed, *before))
+    readings = agreeing(chosen, [*typed, *(d for d in before if d not in typed)])
     measured = Measurement(ordered, chosen, source, readings, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     with order_said([placement], robot.joint_names):

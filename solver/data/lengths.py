@@ -46,7 +46,7 @@ def agreed_length(readings: Sequence[float]) -> float:
     ordered = sorted(readings)
     pairs = [(b - a, a, b) for a, b in pairwise(ordered)]
     gap, a, b = min(pairs, default=(AGREEING + 1, 0.0, 0.0))
-    return (a + b) / 2 if gap <= AGREEING else readings[-1]
+    return round((a + b) / 2, 7) if gap <= AGREEING else readings[-1]
 
 
 def agreeing(length: float, readings: Sequence[float]) -> int:

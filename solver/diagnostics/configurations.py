@@ -54,10 +54,10 @@ def size_level(
         return "error"
     if distance and readings > 1:
         return None
-    if distance:
-        return "warning" if gross_error(value, known, distance) > DOUBTED else None
     if size > WRONG:
         return "unknown"
+    if distance:
+        return "warning" if gross_error(value, known, distance) > DOUBTED else None
     return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
 
 

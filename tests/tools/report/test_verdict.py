@@ -234,7 +234,7 @@ def test_an_arm_of_the_wrong_size_does_not_pass(document, value, deviation, expe
     assert (told, limits["scale"]) == (status, expected)
     badly_known = "record more samples" in text
     assert badly_known == (deviation == 0.009 and expected == "not enough")
-    measure = "or every length of the model is" in text and "type what you read" in text
+    measure = "or every length of the model is" in text and "each reading by --distance" in text
     assert measure == (expected != "pass" and not badly_known)
 
 
