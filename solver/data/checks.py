@@ -51,7 +51,7 @@ def measure(
     Args:
         placement: The recording, see :func:`mukca.read_placements`.
         robot: The robot.
-        distance: Between the sockets' centres [m], or readings of it; None for ``placement.json``'s,
+        distance: Between the sockets' centres [m], or readings; None: ``placement.json``'s,
             or :data:`DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
