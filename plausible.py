@@ -39,5 +39,7 @@ ON_FLANGE = Quantity("metres", 5.0, "millimetres")
 """Place of a tool, ball or payload in the flange's frame."""
 LENGTH = Quantity("metres", 20.0, "millimetres")
 """Length of a link, or distance of a frame from the arm's base."""
+PAYLOAD = Quantity("kilograms", 1000.0, "grams")
+"""Mass that an arm carries beyond its model's."""
 MASS = Quantity("kilograms", 5000.0, "grams")
 """Mass of all that an arm moves."""

@@ -61,8 +61,8 @@ static void circle(void) {
   }
   printf("circle %.4f %d %d\\n", 1e6 * worst, rounds, failed);
   if (failed)
-    printf("out of reach first at cycle %d: %.3f mm left, joint at its limit: %s\\n", first,
-           1e3 * there.distance,
+    printf("first out of reach in cycle %d: %.1e m, %.1e rad left, joint at its limit: %s\\n",
+           first, there.distance, there.angle,
            there.joint_at_limit < 0 ? "none" : arm_joint_names[there.joint_at_limit]);
 }
 int main(void) {

@@ -140,6 +140,7 @@ def read_placement(folder: Path) -> Placement:
         frame=keys.frame,
         poses_of=keys.poses_of or placement.poses_of,
         kept_alarms=keys.kept_alarms,
+        payload=keys.payload,
         robot_name=keys.robot_name,
         place=keys.place or placement.place,
     )

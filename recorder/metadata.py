@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from .._version import __version__
 from ..bounded import read_bytes
+from ..plausible import PAYLOAD
 from .files import RecordingError, lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
@@ -33,6 +34,7 @@ class PlacementKeys:
     poses_of: str | None = None
     kept_alarms: tuple[str, ...] = ()
     readings: tuple[float, ...] = ()
+    payload: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,15 @@ def read_keys(file: Path) -> PlacementKeys:
     """Return the checked keys of a ``placement.json`` that a recording is read by.
 
     Raises:
-        RecordingError: The file is no JSON object, the distance is not a positive number, or a
-            name has other characters than letters, digits, and ``. _ -``.
+        RecordingError: The file is no JSON object, the distance is not a positive number, the
+            payload is no mass, or a name has other characters than letters, digits, and ``. _ -``.
     """
     metadata = read_metadata(file)
-    distance = metadata.get("distance")
-    number = isinstance(distance, int | float) and not isinstance(distance, bool)
-    if distance is not None and not (number and 0 < distance < float("inf")):
+    distance, payload = metadata.get("distance"), metadata.get("payload")
+    if distance is not None and not (_is_number(distance) and 0 < distance < float("inf")):
         raise RecordingError(f"{file}: distance {distance!r}: expected a positive number of metres")
+    if payload is not None and not (_is_number(payload) and 0 <= payload <= PAYLOAD.largest):
+        raise RecordingError(f"{file}: payload {payload!r}: expected kilograms, zero or more")
     names = {key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")}
     for key, name in names.items():
         if name is not None and not (isinstance(name, str) and _NAME.fullmatch(name)):
@@ -116,7 +119,10 @@ def read_keys(file: Path) -> PlacementKeys:
     alarms = tuple(str(words) for words in _entries(metadata, KEPT_ALARMS))
     length = None if distance is None else float(distance)
     readings = _readings(metadata)
-    return PlacementKeys(length, assumed, **names, kept_alarms=alarms, readings=readings)
+    mass = None if payload is None else float(payload)
+    return PlacementKeys(
+        length, assumed, **names, kept_alarms=alarms, readings=readings, payload=mass
+    )
 
 
 def _readings(metadata: Mapping[str, Any]) -> tuple[float, ...]:
@@ -125,6 +131,10 @@ def _readings(metadata: Mapping[str, Any]) -> tuple[float, ...]:
     lengths = [d for d in entries if isinstance(d, int | float) and 0 < d < float("inf")]
     measured = metadata.get("distance_measured") is True
     return tuple(map(float, lengths or ([metadata["distance"]] if measured else [])))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:

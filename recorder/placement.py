@@ -60,6 +60,9 @@ class Placement:
     """Name of the base's position: two robots that visited one base recorded the same place. The
     folder's own name, if ``placement.json`` gives none."""
 
+    payload: float | None = None
+    """Mass at the ball beyond the model's [kg]; None where ``placement.json`` does not give it."""
+
     def __post_init__(self) -> None:
         if not self.place:
             object.__setattr__(self, "place", self.name.split("/")[-1])

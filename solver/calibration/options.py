@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
 from ..bayes.model.effects import EXTENSIONS
 from .option import Method, Option, UsageError
+from .payloads import read_payloads, written
 
 if TYPE_CHECKING:
     from ..data import KnownDistance, Load, SocketAt
@@ -38,7 +39,7 @@ class CalibrateOptions(TypedDict, total=False):
     type_prior: Sequence[str | Path]
     prior: str | Path | None
     remounted: Sequence[str]
-    payload: float | None
+    payload: float | str | Sequence[float | str] | None
     gravity: Sequence[float] | None
     optimizer: Optimizer | None
     regularization: float | None
@@ -151,11 +152,11 @@ class SolveOptions:
         unset=(),
         choices=("tool", "base"),
     )
-    payload: float | None = _auto(
-        "mass at the ball beyond the model's, in kilograms",
+    payload: float | str | Sequence[str | float] | None = _auto(
+        "mass at the ball beyond the model's, in kilograms; PLACEMENT=KG for one placement, as "
+        "often as needed",
         "KG",
-        within=(0.0, 1e3),
-        unit="kilograms, zero or more",
+        repeated=True,
     )
     gravity: Sequence[float] | None = _auto(
         "acceleration in the base frame in m/s^2, for an arm on a wall or ceiling",
@@ -199,9 +200,15 @@ class SolveOptions:
             options,
             known=tuple(read_known(options.known)),
             sockets_at=tuple(options.located),
+            payload=written(options.payloads),
             type_prior=tuple(map(str, options.type_prior)),
             prior=None if options.prior is None else str(options.prior),
         )
+
+    @property
+    def payloads(self) -> dict[str, float]:
+        """Mass at the ball by the placement's name [kg], by an empty name of all others."""
+        return read_payloads(self.payload)
 
     @property
     def load(self) -> "Load":
@@ -209,7 +216,7 @@ class SolveOptions:
         from ..data import STANDARD_LOAD, Load
 
         x, y, z = STANDARD_LOAD.gravity if self.gravity is None else self.gravity
-        return Load((x, y, z), self.payload or 0.0)
+        return Load((x, y, z), self.payloads.get("", 0.0))
 
     @property
     def distances(self) -> "list[KnownDistance]":

@@ -101,6 +101,7 @@ def _samples(
                 role=role,
                 distance=measured.distance,
                 frame=placement.frame,
+                payload=placement.payload,
                 files=tuple(map(str, placement.files)),
                 samples=tuple(
                     results.RecordedSample.filled(

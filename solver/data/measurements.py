@@ -273,9 +273,15 @@ class Load:
     payload: float
     """Mass at the ball, beyond that of the model [kg]."""
 
+    def of(self, placement: Placement) -> "Load":
+        """Return the load of a placement, which may state a payload of its own."""
+        mass = placement.payload
+        return self if mass is None else Load(self.gravity, mass)
+
     def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
         """Return the moments that hold the joints in a placement's samples; see :meth:`moments`."""
-        return self.moments(robot, measured.positions, measured.efforts)
+        load = self.of(measured.placement)
+        return load.moments(robot, measured.positions, measured.efforts)
 
     def by_socket(self, robot: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return joint positions and :meth:`torques` of the samples in each socket."""

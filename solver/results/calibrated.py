@@ -239,7 +239,14 @@ class CalibratedRobot:
         rows = self._corrected(q, effort)[:, : len(self.robot.joint_names)]
         return rows.reshape(np.shape(q))
 
-    def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
+    def _corrected_at(self, measured: Measurement) -> np.ndarray:
+        """Return :meth:`_corrected` of samples, by their placement's own load."""
+        load = self.load.of(measured.placement)
+        return self._corrected(measured.positions, measured.efforts, load)
+
+    def _corrected(
+        self, q: ArrayLike, effort: ArrayLike | None, load: Load | None = None
+    ) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
         efforts = None if effort is None else self._rows(effort, "joint efforts")
@@ -250,7 +257,7 @@ class CalibratedRobot:
             )
         if not self.deflection.extensions:
             return positions
-        moments = self.load.moments(self.robot, positions, efforts)
+        moments = (load or self.load).moments(self.robot, positions, efforts)
         return self.deflection.true_positions(positions, moments)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
@@ -263,11 +270,11 @@ class CalibratedRobot:
 
     def predict(self, measured: Measurement) -> np.ndarray:
         """Return the ball's centres at samples as if their place had not moved, shape (N, 3)."""
-        return measured.at_rest(self.ball(measured.positions, measured.efforts))
+        return measured.at_rest(self.model.points(self.values, self._corrected_at(measured)))
 
     def rotations(self, measured: Measurement) -> np.ndarray:
         """Return orientations of the ball's link at samples, shape (N, 3, 3)."""
-        true = self._corrected(measured.positions, measured.efforts)
+        true = self._corrected_at(measured)
         return self.model.rotations(self.values, true).points
 
     def positions(

@@ -149,6 +149,8 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
     files: tuple[str, ...]
     frame: str | None = None
     """The instrument's frame, where its recording names it."""
+    payload: float | None = None
+    """Mass at the ball beyond the model's [kg]; None for that of the calibration's load."""
     samples: tuple[RecordedSample, ...]
 
     @property
@@ -177,6 +179,7 @@ class PlacementSamples(Document, kw_only=True, frozen=True):
             files=tuple(map(Path, self.files)),
             frame=self.frame,
             poses_of="flange",
+            payload=self.payload,
         )
 
 

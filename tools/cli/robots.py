@@ -164,6 +164,8 @@ def survey_of(
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for faults in them."""
     placements = read_data(paths, settings)
+    calibration.check_payloads(placements, settings.payloads)
+    placements = calibration.carrying(placements, settings.payloads)
     measured = [data.measure(one, robot, settings.distance, sockets=sockets) for one in placements]
     data.check_distinct(measured)
     return measured, diagnostics.inspect_all(

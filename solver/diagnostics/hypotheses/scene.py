@@ -128,8 +128,11 @@ class Scene:
         """Moments that hold the joints, by their zeros as fitted, shape (N, 3 m) [N m]."""
         # they decide on which side of its play a joint rests
         off = self.x[len(self.parameters) :] if self.zeros else 0.0
-        every = [(m.positions + off, m.efforts) for m in self.measurements]
-        return np.concatenate([self.load.moments(self.robot, *one) for one in every])
+        moments = [
+            self.load.of(m.placement).moments(self.robot, m.positions + off, m.efforts)
+            for m in self.measurements
+        ]
+        return np.concatenate(moments)
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:

@@ -1,0 +1,56 @@
+"""Payloads of an arm while it was recorded: one for all placements, and those of some."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ...plausible import PAYLOAD
+from .option import UsageError
+
+if TYPE_CHECKING:
+    from ...recorder import Placement
+
+
+def read_payloads(words: float | str | Sequence[float | str] | None) -> dict[str, float]:
+    """Return masses [kg] by the placements that they belong to, an empty name for all others.
+
+    Raises:
+        UsageError: A mass that is none.
+    """
+    several = words if isinstance(words, Sequence) and not isinstance(words, str) else [words]
+    masses: dict[str, float] = {}
+    for one in several if words is not None else ():
+        name, _, mass = str(one).rpartition("=")
+        try:
+            masses[name] = float(mass)
+        except ValueError:
+            masses[name] = -1.0
+        if not 0 <= masses[name] <= PAYLOAD.largest:
+            shown = one if isinstance(one, str) else f"{one:g}"
+            raise UsageError(f"--payload {shown}: give kilograms, zero or more")
+    return masses
+
+
+def written(masses: Mapping[str, float]) -> float | tuple[str, ...] | None:
+    """Return payloads as options have them: one number where no placement is named."""
+    if set(masses) <= {""}:
+        return masses.get("")
+    return tuple(f"{name}={mass!r}".lstrip("=") for name, mass in masses.items())
+
+
+def check_payloads(placements: "Iterable[Placement]", masses: Mapping[str, float]) -> None:
+    """Refuse a payload of a placement that is not there."""
+    names = [(p.name, p.place) for p in placements]
+    for name, mass in masses.items():
+        if name and not any(name in pair for pair in names):
+            known = ", ".join(name for name, _ in names)
+            raise UsageError(f"--payload {name}={mass:g}: no such placement; there are {known}")
+
+
+def carrying(placements: "Iterable[Placement]", masses: Mapping[str, float]) -> "list[Placement]":
+    """Return placements with their payloads, as :func:`read_payloads` gives them."""
+    loaded: list[Placement] = []
+    for placement in placements:
+        mass = masses.get(placement.name, masses.get(placement.place))
+        loaded.append(placement if mass is None else replace(placement, payload=mass))
+    return loaded

@@ -1,0 +1,80 @@
+"""Payloads that differ from placement to placement."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from altered import write_samples
+
+import mukca
+from mukca import MukcaError
+from mukca.solver.bayes.model import Deflection
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
+
+MASSES = {"bare": 0.0, "loaded": 4.0, "other": 2.0}
+BENT = Imperfection(5e-5, Deflection(("compliance",), (np.full(7, 1e-4),)))
+
+
+@pytest.fixture(scope="module")
+def placements():
+    """Placements of an arm that bends, each recorded with another mass at the ball."""
+    generator = np.random.default_rng(3)
+    arm = perturb(mukca.load_robot("panda"), generator, 1e-3, 3e-3)
+    bases = reachable_bases(arm, generator, 3)
+    return [
+        replace(
+            record(
+                arm.carrying(mass, arm.ball_joint.origin.xyz), base, generator, imperfection=BENT
+            ),
+            name=f"s/{name}",
+            place=name,
+        )
+        for (name, mass), base in zip(MASSES.items(), bases, strict=True)
+    ]
+
+
+def error(calibration):
+    return calibration.errors.summary.test.calibrated.mean_absolute_error
+
+
+@pytest.mark.slow
+def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path):
+    robot, (bare, loaded, other) = mukca.load_robot("panda"), placements
+    stated = [f"{name}={mass}" for name, mass in MASSES.items()]
+    found = mukca.calibrate(robot, [bare, loaded], [other], payload=stated)
+    unsaid = mukca.calibrate(robot, [bare, loaded], [other])
+    assert error(found) < 1e-4 < error(unsaid)
+    found.save(tmp_path / "cal")
+    again = mukca.load_calibration(tmp_path / "cal")
+    masses = {row.name: row.payload for row in again.document.data}
+    assert masses == {"s/bare": 0.0, "s/loaded": 4.0, "s/other": 2.0}
+    assert again.document.load.payload == 0.0
+    assert not mukca.what_changed(again, replace(other, payload=2.0)).changed
+    assert mukca.what_changed(again, other).changed
+
+
+@pytest.mark.parametrize(
+    ("payload", "words"),
+    [
+        ("kitchen=2", "--payload kitchen=2: no such placement; there are s/bare, s/loaded"),
+        ("bare=-1", "--payload bare=-1: give kilograms, zero or more"),
+        (["bare=2", "much"], "--payload much: give kilograms"),
+        (float("nan"), "--payload nan: give kilograms"),
+    ],
+)
+def test_payloads_that_cannot_be_are_refused(placements, payload, words):
+    with pytest.raises(MukcaError, match=words):
+        mukca.calibrate(mukca.load_robot("panda"), placements[:2], payload=payload)
+
+
+def test_a_placement_states_its_own_payload(placements, tmp_path):
+    write_samples(tmp_path / "front", placements[0])
+    file = tmp_path / "front" / "placement.json"
+    keys = json.loads(file.read_text()) if file.is_file() else {}
+    file.write_text(json.dumps({**keys, "payload": 1.5}))
+    (front,) = mukca.read_placements(tmp_path / "front")
+    assert front.payload == 1.5
+    file.write_text(json.dumps({**keys, "payload": "heavy"}))
+    with pytest.raises(MukcaError, match="payload 'heavy': expected kilograms"):
+        mukca.read_placements(tmp_path / "front")
