@@ -33,8 +33,6 @@ class Option:
     """Of a number, in full: ``metres``."""
     within: tuple[float, float] | None = None
     """Least and largest number, or length of a vector."""
-    repeated: bool = False
-    """True where the command line takes one value each time that the option is given."""
 
     @property
     def method(self) -> str | None:
