@@ -1,9 +1,10 @@
 """KUKA LBR iiwa and LBR Med: the Fast Robot Interface, monitored.
 
 The controller sends first, and expects answers, each a header without a command. A session that
-commands the arm is left at once. The sign of the measured torques was not proven (``effort=-1``).
+commands the arm is left at once. Measured torques oppose the gravity torque: their sign is turned,
+unless ``effort=1`` keeps it.
 
-Address: ``HOST[:PORT][?bind=LOCAL&effort=-1]``; PORT (30200) is opened here, on LOCAL.
+Address: ``HOST[:PORT][?bind=LOCAL&effort=1]``; PORT (30200) is opened here, on LOCAL.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ class Kuka(ValidatingDriver):
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
         super().__init__(f"the controller at {endpoint.host}")
-        self._sign = endpoint.options.sign("effort")
+        self._sign = endpoint.options.sign("effort", -1)
         self._sequence: int | None = None
         self._replies = self._unanswered = 0
         local = (endpoint.options.get("bind", "0.0.0.0"), endpoint.port)  # noqa: S104

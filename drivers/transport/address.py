@@ -47,11 +47,11 @@ class Options(dict[str, str]):
             raise self.wrong(name, "a positive number")
         return number
 
-    def sign(self, name: str) -> int:
-        """Return an option that is 1 or -1; 1 where it is not given."""
+    def sign(self, name: str, default: int = 1) -> int:
+        """Return an option that is 1 or -1."""
         if self.get(name, "1") not in ("1", "-1"):
             raise self.wrong(name, "1 or -1")
-        return int(self.get(name, "1"))
+        return int(self.get(name, default))
 
     def wrong(self, name: str, wanted: str) -> DriverError:
         """Return the error for an option that is not what is wanted."""

@@ -160,7 +160,7 @@ class Calibration(FullModel):
         given = as_list(placements)
         if not given:
             raise UsageError("no placement to validate on; read some by mukca.read_placements")
-        return self.errors_of([measure(p, self.robot, sockets=1) for p in given])
+        return self.errors_of([measure(p, self.robot, sockets=1, load=self.load) for p in given])
 
     def errors_of(self, data: Sequence[Measurement]) -> Errors:
         """Return the errors of checked placements, those trained on first."""

@@ -199,6 +199,16 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> list[str]:
     ]
 
 
+def _weightless(robot: Robot, data: Sequence[Measurement], options: SolveOptions) -> list[str]:
+    """Return a warning of a model without masses, whose arm does not bend under its weight."""
+    if robot.bodies or options.method == "paper" or all(m.efforts is not None for m in data):
+        return []
+    return [
+        f"{robot.source}: the URDF has no masses, so how the arm bends under its weight is not "
+        "fitted; give its links <inertial> with <mass> and <origin>"
+    ]
+
+
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
     free = {parameter.name for parameter in parameters}
@@ -235,6 +245,7 @@ def _measured(
     check_distinct([*fitted, *held_out])
     warnings += _held_as_exact(robot, options)
     warnings += _locked_angles(robot, options)
+    warnings += _weightless(robot, [*fitted, *held_out], options)
     warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
     return CalibrationProblem(
         robot, fitted, options.load, options=options, test=held_out, warnings=tuple(warnings)

@@ -56,7 +56,7 @@ def checked(
     measured, refused = list[Measurement](), list[TooFewError]()
     for placement in placements:
         try:
-            one = measure(placement, robot, options.distance, sockets=sockets)
+            one = measure(placement, robot, options.distance, sockets=sockets, load=options.load)
         except TooFewError as error:
             if options.as_recorded:
                 raise
@@ -75,7 +75,9 @@ def placements_set_right(
     robot: Robot, placements: Sequence[Placement], options: SolveOptions
 ) -> tuple[list[Placement], list[Diagnostic]]:
     """Return placements with all set right that can be, as before a fit, and what was done."""
-    measured = [measure(p, robot, options.distance, sockets=1) for p in placements]
+    measured = [
+        measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
+    ]
     seated = [m for m in measured if m.kind == "sockets"]
     size = repeatability_of(robot, options.repeatability_mm)
     look: Look = partial(inspect_all, robot, given=Given(load=options.load), repeatability=size)

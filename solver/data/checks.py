@@ -12,8 +12,9 @@ from ...errors import MukcaError
 from ...plausible import JOINT_POSITION
 from ...recorder import DEFAULT_DISTANCE, Placement, without_turns
 from ..robot import BallModel, Robot
+from .efforts import with_plausible_efforts
 from .lengths import Readings, agreed_length, agreeing, readings_of
-from .measurements import Measurement, check_orientations
+from .measurements import Load, Measurement, check_orientations
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
@@ -45,6 +46,7 @@ def measure(
     sockets: int = 2,
     poses_of: str = "flange",
     whole: bool = False,
+    load: Load | None = None,
 ) -> Measurement:
     """Check a placement against the robot, and put its joints into chain order.
 
@@ -56,6 +58,7 @@ def measure(
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
         whole: True keeps equal samples, as older calibrations hold them.
+        load: What efforts are held against; None to take them as they are.
     """
     ordered = placement.for_joints(robot.joint_names)
     if not placement.files and placement.order_note(robot.joint_names):
@@ -68,6 +71,7 @@ def measure(
         )
     ordered = _unwound(ordered, robot)
     ordered = ordered if whole else _once(ordered)
+    ordered = ordered if load is None else with_plausible_efforts(ordered, robot, load)
     warnings = list(ordered.remarks)
     ordered = _without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):

@@ -158,7 +158,9 @@ def rezero(
     for joint in joints:
         if joint not in names:
             raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
-    measured = [measure(p, prior.robot, distance, sockets=1) for p in as_list(data)]
+    measured = [
+        measure(p, prior.robot, distance, sockets=1, load=prior.load) for p in as_list(data)
+    ]
     measured, new, remarks = new_samples(arm, measured)
     if similar_postures(measured):
         remarks.append("The postures are alike and tell little: move all joints between samples.")

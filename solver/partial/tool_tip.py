@@ -124,7 +124,10 @@ def tool(
 
 def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""
-    measured = [measure(placement, calibration.robot, sockets=1) for placement in touches]
+    measured = [
+        measure(placement, calibration.robot, sockets=1, load=calibration.load)
+        for placement in touches
+    ]
     names = ", ".join(m.name for m in measured if calibration.was_trained_on(m))
     if not names:
         return ()

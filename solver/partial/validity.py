@@ -167,7 +167,10 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    given = [measure(p, calibration.robot, distance, sockets=1) for p in as_list(data)]
+    given = [
+        measure(p, calibration.robot, distance, sockets=1, load=calibration.load)
+        for p in as_list(data)
+    ]
     measured = [calibration.as_read_now(m) for m in given]
     changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
     errors, document = calibration.errors_of(measured), calibration.document

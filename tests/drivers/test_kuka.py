@@ -112,12 +112,12 @@ def test_a_new_session_counts_from_the_start(controller, driver):
     assert driver.missed == 999
 
 
-def test_efforts_can_be_turned(tmp_path):
+def test_the_sign_of_efforts_can_be_kept(tmp_path):
     with emulated("kuka", tmp_path, "--noise", "0") as emulation:
         with open_driver("kuka", emulation.address) as plain:
-            as_told = plain.read(5).effort
-        with open_driver("kuka", f"{emulation.address}&effort=-1") as turned:
-            assert turned.read(5).effort == pytest.approx([-tau for tau in as_told], abs=0.5)
+            turned = plain.read(5).effort
+        with open_driver("kuka", f"{emulation.address}&effort=1") as kept:
+            assert kept.read(5).effort == pytest.approx([-tau for tau in turned], abs=0.5)
 
 
 def test_a_port_that_is_taken_is_told():

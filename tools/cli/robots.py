@@ -166,7 +166,10 @@ def survey_of(
     placements = read_data(paths, settings)
     calibration.check_payloads(placements, settings.payloads)
     placements = calibration.carrying(placements, settings.payloads)
-    measured = [data.measure(one, robot, settings.distance, sockets=sockets) for one in placements]
+    measured = [
+        data.measure(one, robot, settings.distance, sockets=sockets, load=settings.load)
+        for one in placements
+    ]
     data.check_distinct(measured)
     return measured, diagnostics.inspect_all(
         robot,

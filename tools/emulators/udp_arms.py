@@ -145,7 +145,8 @@ def encode_message(
     Header: identifier, sequence counter, reflected sequence counter. Connection: session state,
     quality, send period [ms], receive multiplier. The clock counts since the controller's start.
     """
-    q, tau = state.position, state.effort or (0.0,) * len(state.position)
+    q = state.position
+    tau = tuple(-one for one in state.effort or (0.0,) * len(q))  # an iiwa tells the other sign
     monitor = nested(1, doubles(q)) + nested(2, doubles(tau))
     if version.startswith("1."):
         monitor += nested(3, doubles(q))

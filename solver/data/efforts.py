@@ -1,0 +1,62 @@
+"""Measured joint efforts, held against the gravity torque of the model's masses.
+
+At rest a joint exerts on the arm what gravity asks of it: tau(q) by the model, e as measured. Of
+joints that carry something, over all samples, the slope s and the correlation r are
+
+    s = sum(tau e) / sum(tau^2)    r = sum(tau e) / sqrt(sum(tau^2) sum(e^2))
+
+A clear correlation with a slope far from 1 shows another sign or unit. No correlation shows
+nothing: a hand may have held the arm.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ...recorder import Placement
+from ..robot import Robot, gravity_moments
+from .measurements import Load
+
+CLEAR = 0.9
+"""Correlation beyond which efforts are the gravity torque, by some factor."""
+LEAST_SLOPE, LARGEST_SLOPE = 0.2, 5.0
+"""Slopes that a payload or a rough model may explain."""
+CARRIES = 1.0
+"""Typical gravity torque of a joint that counts [N m]."""
+ENOUGH = 8
+"""Fewest samples that show it."""
+
+
+def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
+    """Return how efforts contradict the model's gravity torque, or None where they do not."""
+    efforts, q = placement.efforts, placement.positions
+    if efforts is None or len(q) < ENOUGH or not robot.bodies:
+        return None
+    tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
+    loaded = np.sqrt(np.mean(tau**2, axis=0)) > CARRIES
+    product = float(np.sum((tau * efforts)[:, loaded]))
+    square, of_efforts = (float(np.sum(both[:, loaded] ** 2)) for both in (tau, efforts))
+    if square * of_efforts == 0:
+        return None
+    slope, correlation = product / square, product / math.sqrt(square * of_efforts)
+    if abs(correlation) < CLEAR or LEAST_SLOPE < slope < LARGEST_SLOPE:
+        return None
+    reason = "are they in N m"
+    if -LARGEST_SLOPE < slope < 0:
+        reason = (
+            "is their sign turned (option `effort` of the driver), or does the arm hang (--gravity)"
+        )
+    return (
+        f"{placement.path or placement.name}: efforts are {slope:.3g} times the model's gravity "
+        f"torque (correlation {correlation:.3f}); {reason}? The model's torque takes their place"
+    )
+
+
+def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Placement:
+    """Return a placement without efforts that contradict the model, and a remark that says so."""
+    words = contradiction(placement, robot, load)
+    if words is None:
+        return placement
+    samples = tuple(replace(sample, effort=None) for sample in placement.samples)
+    return replace(placement, samples=samples, remarks=(*placement.remarks, words))
