@@ -4,14 +4,17 @@
 
 Needs the test extra. Takes what `mukca demo --out DEMO` wrote, or runs it first. Runs the real
 commands, reads what they draw with a terminal emulator, and writes the frames one over the other,
-each shown for its time.
+each shown for its time. The first is a guided session, led by the simulated hand that follows it.
 """
 
 import os
+import re
 import shlex
 import shutil
 import sys
 import tempfile
+import time
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 
@@ -27,6 +30,13 @@ COLOURS = {
     "blue": "#79c0ff", "magenta": "#d2a8ff", "cyan": "#76e3ea", "black": "#8b949e",
     "white": "#ffffff",
 }  # fmt: skip
+KEYS = {"PRESS": " ", "SOCKET 0 NOW": "s", "SOCKET 1 NOW": "s", "ENOUGH": "q", "NEXT PLACE": "q"}
+"""Keys that a session asks for."""
+BETWEEN = ("PRESS", "MOVE", "HOLD", "NEXT POSE", *(f"GOT {i}" for i in range(100)))
+WHOLE = 3
+"""Samples of which each step is shown; of the others, the changes of sockets alone."""
+LOOK = 0.2
+"""Time between two looks at the screen [s]."""
 MUKCA = str(Path(sys.executable).with_name("mukca"))
 
 
@@ -92,7 +102,7 @@ class Film:
         wide, high = COLUMNS * WIDE + 24, ROWS * HIGH + 24
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide:.0f} {high:.0f}" '
-            f'role="img"><title>Recordings checked, and a calibration, in the terminal</title>'
+            f'role="img"><title>A guided session, recordings checked, and a calibration</title>'
             f"<style>text{{font:14px monospace;white-space:pre}}{style}</style>"
             f'<rect width="100%" height="100%" rx="8" fill="#0d1117"/>'
             f'<g transform="translate(12 8)">{groups}</g></svg>\n'
@@ -113,6 +123,31 @@ def run(film: Film, words: list[str], folder: Path) -> None:
     film.take(4.0)
 
 
+def lead(film: Film, words: list[str], folder: Path) -> None:
+    """Type the command of a guided session, press what it asks for, and keep its moments."""
+    film.type(shlex.join(["mukca", *words]))
+    child = pexpect.spawn(
+        MUKCA, words, cwd=folder, dimensions=(ROWS, COLUMNS), env={**os.environ, "TERM": "xterm"}
+    )
+    shown, asked = "", ""
+    while child.isalive() and asked not in ("ENOUGH", "NEXT PLACE"):
+        until = time.monotonic() + LOOK
+        while time.monotonic() < until:
+            with suppress(pexpect.TIMEOUT):
+                film.stream.feed(child.read_nonblocking(65536, timeout=LOOK / 4))
+        rows = "\n".join(film.screen.display)
+        status = re.search(r"^ SOCKET \d  ([A-Z][A-Z0-9 ]+)\b", rows, re.MULTILINE)
+        asked = status[1].strip() if status else ""
+        if asked == shown:
+            continue
+        if rows.count(" sample ") < WHOLE or asked not in BETWEEN:
+            film.take(4.0 if asked == "ENOUGH" else 1.0)
+        shown = asked
+        child.send(KEYS.get(asked, ""))
+    child.expect(pexpect.EOF, timeout=600)
+    film.screen.reset()
+
+
 def main() -> None:
     film = Film()
     with tempfile.TemporaryDirectory() as name:
@@ -122,6 +157,8 @@ def main() -> None:
         else:
             pexpect.run(f"{MUKCA} demo --out demo", cwd=name, timeout=600)
         where = "--robot panda --distance 0.1"
+        driver = "mock:demo/hand/front?follow&rate=100"
+        lead(film, ["record", *where.split(), "--driver", driver, "--out", "led/front"], folder)
         for command in (
             f"check demo/recordings {where}",
             f"solve demo/recordings/front --test demo/recordings {where} --out calibrated",
