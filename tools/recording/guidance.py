@@ -54,8 +54,7 @@ class PoseSelector:
         self._pool = PosePool(robot, turn)
         self._model = self._pool.model
         self._alarms = SessionAlarms(robot)
-        self._last_alarms: tuple[tuple[tuple[Sample, ...], float], tuple[Alarm, ...]]
-        self._last_alarms = ((), distance), ()
+        self._last_alarms: tuple[object, tuple[Alarm, ...]] = None, ()
         self._earlier = tuple(earlier)
         self._history: dict[int, float] = {}
         self._enough = False
@@ -67,7 +66,7 @@ class PoseSelector:
         It takes under a second.
         """
         self._distance = answers.distance or self._distance
-        evidence = (*samples, *answers.doubted), self._distance
+        evidence = tuple(samples), answers.doubted, self._distance
         if self._last_alarms[0] != evidence:
             placements = [*self._earlier, self._placement(samples)]
             self._last_alarms = evidence, self._alarms(placements, answers.doubted)

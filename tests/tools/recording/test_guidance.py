@@ -13,7 +13,7 @@ from terminal_session import PATIENCE
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.recorder.session import BLOCK, GuidanceRequest
+from mukca.recorder.session import BLOCK, Answers, GuidanceRequest
 from mukca.solver.design import Reach
 from mukca.solver.robot import BallModel, link_poses, load_robot
 from mukca.tools.cli import RobotOptions
@@ -167,6 +167,15 @@ def test_a_second_placement_is_watched_from_before_its_first_sample(panda, sessi
     second = PoseSelector(panda, 0.05, earlier=[read(session / "front")])
     here = read(session / "left").samples
     assert not any(second.alarms(here[:taken]) for taken in (0, 1, 3, 6))
+
+
+def test_a_sample_that_an_alarm_took_back_rings_no_more(panda, samples):
+    q = np.add(samples[9].position, [0, 0.02, 0, 0, 0, 0, 0])
+    *sound, off = [*samples[:9], replace(samples[9], position=tuple(q.tolist()))]
+    selector = PoseSelector(panda, 0.05)
+    (told,) = selector.alarms([*sound, off])
+    assert (told.cause, told.samples) == ("ball", (off.number,))
+    assert not selector.alarms(sound, Answers(doubted=(off,)))
 
 
 def test_another_arm_is_known_by_how_it_moves(samples):
