@@ -26,7 +26,9 @@ def run(command, monkeypatch, session):
 
 
 def test_json_is_one_object_with_the_agreed_keys(run):
-    status, out, _ = run("solve", "front", "--test", "left", "right", "--robot", "panda", "--json")
+    status, out, _ = run(
+        "solve", "front", "--test", "left", "--test", "right", "--robot", "panda", "--json"
+    )
     assert status == 0
     result = json.loads(out)
     assert result["robot"] == "panda" and result["method"] == "auto"

@@ -206,7 +206,10 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
             keywords["action"] = "append"
         else:
             several = isinstance(about["metavar"], tuple)
-            keywords["nargs"] = len(about["metavar"]) if several else "+"
+            # an option that is typed twice adds to what it had
+            keywords |= (
+                {"nargs": len(about["metavar"])} if several else {"nargs": "+", "action": "extend"}
+            )
         kind = get_args(kind)[0]
         kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
     if kind is float:
