@@ -24,8 +24,6 @@ from .options import CalibrateOptions as CalibrateOptions
 from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
 from .options import option_table as option_table
-from .payloads import carrying as carrying
-from .payloads import check_payloads as check_payloads
 from .pipeline import calibrate as calibrate
 from .poses import Setup as Setup
 from .poses import one_pose as one_pose

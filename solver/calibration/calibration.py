@@ -162,12 +162,16 @@ class Calibration(FullModel):
             raise UsageError("no placement to validate on; read some by mukca.read_placements")
         return self.errors_of([measure(p, self.robot, sockets=1, load=self.load) for p in given])
 
-    def errors_of(self, data: Sequence[Measurement]) -> Errors:
-        """Return the errors of checked placements, those trained on first."""
+    def errors_of(self, data: Sequence[Measurement], *, other_tip: bool = False) -> Errors:
+        """Return the errors of checked placements, those trained on first.
+
+        ``other_tip``: points were measured with another probe, whose tip is refitted.
+        """
         data = [self.as_read_now(m) for m in data]
         roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
         rows = [
-            placement_errors(self.calibrated, role, m) for role, m in zip(roles, data, strict=True)
+            placement_errors(self.calibrated, role, m, other_tip=other_tip)
+            for role, m in zip(roles, data, strict=True)
         ]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 

@@ -144,14 +144,22 @@ def placement_errors(
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
     others: Mapping[str, results.CalibratedRobot] | None = None,
+    *,
+    other_tip: bool = False,
 ) -> results.PlacementErrors:
-    """Return the errors of a placement by a robot's models, and the ball's by other robots."""
+    """Return the errors of a placement by a robot's models, and the ball's by other robots.
+
+    ``other_tip``: of points measured with another probe, whose tip is refitted by each model.
+    """
     metrics: dict[str, Any] = {}
     for name, model in {**calibrated.models, **(others or {})}.items():
         turned = measured.has_orientations and name in calibrated.models
         rotations = model.rotations(measured) if turned else None
         frame = (frames or {}).get(name)
-        metrics[name] = data.evaluate(model.predict(measured), measured, frame, rotations)
+        points = model.predict(measured)
+        if other_tip:
+            points = data.with_tip(points, model.rotations(measured), measured)
+        metrics[name] = data.evaluate(points, measured, frame, rotations)
     paired = measured if measured.kind == "sockets" else None
     return results.PlacementErrors(
         name=measured.name,

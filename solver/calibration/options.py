@@ -1,6 +1,6 @@
 """Options of a calibration: a new one is one more field of both classes."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
 from ..bayes.model.effects import EXTENSIONS
 from .option import Method, Option, UsageError
-from .payloads import read_payloads, written
+from .payloads import carrying, check_payloads, read_payloads, written
 
 if TYPE_CHECKING:
+    from ...recorder import Placement
     from ..data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
@@ -209,6 +210,14 @@ class SolveOptions:
     def payloads(self) -> dict[str, float]:
         """Mass at the ball by the placement's name [kg], by an empty name of all others."""
         return read_payloads(self.payload)
+
+    def carrying(self, placements: "Iterable[Placement]") -> "list[Placement]":
+        """Return placements with the payloads that are stated of them."""
+        return carrying(placements, self.payloads)
+
+    def check_payloads(self, placements: "Iterable[Placement]") -> None:
+        """Refuse a payload of a placement that is not there."""
+        check_payloads(placements, self.payloads)
 
     @property
     def load(self) -> "Load":

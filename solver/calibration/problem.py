@@ -32,7 +32,6 @@ from ..diagnostics import (
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
-from .payloads import carrying, check_payloads
 from .setting_right import actions_of, checked, set_right
 
 LOCKED = math.radians(6)
@@ -104,7 +103,7 @@ def problems_of(
             known = ", ".join(robot)
             raise UsageError(f"{empty[0]}: no placement to train on; the robots are {known}")
         every = [p for one in (training, held_out) for part in one.values() for p in part]
-        check_payloads(every, options.payloads)
+        options.check_payloads(every)
         problems = {
             name: replace(_prepare(own, training[name], held_out[name], options), name=name)
             for name, own in robot.items()
@@ -114,7 +113,7 @@ def problems_of(
         return problems
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
-    check_payloads([*as_list(train), *as_list(test)], options.payloads)
+    options.check_payloads([*as_list(train), *as_list(test)])
     return {"": _prepare(robot, as_list(train), as_list(test), options)}
 
 
@@ -227,7 +226,7 @@ def _measured(
     trained = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
         train, test = as_flange_poses(train), as_flange_poses(test)
-    train, test = (carrying(part, options.payloads) for part in (train, test))
+    train, test = (options.carrying(part) for part in (train, test))
     kept = [p for p in test if p.path is None or p.path.resolve() not in trained]
     warnings = [f"{p.path}: trained on, so left out of the test" for p in test if p not in kept]
     sockets = 1 if options.method == "auto" else 2

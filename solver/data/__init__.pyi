@@ -63,3 +63,5 @@ from .observations import Observations as Observations
 from .observations import RobotRecordings as RobotRecordings
 from .observations import base_name as base_name
 from .observations import observe_all as observe_all
+from .tips import tip_shift as tip_shift
+from .tips import with_tip as with_tip

@@ -13,8 +13,6 @@ from msgspec import structs
 
 from ...recorder import Placement
 from ..assessment import (
-    LimitResult,
-    Limits,
     Options,
     Verdict,
     assumed_distances,
@@ -22,12 +20,11 @@ from ..assessment import (
     judge,
     limit_row,
     limits_of,
-    mm,
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, Readings, evaluate, mean_metrics, measure
-from ..results import Summary
+from .changes import Changes, reason_and_advice
 from .evidence import (
     DIVERGED,
     EVERYTHING,
@@ -42,53 +39,19 @@ from .evidence import (
     zero_deviations,
 )
 from .fit import fit, next_step
+from .other_probe import probe_shift, probe_words
 from .sockets import prior_by_all_samples, socket_task, thinned, too_few
 
-CHANGED = 0.7
-"""Probability from which a change is reported: in fewer than 2 of 100 cases where nothing changed,
-and in 95 of 100 where a joint moved by 1 mrad."""
 CERTAIN = 0.99
 """Probability from which the change of a joint's zero is none that small errors excuse."""
 MOST_SAMPLES = 150
 """Samples that are compared at most; with more, the model's own misfit would show."""
-WORSE = 1.5
-"""Factor on the errors of the calibration itself, beyond which errors are new."""
 FAR_MOVED = 4.0
 """Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
 """Prior standard deviation of the place of a ball that was remounted [m]."""
 LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
-_NEXT = {
-    "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
-    "base": "The base was moved: leave out --stood.",
-    "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
-    "is it another arm's calibration? If not, record placements, and calibrate again.",
-}
-
-
-@dataclass(frozen=True)
-class Changes:
-    """Posterior probabilities of what changed, by samples in sockets."""
-
-    probabilities: dict[str, float]
-    """Of each explanation; empty without samples in sockets, or where no fit converged."""
-    cause: NearestCause | None = None
-    """The joint that changed; None for another change."""
-    ball: float | None = None
-    """Distance by which a remounted ball moved [m]; None where it did not."""
-    untold: tuple[str, ...] = ()
-    """Joints whose zeros the samples do not identify; empty where something else is to be said."""
-
-    @property
-    def likeliest(self) -> str:
-        """The most probable explanation."""
-        return max(self.probabilities, key=self.probabilities.__getitem__, default="")
-
-    @property
-    def changed(self) -> bool:
-        """True where something changed."""
-        return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +120,8 @@ def what_changed(
 
     Args:
         calibration: The calibration.
-        data: Samples recorded since, 6 in each of two sockets; of points errors alone are told.
+        data: Samples recorded since, 6 in each of two sockets. Of points errors alone are told; the
+            tip of another probe is refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -173,7 +137,9 @@ def what_changed(
     ]
     measured = [calibration.as_read_now(m) for m in given]
     changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
-    errors, document = calibration.errors_of(measured), calibration.document
+    tip = probe_shift(calibration, measured, ball_moved=ball_moved)
+    errors = calibration.errors_of(measured, other_tip=tip is not None)
+    document = calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
     if new is not None and now is not None:
@@ -189,7 +155,8 @@ def what_changed(
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
     else:
         then = document.summary.test or document.summary.train
-        reason, advice = _reason_and_advice(changes, rows, new, limits, then)
+        reason, advice = reason_and_advice(changes, rows, new, limits, then)
+        reason += probe_words(tip)
         before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
         small = new.calibrated.mean_absolute_error <= before
         moved = changes.cause is not None and changes.probabilities[changes.likeliest] > CERTAIN
@@ -256,51 +223,3 @@ def _states_lengths(measured: Measurement) -> bool:
     """Return True where a length of the recording was measured."""
     seated = measured.has_distance and measured.distance_source != "default"
     return measured.kind == "points" or seated
-
-
-def _reason_and_advice(
-    changes: Changes,
-    rows: Sequence[LimitResult],
-    new: Summary,
-    limits: Limits,
-    then: Summary | None,
-) -> tuple[str, str]:
-    """Return the reason of the verdict, by the full model's errors, and the next step."""
-    mean, length = new.loaded.mean_absolute_error, new.loaded.distance_error
-    likely, before = changes.likeliest, then and then.calibrated.mean_absolute_error
-    allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
-    limit, full = f", limit {mm(allowed)}" if allowed else "", new.calibrated.mean_absolute_error
-    figures = f"{mm(mean)}{limit}"
-    drifted = f"drifted: {mm(full)}{limit}" + (f", {mm(before)} when it was made" if before else "")
-    share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
-    status = {row.name: row.status for row in rows}
-    if changes.changed and likely == LENGTHS:
-        reason = f"not valid: the sockets' distance is off by {mm(length or 0.0)} ({share})."
-        return reason, "Check --distance, or state it: mukca info DATA --set-distance M."
-    if changes.cause is not None:
-        return (
-            f"{drifted}; {changes.cause.text(share)}.",
-            f"mukca rezero --joint {likely} finds its zero.",
-        )
-    if status.get("distance_error") == "fail" != status["mean_absolute_error"] and length and most:
-        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
-        return f"{reason}; check --distance, and calibrate again.", ""
-    if changes.changed:
-        return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", _NEXT[likely]
-    if status.get("mean_absolute_error") == "fail":
-        if before is not None and full <= WORSE * before:
-            text = f"not valid ({figures}), and it was no better when it was made."
-            return text, "Calibrate again with more placements."
-        return f"{drifted}. No single joint explains it: calibrate again.", ""
-    if not likely and allowed is None:
-        return f"not known; {rows[0].reason}.", ""
-    checks = next(row for row in rows if row.name == "data_checks")
-    if checks.status != "pass":
-        return f"within its limits ({figures}), but look: {checks.text}.", ""
-    odds = f"{likely} may have changed ({share}); record more samples"
-    if likely in (NOTHING, ""):
-        odds = f"nothing changed, with a probability of {share}" if likely else ""
-    if changes.ball is not None:
-        last = list(changes.probabilities)[-2]
-        odds += f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
-    return f"still valid ({figures}){odds and ': '}{odds}.", ""

@@ -164,8 +164,8 @@ def survey_of(
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for faults in them."""
     placements = read_data(paths, settings)
-    calibration.check_payloads(placements, settings.payloads)
-    placements = calibration.carrying(placements, settings.payloads)
+    settings.check_payloads(placements)
+    placements = settings.carrying(placements)
     measured = [
         data.measure(one, robot, settings.distance, sockets=sockets, load=settings.load)
         for one in placements

@@ -1,0 +1,45 @@
+"""Points that were measured with another probe or tool than the calibration's."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..assessment import mm
+from ..calibration import Calibration
+from ..data import Measurement, evaluate, tip_shift
+
+SHIFTED = 5e-3
+"""Shift of a tip from which it is another probe's [m]: less may be a zero that moved."""
+SHARE = 0.5
+"""Share of the errors that a shift leaves at most, if it is the cause."""
+
+
+def probe_shift(
+    calibration: Calibration, data: Sequence[Measurement], *, ball_moved: bool
+) -> float | None:
+    """Return how far the tip sits from the ball of the calibration [m]; None for the same tip.
+
+    Where the ball is said to have moved (``ball_moved``), any shift counts that explains the
+    errors.
+    """
+    calibrated, shifts = calibration.calibrated, list[float]()
+    for measured in data:
+        if measured.kind != "points" or calibration.was_trained_on(measured):
+            continue
+        points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
+        shift = tip_shift(points, rotations, measured)
+        before, after = (
+            evaluate(tips, measured).mean_absolute_error
+            for tips in (points, points + rotations @ shift)
+        )
+        size = float(np.linalg.norm(shift))
+        if after < SHARE * before and (ball_moved or size > SHIFTED):
+            shifts.append(size)
+    return max(shifts, default=None)
+
+
+def probe_words(shift: float | None) -> str:
+    """Return a sentence on a tip that was refitted; empty for the same tip."""
+    if shift is None:
+        return ""
+    return f" The tip was refitted: it sits {mm(shift)} from the calibration's, as another probe's."
