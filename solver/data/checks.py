@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from ...errors import MukcaError
-from ...plausible import JOINT_POSITION
-from ...recorder import DEFAULT_DISTANCE, Placement, without_turns
+from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import BallModel, Robot
 from .efforts import with_plausible_efforts
 from .lengths import Readings, agreed_length, agreeing, readings_of
 from .measurements import Load, Measurement, check_orientations
+from .sample_choice import counted_once, unwound, without_single
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
@@ -69,11 +69,11 @@ def measure(
             f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
             f"({names}); give the robot's names, or none for the robot's order"
         )
-    ordered = _unwound(ordered, robot)
-    ordered = ordered if whole else _once(ordered)
+    ordered = unwound(ordered, robot)
+    ordered = ordered if whole else counted_once(ordered)
     ordered = ordered if load is None else with_plausible_efforts(ordered, robot, load)
     warnings = list(ordered.remarks)
-    ordered = _without_single(ordered, warnings)
+    ordered = without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
@@ -94,30 +94,6 @@ def measure(
     with order_said([placement], robot.joint_names):
         _check_poses(measured, robot, poses_of)
     return measured
-
-
-def _unwound(placement: Placement, robot: Robot) -> Placement:
-    """Return the placement without whole turns that its joints' readings gained or lost.
-
-    No encoder gains as many as degrees for radians seem to; these stay, to be refused.
-    """
-    turning = [joint.type != "prismatic" for joint in robot.actuated]
-    if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
-        return placement
-    positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
-    if (positions == placement.positions).all():
-        return placement
-    rows: list[list[float]] = positions.tolist()
-    pairs = zip(placement.samples, rows, strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
-
-
-def _once(placement: Placement) -> Placement:
-    """Return equal samples once; a socket that has no others is left as it is, to be refused."""
-    distinct = placement.distinct()
-    counts, before = np.bincount(distinct.sockets), np.bincount(placement.sockets)
-    alike = bool(((counts == 1) & (before > 1)).any())
-    return placement if alike else distinct
 
 
 @contextmanager
@@ -202,22 +178,6 @@ def _samples_of(placement: Placement, socket: int) -> str:
     if placement.samples[0].point is not None:
         return str(placement.files[0] if placement.files else placement.name)
     return f"{path or placement.name} socket {socket}"
-
-
-def _without_single(placement: Placement, warnings: list[str]) -> Placement:
-    """Leave out a socket's only sample, which tells nothing, where another socket has more."""
-    counts = np.bincount(placement.sockets)
-    single: list[int] = np.flatnonzero(counts == 1).tolist()
-    measured = any(sample.point is not None for sample in placement.samples)
-    if measured or not single or counts.max() < 2:
-        return placement
-    warnings += [
-        f"{placement.path or placement.name}: socket {socket} has one sample, which is left out; "
-        "at least 2 are needed"
-        for socket in single
-    ]
-    kept = tuple(sample for sample in placement.samples if sample.socket not in single)
-    return replace(placement, samples=kept)
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:

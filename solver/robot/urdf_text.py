@@ -153,7 +153,7 @@ def scan(data: bytes, source: str) -> UrdfText:
         if opened[-1] is document and tag != "robot":
             raise refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
         templated = any("${" in value or "$(" in value for value in attributes.values())
-        if tag.startswith("xacro:") or templated:
+        if tag.startswith("xacro:") or tag == "macro" or templated:
             raise refuse("this is a xacro file; expand it first: xacro FILE > robot.urdf")
         begin = parser.CurrentByteIndex
         span = begin, end_of_tag(data, begin)

@@ -89,3 +89,14 @@ def test_a_name_without_a_calibration_asks_for_one(command, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     status, _, error = command(verb, "ur3e", "x.csv")
     assert status == 2 and "mukca solve DATA --robot ur3e" in error and error.count("\n") == 1
+
+
+def test_points_in_millimetres_are_asked_about(simulated, tmp_path, command):
+    simulated.calibration.save(tmp_path / "cal")
+    names = simulated.calibration.robot.joint_names
+    rows = np.hstack([simulated.later.positions[:8], np.full((8, 3), 412.5)])
+    header = ",".join([*names, "x", "y", "z"])
+    np.savetxt(tmp_path / "touches.csv", rows, delimiter=",", header=header, comments="")
+    status, _, error = command("tool", tmp_path / "cal", tmp_path / "touches.csv")
+    assert status == 2 and error.count("\n") == 1
+    assert "touches.csv:2: x, y or z is 412.5" in error and "are these millimetres?" in error

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .... import recorder
-from ....plausible import JOINT_POSITION
+from ....plausible import JOINT_POSITION, LENGTH
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
@@ -88,6 +88,10 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
             q, rest = row[:m], row[m:]
             at = (rest[0], rest[1], rest[2]) if len(rest) == 3 else None
             socket = 0 if at else int(sum(rest))
+            if doubt := LENGTH.doubt(at or ()):
+                raise UsageError(
+                    f"{where}: x, y or z is {doubt} A header of x [mm] is read as such"
+                )
             samples.append(recorder.Sample(q, socket, where=where, point=at))
         placement = recorder.Placement(file.stem, tuple(samples), names, files=(file,))
         found.append(replace(placement, remarks=rows.notes))

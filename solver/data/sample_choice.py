@@ -1,0 +1,49 @@
+"""Samples that count: without whole turns, each once, none alone in its socket."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...plausible import JOINT_POSITION
+from ...recorder import Placement, without_turns
+from ..robot import Robot
+
+
+def unwound(placement: Placement, robot: Robot) -> Placement:
+    """Return the placement without whole turns that its joints' readings gained or lost.
+
+    No encoder gains as many as degrees for radians seem to; these stay, to be refused.
+    """
+    turning = [joint.type != "prismatic" for joint in robot.actuated]
+    if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
+        return placement
+    positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
+    if (positions == placement.positions).all():
+        return placement
+    rows: list[list[float]] = positions.tolist()
+    pairs = zip(placement.samples, rows, strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+
+
+def counted_once(placement: Placement) -> Placement:
+    """Return equal samples once; a socket that has no others is left as it is, to be refused."""
+    distinct = placement.distinct()
+    counts, before = np.bincount(distinct.sockets), np.bincount(placement.sockets)
+    alike = bool(((counts == 1) & (before > 1)).any())
+    return placement if alike else distinct
+
+
+def without_single(placement: Placement, warnings: list[str]) -> Placement:
+    """Leave out a socket's only sample, which tells nothing, where another socket has more."""
+    counts = np.bincount(placement.sockets)
+    single: list[int] = np.flatnonzero(counts == 1).tolist()
+    measured = any(sample.point is not None for sample in placement.samples)
+    if measured or not single or counts.max() < 2:
+        return placement
+    warnings += [
+        f"{placement.path or placement.name}: socket {socket} has one sample, which is left out; "
+        "at least 2 are needed"
+        for socket in single
+    ]
+    kept = tuple(sample for sample in placement.samples if sample.socket not in single)
+    return replace(placement, samples=kept)
