@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from ..data import SAMPLES_ADVISED, Measurement
+from ..data import SAMPLES_ADVISED, Measurement, whole_name
 from ..diagnostics import predicted_limit
 from ..results import (
     Better,
@@ -241,7 +241,7 @@ def _counts(placements: Sequence[Measurement]) -> list[tuple[int, ...]]:
     counts: dict[str, Counter[int]] = {}
     for m in placements:
         of_sockets = dict(zip(m.sockets, m.counts, strict=True))
-        counts.setdefault(m.whole_name, Counter()).update(of_sockets)
+        counts.setdefault(whole_name(m.name), Counter()).update(of_sockets)
     return [tuple(own.values()) for own in counts.values()]
 
 

@@ -47,6 +47,7 @@ from .measurements import Measurement as Measurement
 from .measurements import check_orientations as check_orientations
 from .measurements import hand_eye as hand_eye
 from .measurements import rotation_matrices as rotation_matrices
+from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms

@@ -37,6 +37,11 @@ def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
+def whole_name(name: str) -> str:
+    """Return the name of the recorded placement of which one is all or a part."""
+    return name.partition(PART)[0]
+
+
 @dataclass(frozen=True)
 class HandEye:
     """The two unknown poses, and how well they fit."""
@@ -162,11 +167,6 @@ class Measurement:
     def name(self) -> str:
         """The placement's name."""
         return self.placement.name
-
-    @property
-    def whole_name(self) -> str:
-        """The name of the recorded placement of which it is all or a part."""
-        return self.name.partition(PART)[0]
 
     @property
     def kind(self) -> Literal["sockets", "points"]:

@@ -17,8 +17,13 @@ from .hypotheses import Candidate
 
 Action = Literal["split", "relabel", "leave out"]
 ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out")
-ACTIONS: dict[str, Action] = {"base_moved": "split", "zero_lost": "split", "socket": "relabel"}
-ACTIONS["ball_sample"] = "leave out"
+ACTIONS: dict[str, Action] = {
+    "base_moved": "split",
+    "zero_lost": "split",
+    "socket": "relabel",
+    "ball_sample": "leave out",
+    "ball_bent": "leave out",
+}
 SET_RIGHT, AS_RECORDED = "set_right", "--as-recorded does not"
 """Code of what was set right, and the option that keeps it as it is."""
 PLAY_HINT = "; or it is play: for an arm made of servos say --zeros, by --method auto"
@@ -46,15 +51,22 @@ def correction_of(
 ) -> Correction | None:
     """Return what sets a placement's finding right; None where nothing does, or it hardly counts.
 
-    A zero of the first joint that slipped is a base that turned about its axis.
+    A zero of the first joint that slipped is a base that turned about its axis. Before and after
+    another zero slipped, or the ball bent, the arm is not the same: the smaller part is left out.
     """
     name, p = finding.kind.name, finding.parameters
     if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
         return None
-    if name == "zero_lost" and p["joint"] != finding.scene.robot.actuated[0].name:
-        return None
     seat = p.get("of") or measured.name, p.get("other", 0)
-    return Correction(diagnostic, ACTIONS[name], _ranks(finding, measured), seat)
+    action, ranks = ACTIONS[name], _ranks(finding, measured)
+    turned = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
+    if name == "ball_bent" or (name == "zero_lost" and not turned):
+        if p.get("throughout") or diagnostic.level == "note":
+            return None
+        action, every = "leave out", len(measured.placement.samples)
+        before = range(ranks[0])
+        ranks = (*before,) if len(before) < every / 2 else (*range(ranks[0], every),)
+    return Correction(diagnostic, action, ranks, seat)
 
 
 def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
@@ -149,10 +161,13 @@ def _told(measured: Measurement, least: int) -> Measurement | None:
 
 def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     """Return what was done, in place of the advice."""
+    count = len(correction.ranks)
+    samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
+    samples = "the sample is" if count == 1 else samples
     done = {
         "split": "what follows is taken for a placement of its own",
         "relabel": "taken so" if correction.seat[0] in names else "left out",
-        "leave out": "left out",
+        "leave out": f"{samples} left out",
     }[correction.action]
     of = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""

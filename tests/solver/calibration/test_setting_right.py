@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.recorder import sample_files
 from mukca.tools.simulation import Base, record
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
@@ -91,3 +92,30 @@ def test_a_placement_with_too_few_samples_is_left_out_beside_others(panda, place
     for more in ([short], [placements[0], short]):
         with pytest.raises(mukca.MukcaError, match="at least 2 are needed"):
             mukca.calibrate(panda, more, as_recorded=True)
+
+
+def test_the_smaller_part_is_left_out_where_a_zero_slipped(panda, placements):
+    slip = np.deg2rad(0.5) * np.eye(7)[3]
+    samples = [
+        replace(s, position=tuple(np.array(s.position) + slip)) if s.number > 16 else s
+        for s in placements[0].samples
+    ]
+    found = mukca.calibrate(panda, replace(placements[0], samples=tuple(samples)), placements[1])
+    assert found.document.placements[0].samples == (8, 8)
+    (told,) = remarks(found)
+    assert "panda_joint4" in told.text and "8 samples from there on are left out" in told.advice
+    assert found.document.summary.test.calibrated.mean_absolute_error < 5e-4
+
+
+def test_commands_name_the_folder_of_several_parts_once(panda, moved, tmp_path, command):
+    for placement in moved:
+        folder = tmp_path / placement.name
+        folder.mkdir()
+        for name, content in sample_files(placement).items():
+            (folder / name).write_bytes(content)
+    status, told, _ = command(
+        "solve", tmp_path / "front", "--test", tmp_path / "left", "--robot", "panda"
+    )
+    again = [line for line in told.splitlines() if line.strip().startswith("mukca solve")]
+    assert status and "part 2" in told and again
+    assert all(line.count("front ") == line.count("left ") == 1 for line in again)

@@ -21,6 +21,7 @@ from ....solver.data import (
     agreed_length,
     evaluate,
     readings_of,
+    whole_name,
 )
 from ....solver.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -45,9 +46,9 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
     document, status = found.predictions.document, verdict.status_of
     if status("data_checks") != "pass":
         yield from _leave_out(found)
-        text = "See what is wrong in the recordings; record anew, or leave out, what it names"
+        text = "See what is wrong in the recordings; mend what it names, or give --leave-out"
         words = "figures that can be believed"
-        folders = [row.folder for row in document.data]
+        folders = list(dict.fromkeys(row.folder for row in document.data))
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
         yield Step(text, command, words)
@@ -58,7 +59,7 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
     open_ = not verdict.use or any(row.status in ("fail", "not enough") for row in rows)
     if open_ and held_out > 1 and (farthest := farthest_held_out(found)):
         best, gap = farthest
-        name, short = placements[best].name, found.predictions.names[best]
+        name, short = placements[best].name, whole_name(found.predictions.names[best])
         text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
         yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
     if all(row.kind == "points" for row in placements):
@@ -192,13 +193,14 @@ def solve_command(
     """Return the command that makes the calibration again, by other roles (None: out), settings."""
 
     def folders(role: Role) -> list[str]:
-        rows = [(row.folder, (moved or {}).get(row.name, row.role)) for row in document.data]
-        own = [folder for folder, now in rows if now == role]
+        rows = [(row.folder, roles.get(whole_name(row.name), row.role)) for row in document.data]
+        own = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if document.arms is None:
             return own
         each = ((a.name, own if a.name == document.arm_name else getattr(a, role)) for a in arms)
         return [f"{name}:{folder}" for name, all_ in each for folder in all_]
 
+    roles = {whole_name(name): now for name, now in (moved or {}).items()}
     arms = () if document.arms is None else document.arms.arms
     settings, robots = {**document.settings, **(given or {})}, ["--robot", document.robot]
     if arms:
