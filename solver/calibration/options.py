@@ -83,8 +83,8 @@ class SolveOptions:
     )
     fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
     as_recorded: bool = _option(
-        "set nothing right: neither a base that moved, a zero that slipped or a ball that bent, nor "
-        "samples of another socket, nor placements that are empty",
+        "set nothing right: no base that moved, zero that slipped or ball that bent, no samples of "
+        "another socket, no placements that are empty",
         unset=False,
     )
     leave_out: Sequence[str] = _option(
