@@ -113,11 +113,29 @@ class LiveCheck:
                 scene = self.scene(given)
             else:
                 fault = _fault(others[best], logs[best])
-                found.append(replace(fault, rivals=_rivals(others, logs, best)))
-                if others[best].kind.noise is not None:
+                loose = others[best].kind.noise is not None
+                balls = self._unseated(others, sound, logs[best]) if loose else []
+                found += balls or [replace(fault, rivals=_rivals(others, logs, best))]
+                if loose:
                     break
                 scene = others[best].after()
         return tuple(found)
+
+    def _unseated(self, others: Sequence[Candidate], sound: float, loose: float) -> list[Fault]:
+        """Return balls that were not seated, if a few explain the scatter better; else none."""
+        found, evidence = list[Fault](), 0.0
+        for _ in range(FAULTS):
+            balls = [c for c in others if c.kind.name == "ball_sample"]
+            best = max(balls, key=lambda c: c.log_evidence, default=None)
+            if best is None or best.log_evidence - sound < 0:
+                break
+            evidence += best.log_evidence - sound
+            found.append(_fault(best, best.log_evidence - sound))
+            if evidence > loose:
+                return found
+            (first, *others), _ = self._compared(best.after())
+            sound = first.log_evidence
+        return []
 
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""

@@ -63,6 +63,16 @@ def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     compare(screens / f"{re.split('[@:]', fault)[0]}.txt", screen_after(out))
 
 
+@pytest.mark.slow
+def test_several_balls_that_were_not_seated_are_told_one_by_one(session, tmp_path, scripted):
+    """They are no ball that is loose, which no key cures."""
+    faults = "&".join(f"fault=ball@{number}:5mm" for number in (9, 13))
+    driver = f"mock:{session / 'front'}?rate=250&speed=8&hold=0.65&move=0.6&{faults}"
+    done = scripted(tmp_path / "front", "a*12 s a*3 q", "--driver", driver)
+    told = re.findall(r"! ([A-Z ?]+): sample (\d+)", done.output)
+    assert sorted(told) == [("NOT SEATED", "13"), ("NOT SEATED", "9")], done.output
+
+
 def screen_after(out):
     """Return the screen of 80 x 24 after the samples of a recording, as text."""
     robot, here = load_robot("panda"), replace(read(out), distance=0.05)

@@ -15,10 +15,9 @@ from ....recorder import terminal as recorder_terminal
 from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.robot import Robot
-from ... import recording
+from ... import recording, simulation
 from ...recording import RecordOptions
 from ...report import figures
-from ...simulation import following_hand
 from .. import Terminal, one_arm
 
 LEAST_POSES = 5
@@ -74,7 +73,7 @@ def _recorded(
     """Record one placement after the other; return the last, its options and its metadata."""
     earlier: list[recorder.Placement] = []
     moved: Sequence[recorder.Sample] | None = None
-    hand = following_hand(options.driver, robot, metadata.distance)
+    hand = simulation.following_hand(options.driver, robot, metadata.distance)
     with recording.page_of(options) as page:
         while True:
             beside = moved, page, hand
