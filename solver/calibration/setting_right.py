@@ -3,7 +3,8 @@
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 
-from ...recorder import Placement
+from ...errors import MukcaError
+from ...recorder import Placement, RecordingError
 from ..assessment import LEAST_HELD_OUT, repeatability_of
 from ..data import Measurement, TooFewError, measure, spaced
 from ..diagnostics import ALL_ACTIONS, LEAST, Action, Given, Survey, corrected, inspect_all
@@ -51,13 +52,13 @@ def set_right(
 
 def checked(
     robot: Robot, placements: Sequence[Placement], options: SolveOptions, sockets: int
-) -> tuple[tuple[Measurement, ...], list[TooFewError]]:
-    """Return checked placements, and why others are left out, which have too few samples."""
-    measured, refused = list[Measurement](), list[TooFewError]()
+) -> tuple[tuple[Measurement, ...], list[MukcaError]]:
+    """Return checked placements, and why others are left out, too short or not readable."""
+    measured, refused = list[Measurement](), list[MukcaError]()
     for placement in placements:
         try:
             one = measure(placement, robot, options.distance, sockets=sockets, load=options.load)
-        except TooFewError as error:
+        except (TooFewError, RecordingError) as error:
             if options.as_recorded:
                 raise
             refused.append(error)

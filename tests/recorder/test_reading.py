@@ -101,6 +101,10 @@ def test_a_placement_without_a_sample_is_skipped_beside_others(tmp_path):
     assert "begun/hole_0.csv: only a header" in placement.remarks[1]
     with pytest.raises(mukca.MukcaError, match="only a header"):
         mukca.read_placements(empty)
+    (tmp_path / "begun/hole_0.csv").write_text("1,2,x,y\n1,2\n")
+    assert len(mukca.read_placements(tmp_path / "good", empty)) == 1  # named, and left out
+    with pytest.raises(mukca.MukcaError, match="begun"):
+        mukca.read_placements(tmp_path, as_recorded=True)
 
 
 def test_points_need_no_header(tmp_path):
