@@ -21,15 +21,24 @@ from ...solver.robot import turn
 JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""
 IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+PLAIN = "none"
+"""Dictionary of a chessboard without markers."""
 FEWEST_CORNERS = 8
 """Fewest corners for the pose of a board."""
+SOUGHT = ("4X4_1000", "5X5_1000", "6X6_1000", "7X7_1000", "ARUCO_ORIGINAL")
+"""Dictionaries whose markers are looked for where the board is not seen."""
+FEWEST_MARKERS = 3
+"""Fewer are seen by chance."""
 FEWEST_IMAGES = 8
 """Fewest images for the matrix of the camera."""
 
 
 @dataclass(frozen=True)
 class Board:
-    """A ChArUco board; by default the one that the documentation has to print."""
+    """A ChArUco board; by default the one that the documentation has to print.
+
+    The dictionary :data:`PLAIN` stands for a plain chessboard, whose marker does not count.
+    """
 
     columns: int = 9
     rows: int = 6
@@ -66,8 +75,9 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     if len(found) < needed:
         raise RecordingError(
             f"{folder}: {len(found)} of {len(files)} images show a board of {board.columns} x "
-            f"{board.rows} squares, {board.dictionary}; {needed} are needed; is it another "
-            "(--board, --dictionary), or out of focus?"
+            f"{board.rows} squares, {board.dictionary}; {needed} are needed; "
+            f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
+            "focus?"
         )
     remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
@@ -129,9 +139,54 @@ def _corners(
         if picture is None or (pictures and picture.shape != pictures[0].shape):
             raise RecordingError(f"{file}: no image of the same size as those before")
         pictures.append(picture)
+    size = pictures[0].shape[::-1] if pictures else ()
+    if board.dictionary == PLAIN:
+        return _seen_plain(cv, board, pictures), size
     boards = [_board(cv, board, older) for older in (False, True)]
     found = [_seen(cv, shape, pictures) for shape in boards]
-    return max(found, key=len), pictures[0].shape[::-1] if pictures else ()
+    return max(found, key=len), size
+
+
+def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
+    """Return a plain chessboard's inner corners and their pixels in each picture that shows it.
+
+    Where columns and rows are even and odd, the darker of two opposite squares comes first. Boards
+    that look alike after half a turn may be found turned over, which the fit of the views tells.
+    """
+    size = board.columns - 1, board.rows - 1
+    if min(size) < 3:
+        raise RecordingError(
+            f"--board {board.columns} {board.rows}: a plain chessboard needs 4 columns and rows"
+        )
+    x, y = np.meshgrid(np.arange(1, board.columns), np.arange(1, board.rows))
+    corners = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 1, 3) * board.square
+    found: dict[int, tuple[Any, Any]] = {}
+    for i, picture in enumerate(pictures):
+        seen, pixels = cv.findChessboardCornersSB(picture, size)
+        if not seen:
+            continue
+        cells = pixels.reshape(size[1], size[0], 2)
+        first, last = cells[:2, :2].mean(axis=(0, 1)), cells[-2:, -2:].mean(axis=(0, 1))
+        darkness = [picture[int(v), int(u)] for u, v in (first, last)]
+        turned = (board.columns + board.rows) % 2 == 1 and darkness[0] > darkness[1]
+        found[i] = corners.astype(np.float32), pixels[::-1] if turned else pixels
+    return found
+
+
+def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
+    """Return in words which dictionary's markers the first image shows most of; empty for none."""
+    picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE) if files else None
+    if picture is None:
+        return ""
+    counts: dict[str, int] = {}
+    for name in SOUGHT:
+        markers = cv.aruco.getPredefinedDictionary(getattr(cv.aruco, f"DICT_{name}"))
+        ids = cv.aruco.ArucoDetector(markers).detectMarkers(picture)[1]
+        counts[name] = 0 if ids is None else len(ids)
+    most = max(counts, key=counts.__getitem__)
+    if counts[most] < FEWEST_MARKERS:
+        return "no marker was seen, a plain chessboard is --dictionary none; "
+    return f"{files[0].name} shows {counts[most]} markers of {most}; "
 
 
 def _seen(cv: Any, shape: Any, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:

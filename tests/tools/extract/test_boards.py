@@ -70,7 +70,9 @@ def test_a_board_is_where_it_was(images, camera, off):
 
 
 def test_another_board_and_missing_rows_are_told(images, tmp_path):
-    with pytest.raises(MukcaError, match="0 of 10 images show a board"):
+    with pytest.raises(
+        MukcaError, match=r"0 of 10 images show a board .* 00\.png shows 27 markers of 5X5_1000"
+    ):
         read_images(images, Board(dictionary="7X7_50"), NUMBERS)
     (tmp_path / "joints.csv").write_text("a\n1\n")
     with pytest.raises(MukcaError, match="0 images, and 1 rows in joints"):
@@ -115,6 +117,25 @@ def test_a_board_of_the_older_pattern_is_found(tmp_path):
 def test_what_board_it_is_can_be_wrong(images, board, said):
     with pytest.raises(MukcaError, match=said):
         read_images(images, board)
+
+
+def test_a_plain_chessboard_is_where_it_was_turned_by_half_a_turn_or_not(tmp_path):
+    cv = pytest.importorskip("cv2", reason="the extra camera is not installed")
+    squares = (np.indices((6, 9)).sum(axis=0) + 1) % 2 == 0
+    cells = np.kron(squares, np.ones((20, 20))).astype(float)
+    T = poses(6)
+    half = np.array([[-1.0, 0, 0, 0.27], [0, -1, 0, 0.18], [0, 0, 1, 0], [0, 0, 0, 1]])
+    T[3:] = T[3:] @ half
+    for i, pose in enumerate(T):
+        cv.imwrite(str(tmp_path / f"{i}.png"), rendered(cells, pose).astype(np.uint8))
+    (tmp_path / "joints.csv").write_text("a\n" + "".join(f"{i}\n" for i in range(6)))
+    found = read_images(tmp_path, Board(dictionary="none"), NUMBERS)
+    points = np.array([s.point for s in found.samples])
+    same = np.abs(points - T[:, :3, 3]).max(axis=1) < 2e-3
+    other = np.abs(points - (T @ half)[:, :3, 3]).max(axis=1) < 2e-3
+    assert len(points) == 6 and (same.all() or other.all())
+    with pytest.raises(MukcaError, match="no marker was seen, a plain chessboard is --dictionary"):
+        read_images(tmp_path, Board(), NUMBERS)
 
 
 def test_the_board_says_its_size():
