@@ -201,6 +201,8 @@ def _fits(camera: Camera, starts: dict[str, HandEye]) -> bool:
     """Return True where the poses fit the camera, and the other kind far less."""
     angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
     other = min(angle for way, angle in angles.items() if way != camera)
+    if float(np.median(starts[camera].distances)) > LOOSE:
+        return False
     return other >= OTHER_WAY * angles[camera] and angles[camera] <= NOTHING_FITS
 
 

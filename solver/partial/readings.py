@@ -21,6 +21,8 @@ SURE = math.log(1000)
 """Log Bayes factor from which another reading is named."""
 LEAST_ANGLE, LEAST_PLACE = 1e-4, 1e-4
 """Angles [rad] and places [m] that no camera tells apart."""
+NEARER = 0.25
+"""Share of angles or places that the right reading leaves at most: of mirrored places none does."""
 FITS = 0.1
 """Angle up to which a reading fits [rad]."""
 
@@ -39,9 +41,17 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
         angles = factor * np.array(numbers)
         turns[f"rotation vectors{unit}"] = turn(angles)
         turns[f"roll, pitch, yaw{unit} (Rz Ry Rx)"] = np.array([matrix_rpy(v) for v in angles])
-        backward = np.array([matrix_rpy(-v) for v in angles])
-        turns[f"Euler angles{unit} (Rx Ry Rz)"] = backward.swapaxes(1, 2)
+        turns[f"Euler angles{unit} about z, y, x (Rz Ry Rx)"] = _product(angles, "zyx")
+        turns[f"Euler angles{unit} about x, y, z (Rx Ry Rz)"] = _product(angles, "xyz")
+        turns[f"Euler angles{unit} about z, y, z (Rz Ry Rz)"] = _product(angles, "zyz")
     return turns
+
+
+def _product(angles: np.ndarray, axes: str) -> np.ndarray:
+    """Return products of turns about axes, angle by angle, shape (N, 3, 3)."""
+    vectors = np.eye(3)[["xyz".index(axis) for axis in axes]]
+    a, b, c = (turn(column[:, None] * v) for column, v in zip(angles.T, vectors, strict=True))
+    return a @ b @ c
 
 
 def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
@@ -81,6 +91,8 @@ def fitting_reading(
     if best in (AS_IS, "inverse poses") or gain < SURE or left[best][0] > FITS:
         return ""
     (a0, t0), (a, t) = left[AS_IS], left[best]
+    if a > NEARER * a0 and t > NEARER * t0:
+        return ""
     return (
         f"as its columns say, the poses leave {a0:.2g} rad and {1e3 * t0:.1f} mm; read as {best}, "
         f"{a:.2g} rad and {1e3 * t:.1f} mm (log Bayes factor {gain:.0f}): write them as x,y,z and "

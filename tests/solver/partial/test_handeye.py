@@ -135,7 +135,17 @@ def test_the_way_to_read_the_turns_is_named(simulated, camera):
     first, transposed = rows.copy(), rows.copy()
     first[:, 10:] = rows[:, [13, 10, 11, 12]]
     transposed[:, 10:13] *= -1
-    for wrong, words in ((first, "w first"), (transposed, "transposed")):
+    both, inverse = transposed.copy(), rows.copy()
+    both[:, 10:] = transposed[:, [13, 10, 11, 12]]
+    back = rotation_matrices(rows[:, 10:]).swapaxes(1, 2)
+    inverse[:, 7:10] = -np.einsum("nij,nj->ni", back, rows[:, 7:10])
+    inverse[:, 10:] = both[:, 10:]
+    for wrong, words in (
+        (first, "w first"),
+        (transposed, "transposed"),
+        (both, "w first, turns transposed"),
+        (inverse, "w first, inverse"),
+    ):
         with pytest.raises(MukcaError, match=f"read as .*{words}"):
             mukca.handeye(simulated.calibration, recorded(wrong), camera)
 
@@ -149,6 +159,27 @@ def test_angles_in_the_place_of_rotation_vectors_are_named(simulated, tmp_path, 
     file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
     with pytest.raises(MukcaError, match=rf"read as roll, pitch, yaw{unit} \(Rz"):
         mukca.handeye(simulated.calibration, read_points(file, "a"), "on-arm")
+
+
+EULER = {
+    "about z, y, x": lambda R: Pose(R, np.zeros(3)).origin.rpy[::-1],
+    "about x, y, z": lambda R: [-angle for angle in Pose(R.T, np.zeros(3)).origin.rpy],
+    "about z, y, z": lambda R: [
+        np.arctan2(R[1, 2], R[0, 2]),
+        np.arccos(R[2, 2]),
+        np.arctan2(R[2, 1], -R[2, 0]),
+    ],
+}
+
+
+@pytest.mark.parametrize("order", EULER)
+def test_the_order_of_euler_angles_is_named(simulated, tmp_path, order):
+    rows = views(simulated, "beside")
+    angles = [EULER[order](R) for R in rotation_matrices(rows[:, 10:])]
+    names = (*names_of(simulated)[:10], "rx", "ry", "rz")
+    file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
+    with pytest.raises(MukcaError, match=f"read as Euler angles {order}"):
+        mukca.handeye(simulated.calibration, read_points(file, "a"), "beside")
 
 
 def test_a_flipped_view_is_named_and_hardly_counts(simulated):
