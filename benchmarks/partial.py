@@ -9,6 +9,8 @@ python benchmarks/partial.py tool --robot ur5e          a tip's spread elsewhere
 python benchmarks/partial.py handeye                    a board's elsewhere, simulated arms
 python benchmarks/partial.py tracker --recordings DIR   a real tool and base by 8 poses (ur10)
 
+What these decide and state of changed zeros, boards and outliers: doubts.py beside it.
+
 Simulated arms bend and wind, their ball sits to 0.05 to 0.1 mm an axis, and 30 + 30 samples at each
 of two bases calibrate them, 50 mm between the sockets. --first and --draws split a run: figures are
 root mean squares, so those of equal portions are pooled by their squares. Beside them stand those

@@ -1,0 +1,200 @@
+"""What fits with a held chain decide and state, on simulated arms: one row for each promise.
+
+    python benchmarks/doubts.py --robots panda ur5e xarm7 iiwa14 so101 --draws 5
+
+Each arm is calibrated at two bases and tested at a third. Then zeros of joints change, by random
+poses, 6 in each of two sockets; a tip is found by 8 touches, a camera by 15 views. First and last
+joints are left out: their zeros are the base's and the flange's own. Of each row, so many of so
+many; errors of tips and cameras are in standard deviations that were stated, the largest.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+from collections import defaultdict
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from partial import board, few, matrix
+from worlds import TRANSLATION, TURN, realistic_flaws
+
+import mukca
+from mukca.solver.calibration import FullModel
+from mukca.solver.partial import CameraPose, Tool
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.robot import Origin, turn
+from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
+
+SIZES = (0.0, 5e-4, 1e-3, 2e-3)
+"""Changes of a zero [rad]."""
+LOST = 5e-3
+"""A zero that is lost before touches and views [rad]."""
+BOARDS = (0.9, 0.97, 0.995, 1.005, 1.03, 1.1)
+"""Sizes of a board by what is said of it; from 1 % on it is to be told."""
+TIP = np.array([0.03, -0.02, 0.15])
+CAMERA = matrix(turn(np.array([0.1, -0.2, 0.4])), np.array([0.05, -0.02, 0.06]))
+Found = Tool | CameraPose
+BOARD = matrix(np.eye(3), np.array([0.6, 0.0, -0.2]))
+
+
+@dataclass
+class Tally:
+    """Counts of each row, and its largest error."""
+
+    counts: dict[str, list[bool]] = field(default_factory=lambda: defaultdict(list))
+    errors: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+
+    def lines(self) -> list[str]:
+        """Return the rows of the table."""
+        rows = [f"{name}: {sum(told)} of {len(told)}" for name, told in self.counts.items()]
+        return rows + [f"{name}: {max(errors):.2f}" for name, errors in self.errors.items()]
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A simulated arm and its calibration."""
+
+    arm: mukca.Robot
+    how: Imperfection
+    calibration: mukca.Calibration
+    generator: np.random.Generator
+
+    @property
+    def inner(self) -> range:
+        """Joints but the first and last."""
+        return range(1, len(self.arm.joint_names) - 1)
+
+    def samples(self, arm: mukca.Robot, count: int, how: Imperfection) -> mukca.Placement:
+        """Return samples at another base."""
+        (base,) = reachable_bases(arm, self.generator, 1)
+        return record(arm, base, self.generator, samples=count, imperfection=how)
+
+
+def simulated(name: str, draw: int) -> Simulated:
+    """Return an arm that bends and winds, calibrated."""
+    robot, generator = mukca.load_robot(name), np.random.default_rng([7, draw])
+    arm, how = perturb(robot, generator, TRANSLATION, TURN), realistic_flaws(robot, generator)
+    bases = reachable_bases(arm, generator, 3)
+    first, second, third = (record(arm, base, generator, imperfection=how) for base in bases)
+    return Simulated(arm, how, mukca.calibrate(robot, [first, second], [third]), generator)
+
+
+def moved(one: Simulated, tally: Tally) -> None:
+    """Validate with a zero that changed: status 1 is right, but of none."""
+    since = few(one.samples(one.arm, 30, one.how), 6, one.generator)
+    for size in SIZES:
+        for j in one.inner if size else (0,):
+            q = since.positions - size * np.eye(len(one.arm.joint_names))[j]
+            names = one.arm.joint_names
+            placement = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
+            status = mukca.what_changed(one.calibration, placement).verdict.exit_status
+            tally.counts[f"zero off by {1e3 * size:g} mrad, status 1"].append(status == 1)
+
+
+def tips(one: Simulated, tally: Tally) -> None:
+    """Find a tip with a zero that changed, and with a touch that is off."""
+    ball = one.arm.ball_joint
+    carried = replace(ball, origin=Origin.of([*TIP, *ball.origin.rpy]))
+    arm = replace(one.arm, joints=(*one.arm.joints[:-1], carried))
+    touched = one.samples(arm, 8, replace(one.how, noise=1e-4)).positions[:8]
+    names, none = one.arm.joint_names, np.zeros(8, int)
+
+    def found(q: np.ndarray) -> Found:
+        return mukca.tool(one.calibration, mukca.Placement.of_arrays("t", q, none, names))
+
+    sound = found(touched)
+    tally.counts["tip, nothing changed, status 3"].append(bool(sound.untold))
+    for j in one.inner:
+        lost = found(touched - LOST * np.eye(len(names))[j])
+        tally.counts["tip, zero off by 5 mrad, told"].append(bool(lost.untold))
+        tally.errors["tip, its shift by what is stated"].append(shift(lost, sound))
+    for j in (one.inner[0], one.inner[-1]):
+        q = touched.copy()
+        q[3, j] += 0.06
+        tally.counts["touch that is off, named alone"].append(
+            [line.split(":")[0] for line in found(q).outliers] == ["touch 3"]
+        )
+
+
+def cameras(one: Simulated, tally: Tally) -> None:
+    """Find a camera with a zero that changed, with boards of other sizes, by translations alone."""
+    generator, names = one.generator, one.arm.joint_names
+    near = one.samples(one.arm, 30, one.how)
+    q = few(near, 8, generator).positions[:15]
+    q = q + generator.normal(0, 0.15, q.shape)
+    truth = FullModel(CalibratedRobot(one.arm, (), np.zeros(0), one.how.deflection))
+    seen = np.linalg.inv(truth.flange(q) @ CAMERA) @ BOARD
+    for B in seen:
+        B[:3, :3] = turn(generator.normal(0, 1e-3, 3)) @ B[:3, :3]
+        B[:3, 3] += generator.normal(0, 3e-4, 3)
+    sound = mukca.handeye(one.calibration, board(q, list(seen)), "on-arm")
+    tally.counts["camera, nothing changed, status 3"].append(bool(sound.untold))
+    for j in one.inner:
+        lost = q - LOST * np.eye(len(names))[j]
+        result = mukca.handeye(one.calibration, board(lost, list(seen)), "on-arm")
+        tally.counts["camera, zero off by 5 mrad, told"].append(bool(result.untold))
+        tally.errors["camera, its shift by what is stated"].append(shift(result, sound))
+    for size in BOARDS:
+        scaled = seen.copy()
+        scaled[:, :3, 3] *= size
+        result = mukca.handeye(one.calibration, board(q, list(scaled)), "on-arm")
+        told = any("if the board" in line for line in result.untold)
+        wrong = abs(size - 1) > 0.01
+        tally.counts[f"board {'' if wrong else 'not '}over 1 % wrong, told"].append(told)
+        off = np.linalg.norm(np.array(result.frame.xyz) - sound.frame.xyz)
+        tally.errors["camera, its shift by a wrong board [mm]"].append(1e3 * float(off))
+    readings(one, q, seen, tally)
+
+
+def readings(one: Simulated, q: np.ndarray, seen: np.ndarray, tally: Tally) -> None:
+    """Write turns in other ways than the columns say, and count those that are named."""
+    rows = board(q, list(seen))
+    others = {
+        "w first": [s.orientation[3:] + s.orientation[:3] for s in rows.samples if s.orientation],
+        "transposed": [
+            (-s.orientation[0], -s.orientation[1], -s.orientation[2], s.orientation[3])
+            for s in rows.samples
+            if s.orientation
+        ],
+    }
+    for word, turns in others.items():
+        pairs = zip(rows.samples, turns, strict=True)
+        wrong = replace(rows, samples=tuple(replace(s, orientation=r) for s, r in pairs))
+        named = ""
+        try:
+            mukca.handeye(one.calibration, wrong, "on-arm")
+        except mukca.MukcaError as error:
+            named = str(error)
+        tally.counts["turns read otherwise, named"].append(word in named)
+
+
+def shift(found: Found, sound: Found) -> float:
+    """Return how far a place moved, in deviations that are stated, rms of its axes."""
+    off = np.array(found.frame.xyz) - sound.frame.xyz
+    return float(off @ np.linalg.solve(np.array(found.frame.covariance), off) / 3) ** 0.5
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--robots", nargs="+", default=["panda", "ur5e", "xarm7", "iiwa14"])
+    parser.add_argument("--draws", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--rows", nargs="+", default=["moved", "tips", "cameras"])
+    given = parser.parse_args()
+    tally = Tally()
+    for draw in range(given.first, given.first + given.draws):
+        for name in given.robots:
+            one = simulated(name, draw)
+            for row in given.rows:
+                {"moved": moved, "tips": tips, "cameras": cameras}[row](one, tally)
+        print(f"{', '.join(given.robots)}, {draw + 1 - given.first} draws of each", flush=True)
+        for line in tally.lines():
+            print(f"  {line}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
