@@ -135,7 +135,7 @@ class _Fit:
         return self._predict(unknowns, q)
 
     def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
-        moments = self.scene.load.moments(self.scene.robot, q, None)
+        moments = self.scene.load.moments(self.scene.heavy, q, None)
         return self.scene.model.predict(unknowns, q, moments)
 
 

@@ -37,6 +37,9 @@ SECOND = 0.1
 """Probability from which the second explanation is reported with the first."""
 LISTED = 1e-3
 """Probability below which an explanation is not listed."""
+ALIKE, FEW_UNKNOWNS = 10.0, 3
+"""Explanations of so many unknowns at most whose chi-square differs by less fit as well: those with
+more are less probable by their number alone, and both are named."""
 OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST, MORE = 8, 20
@@ -166,7 +169,21 @@ def listed_of(
     """Return the best explanation of each name, the most probable first."""
     best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
     kept = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    return tuple(best[name].hypothesis(shares[name]) for name in kept)
+    first = best[kept[0]]
+    alike = [n for n in best if _fits_as_well(best[n], first)]
+    kept += [n for n in alike if n not in kept]
+    told = {name: best[name].hypothesis(shares[name]) for name in kept}
+    return tuple(replace(h, fits_as_well=name in alike) for name, h in told.items())
+
+
+def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
+    """Tell whether a candidate of few unknowns leaves much the same chi-square as the first."""
+    blocks, evidence, sigma = (candidate.block, first.block), first.evidence, first.sigma
+    same = candidate is not first and candidate.evidence is evidence
+    if not same or not all(0 < block.unknowns <= FEW_UNKNOWNS for block in blocks):
+        return False
+    gain, best = (evidence.chi_square(block, sigma) for block in blocks)
+    return abs(gain - best) < ALIKE < 0.5 * best
 
 
 def cause(hypotheses: Sequence[Hypothesis]) -> str:
@@ -176,10 +193,12 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
     first, *others = hypotheses
     words = f"most probable cause ({_percent(first.probability)}): {first.text}; {first.advice}"
     words += f" (docs: causes/{first.name})"
-    second = next((h for h in others if h.probability > SECOND and h.name != "sound"), None)
+    alike = (h for h in others if h.probability > SECOND or h.fits_as_well)
+    second = next((h for h in alike if h.name != "sound"), None)
     if second is None:
         return words
-    words += f". It cannot be told from this ({_percent(second.probability)}): {second.text}"
+    how = "it fits as well" if second.fits_as_well else _percent(second.probability)
+    words += f". It cannot be told from this ({how}): {second.text}"
     return f"{words}; to tell them, {first.tell or second.tell}"
 
 

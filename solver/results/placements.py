@@ -240,6 +240,8 @@ class Hypothesis:
     advice: str
     tell: str
     """Step that tells it from others."""
+    fits_as_well: bool = False
+    """True where it explains the samples as well as the first, by more unknowns or fewer."""
 
 
 class NextPlacement(Document, kw_only=True, frozen=True):

@@ -2,6 +2,7 @@ from .axes import link_axes as link_axes
 from .ball_model import BallModel as BallModel
 from .ball_model import RotationNumbers as RotationNumbers
 from .chain import Joint as Joint
+from .chain import even_bodies as even_bodies
 from .chain import find_chain as find_chain
 from .chain import find_root as find_root
 from .factory import check_controller as check_controller

@@ -224,3 +224,8 @@ def across(axis: Sequence[float]) -> tuple[Vector, Vector]:
     c = np.cross(axis, b)
     c *= np.copysign(1.0, c @ second)
     return _axis(b), _axis(c)
+
+
+def even_bodies(joints: Sequence[Joint]) -> tuple[Body, ...]:
+    """Return a mass at each joint's origin, by which a model without any bends much as the arm."""
+    return tuple(Body(i, 1.0, (0.0, 0.0, 0.0)) for i in range(len(joints)))

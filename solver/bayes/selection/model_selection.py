@@ -30,6 +30,7 @@ log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 sam
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
+NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
 Free = tuple[Robot, Sequence[Parameter]]
 """A robot, and the free numbers of its geometry."""
@@ -105,6 +106,10 @@ def _evidence(model: JointPosterior) -> float:
     return model.log_evidence
 
 
+def _needs_load(extension: str) -> bool:
+    return any(EFFECTS[effect].shared_by_type for effect in EXTENSIONS[extension])
+
+
 def _required(extension: str) -> set[str]:
     return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
 
@@ -120,7 +125,10 @@ def _notes(
     notes: list[list[str]] = [[] for _ in models[0].arms]
     for (stage, i), gain in tried.gains.items():
         there = [bool({*EXTENSIONS[stage]} & {*model.active[i]}) for model in models]
-        notes[i].append(f"{stage}: {_note(gain, float(probabilities[there].sum()), words)}")
+        note = _note(gain, float(probabilities[there].sum()), words)
+        if not models[0].scene.arms[i].torques.any() and _needs_load(stage):
+            note = NO_MASSES
+        notes[i].append(f"{stage}: {note}")
     for i, own in enumerate(notes if any(types) else ()):
         if types[i]:
             by_type = [bool(model.models[i].of_type) for model in models]

@@ -73,6 +73,13 @@ class LinearEvidence:
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 
+    def chi_square(self, block: Block, sigma: float) -> float:
+        """Return by how much a block's first candidate lowers chi-square, by its widest prior."""
+        M, g, gain = self._reduced(block.only([0]), np.array([sigma]))
+        precision: np.ndarray = np.eye(block.unknowns) / max(block.widths) ** 2 + M[0, 0]
+        covariance: np.ndarray = np.linalg.inv(precision)
+        return float(g[0, 0].dot(covariance.dot(g[0, 0]))) + 2 * float(gain[0, 0])
+
     def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of a block's first candidate, by its widest prior."""
         M, g, _ = self._reduced(block.only([0]), np.array([sigma]))

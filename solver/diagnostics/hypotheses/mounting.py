@@ -27,7 +27,8 @@ PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
     elastic = [effect for effect in scene.effects if effect.shared_by_type]
-    if scene.explained or not elastic or not scene.torques.any():
+    known = scene.robot.bodies or any(m.efforts is not None for m in scene.measurements)
+    if scene.explained or not elastic or not known or not scene.torques.any():
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))

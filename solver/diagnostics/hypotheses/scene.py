@@ -13,7 +13,7 @@ import numpy as np
 from ...bayes.model import ExtendedModel, extend
 from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
 from ...data import SEAT_DEVIATION, STANDARD_LOAD, Known, Load, Measurement
-from ...robot import Parameter, Robot
+from ...robot import Parameter, Robot, even_bodies
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
@@ -129,10 +129,16 @@ class Scene:
         # they decide on which side of its play a joint rests
         off = self.x[len(self.parameters) :] if self.zeros else 0.0
         moments = [
-            self.load.of(m.placement).moments(self.robot, m.positions + off, m.efforts)
+            self.load.of(m.placement).moments(self.heavy, m.positions + off, m.efforts)
             for m in self.measurements
         ]
         return np.concatenate(moments)
+
+    @cached_property
+    def heavy(self) -> Robot:
+        """The robot; without masses in its model with one at each joint, since it bends as well."""
+        bodies = self.robot.bodies or even_bodies(self.robot.joints)
+        return replace(self.robot, bodies=bodies)
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
