@@ -22,6 +22,7 @@ from ..data import (
     without,
 )
 from ..diagnostics import (
+    LEAST,
     Given,
     Survey,
     inspect_all,
@@ -32,7 +33,7 @@ from ..diagnostics import (
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
-from .setting_right import actions_of, checked, set_right
+from .setting_right import actions_of, by_findings, checked, set_right
 
 LOCKED = math.radians(6)
 """A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
@@ -288,6 +289,9 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     if wrong and actions_of(options):
         mend = partial(set_right, look, actions=actions_of(options))
         train, done = mend(train)
+        if not done:  # too few to tell by themselves: where a base moved, all tell together
+            seen = survey.placements[: len(train)]
+            train, done = by_findings(train, seen, LEAST, actions_of(options))
         test, more = mend(test, train, LEAST_HELD_OUT)
         survey, done = look(train, test), [*done, *more]
     points = [m for m in problem.measurements if m.kind == "points"]

@@ -7,7 +7,16 @@ from ...errors import MukcaError
 from ...recorder import Placement, RecordingError
 from ..assessment import LEAST_HELD_OUT, repeatability_of
 from ..data import Measurement, TooFewError, measure, spaced
-from ..diagnostics import ALL_ACTIONS, LEAST, Action, Given, Survey, corrected, inspect_all
+from ..diagnostics import (
+    ALL_ACTIONS,
+    LEAST,
+    Action,
+    Given,
+    Inspection,
+    Survey,
+    corrected,
+    inspect_all,
+)
 from ..results import Diagnostic
 from ..robot import Robot
 from .options import SolveOptions
@@ -41,13 +50,23 @@ def set_right(
         seen = survey.placements[len(beside) :]
         if survey.unclear:
             seen = [look([one]).placements[0] for one in placements]
-        every = [one.corrections for one in seen]
-        corrections = [[one for one in own if one.action in actions] for own in every]
-        if not any(corrections):
+        placements, more = by_findings(placements, seen, least, actions)
+        if not more:
             break
-        placements, more = corrected(placements, corrections, least)
         done += more
     return placements, done
+
+
+def by_findings(
+    placements: Sequence[Measurement],
+    seen: Sequence[Inspection],
+    least: int,
+    actions: Collection[Action],
+) -> tuple[list[Measurement], list[Diagnostic]]:
+    """Return placements set right by what was seen of each, and what was done."""
+    every = [one.corrections for one in seen]
+    corrections = [[one for one in own if one.action in actions] for own in every]
+    return corrected(placements, corrections, least)
 
 
 def checked(
