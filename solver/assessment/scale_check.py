@@ -67,7 +67,7 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         if each.distance is None or source not in _TYPED:
             continue
         effect = STEP / each.distance
-        twice = ", read twice" * ((each.distance_readings or 1) > 1)
+        twice = ", read twice" if (each.distance_readings or 1) > 1 else ""
         text = f"the sockets are {1e3 * each.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
         text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
         one = Premise(name="distance", text=text, value=each.distance, source=source, effect=effect)
