@@ -20,6 +20,12 @@ POINTS_HINT = (
 )
 
 
+POINTS_CHECKED = (
+    "Nothing wrong was seen. Of measured points only the arm's size is looked at: a zero, a sign or "
+    "an instrument that moved is not looked for."
+)
+
+
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     robot: str = ""
     calibration: Path | None = cli.option(unless=_OF_THE_MODEL)
@@ -70,7 +76,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     if verdict.status != "pass":
         lines.append(f"{verdict.title}: {verdict.text}")
     elif not findings:
-        lines.append("Nothing wrong was seen.")
+        lines.append(POINTS_CHECKED if measured else "Nothing wrong was seen.")
     terminal.say(*lines)
     emit_with_page(
         options,
