@@ -21,8 +21,8 @@ POINTS_HINT = (
 
 
 POINTS_CHECKED = (
-    "Nothing wrong was seen. Of measured points only the arm's size is looked at: a zero, a sign or "
-    "an instrument that moved is not looked for."
+    "Nothing wrong was seen. Of measured points only the arm's size is looked at: a zero, a sign "
+    "or an instrument that moved is not looked for."
 )
 
 
