@@ -1,4 +1,4 @@
-"""How calibrated.urdf alone does against the paper's geometry, arm by arm.
+"""How calibrated.urdf alone does against the paper's geometry, near what was recorded and anywhere.
 
     python benchmarks/exported.py [--arms 40] [--seed 9000] [--rigid] [--step 0.25]
 
@@ -6,7 +6,8 @@ Simulated arms bend and turn unevenly as real ones do (unless --rigid). Each is 
 and 30 + 30 configurations at one place, and 30 + 30 at three, and measured at three others. Poses
 are random, unless --step says how far a timid hand moves each joint from one to the next; real
 hands move them by some 0.8 rad. The error of a ratio is that of the samples held out: they are few,
-too.
+too. Distances are those between random configurations, their median error by the paper's geometry,
+by the URDF and by the full model.
 """
 
 import os
@@ -21,15 +22,23 @@ from worlds import realistic_flaws
 
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.data import Measurement, RobotRecordings, measure
-from mukca.solver.robot import InverseKinematics, Robot, load_robot
+from mukca.solver.robot import (
+    BallModel,
+    InverseKinematics,
+    Robot,
+    gravity_moments,
+    load_robot,
+    workspace,
+)
 from mukca.solver.robot.inverse_kinematics import MAX_TILT
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
-ROBOTS = ("panda", "iiwa14", "ur5e", "gen3")
+ROBOTS = ("panda", "iiwa14", "ur5e", "gen3", "xarm7")
 TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}
-Row = tuple[float, float, float]
-"""The paper's error [mm], the URDF's over that, and the standard error of the latter."""
+Row = tuple[float, ...]
+"""The paper's error [mm], the URDF's over that, and the standard error of the latter; then errors of
+distances by the paper's geometry, the URDF and the full model [mm]."""
 
 
 class Timid(InverseKinematics):
@@ -87,7 +96,9 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
         )
         return [measure(placement, robot) for placement in recorded]
 
-    test = at(slice(3, 6), 30)
+    test, q = at(slice(3, 6), 30), workspace(robot, 800, seed=1)
+    true_positions = how.deflection.true_positions(q, gravity_moments(robot, q))
+    true = lengths(BallModel(arm, []).points(np.empty(0), true_positions))
     rows: dict[str, Row] = {}
     for name, (samples, places) in TRAINED.items():
         train = at(slice(places), samples)
@@ -99,8 +110,16 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
             for one in fits
         )
         spread = float((urdf - paper).std() / len(paper) ** 0.5 / paper.mean())
-        rows[name] = 1e3 * float(paper.mean()), float(urdf.mean() / paper.mean()), spread
+        near = 1e3 * float(paper.mean()), float(urdf.mean() / paper.mean()), spread
+        auto, by_paper = fits
+        balls = (by_paper.ball(q), auto.geometric_ball(q), auto.ball(q))
+        rows[name] = *near, *(1e3 * float(np.median(abs(lengths(b) - true))) for b in balls)
     return rows
+
+
+def lengths(balls: np.ndarray) -> np.ndarray:
+    """Return the distances between balls 0 and 1, 2 and 3, ..., shape (N / 2,) [m]."""
+    return np.linalg.norm(balls[1::2] - balls[::2], axis=1)
 
 
 def main() -> None:
@@ -116,13 +135,15 @@ def main() -> None:
     draws = list(read_options(arguments).workers.map(work, seeds))
     print(
         f"{'trained on':24s}{'paper':>9s}  URDF/paper: mean median  worst  >1.001  >1.01   by 2 s"
+        "  distances: paper  URDF  full"
     )
     for name in TRAINED:
-        paper, ratio, spread = np.array([row[name] for row in draws]).T
+        paper, ratio, spread, *anywhere = np.array([row[name] for row in draws]).T
         worse = [np.sum(ratio > 1.001), np.sum(ratio > 1.01), np.sum(ratio > 1 + 2 * spread)]
         print(
             f"{name:24s}{paper.mean():9.3f}{ratio.mean():17.3f}{np.median(ratio):7.3f}"
             f"{ratio.max():7.3f}{worse[0]:8d}{worse[1]:7d}{worse[2]:9d}"
+            + "".join(f"{one.mean():9.3f}" for one in anywhere)
         )
 
 

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,8 +11,8 @@ from ..bayes.inference import Posterior
 from ..bayes.model.effects import EXTENSIONS, JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
-from ..data import CALIPER_DEVIATION, RobotRecordings, observe_all
-from ..paper import NotConverged, build_problem, covariance, solve
+from ..data import RobotRecordings, observe_all
+from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import Parameter, choose_parameters
 from .earlier import Priors, priors_of
@@ -118,28 +117,11 @@ def _fit_by_paper(
 def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
     full = chosen.full.arms[i]
     model, deflection = full.model, full.deflection.without(JOINT_OFFSET.name)
-    values, exported = _exported(arm, full), None
-    if deflection.extensions:
-        values, exported = with_joint_offsets(full), values
-    given = arm.robot, model.parameters
+    given, values = (arm.robot, model.parameters), with_joint_offsets(full)
+    exported = project_to_geometry(full, arm.load) if deflection.extensions else None
     calibrated = CalibratedRobot(*given, values, deflection, arm.load, exported)
     iterates = tuple(
         CalibratedRobot(*given, model.values(x), model.deflection(x), arm.load)
         for x in full.iterates
     )
     return Fit(calibrated, "gauss-newton", seconds, iterates, selected=chosen, index=i)
-
-
-def _exported(arm: RobotRecordings, full: Posterior) -> np.ndarray:
-    """Return the best geometry for a program that corrects nothing."""
-    data, train = full.data, arm.measurements
-    more = data.located or data.frames or full.moved is not None
-    more = more or any(not k.on_base or k.deviation > CALIPER_DEVIATION for k in data.known)
-    alone = None
-    if not more and full.deflection.joint_offsets is None and all(m.has_distance for m in train):
-        # else the paper's cost does not know all that is known
-        with suppress(NotConverged):
-            free = full.model.parameters
-            problem = build_problem(arm.robot, train, parameters=free, rotation_numbers="vector")
-            alone = solve(problem).x
-    return project_to_geometry(full, arm.load, alone)

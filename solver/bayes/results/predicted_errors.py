@@ -10,7 +10,7 @@ from ...data import IDENTITY, Load, Pose, as_point
 from ...results import UNSEEN, BaseToBase, DistanceDeviation
 from ...robot import PoseModel, PoseSolver, workspace
 from ..inference import JointPosterior, Posterior
-from .geometric_projection import poses_near
+from .postures import poses_near
 from .uncertainty import distance_deviations
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0

@@ -160,7 +160,7 @@ def distance_deviations(
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
     covariance = covariance_of(posterior)
-    return distances, np.sqrt([_variance(slope[None], covariance) for slope in slopes])
+    return distances, np.sqrt([sum_of_variances(slope[None], covariance) for slope in slopes])
 
 
 @lru_cache(maxsize=1)  # it takes a while
@@ -187,7 +187,7 @@ def predicted_deviation(
         for begin in range(0, len(q), BATCH):
             some = slice(begin, begin + BATCH)
             _, J, by_joints = posterior.model.linearise(posterior.x, q[some], torque[some])
-            total += sum(_variance(rows, covariance) for rows in J)
+            total += sum(sum_of_variances(rows, covariance) for rows in J)
             sums += J.sum(axis=0)
             noise += float(np.trace(posterior.noise.as_gaussian(by_joints), axis1=1, axis2=2).sum())
         total -= float(np.sum((sums @ covariance) * sums)) / len(q)
@@ -196,7 +196,7 @@ def predicted_deviation(
     return (total / count) ** 0.5
 
 
-def _variance(rows: np.ndarray, covariance: np.ndarray) -> float:
+def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
     """Return the sum of rows' variances; of a curve, a sample has but four coefficients."""
     there = np.flatnonzero(rows.any(axis=0))
     few = rows[:, there]

@@ -1,0 +1,82 @@
+"""Configurations with the ball at some places, as people use an arm."""
+
+import numpy as np
+
+from ...robot import BallModel, Robot, workspace
+
+SWAY = 0.3
+"""Standard deviation of a posture from the one that it begins at [rad], before the ball is led."""
+ROUNDS, TURN = 4, 2 * np.pi
+DAMPING = 1e-4
+"""Keeps steps short where the arm is stretched out and hardly reaches further."""
+OFF = 0.01
+"""Largest distance from its place at which a ball counts as led there, in lengths of the arm."""
+
+
+def arm_length(robot: Robot) -> float:
+    """Return the sum of the lengths of all origins [m]."""
+    return float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+
+
+def poses_near(
+    robot: Robot, recorded: np.ndarray, counts: tuple[int, int], away: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return configurations like those recorded, with the ball at places near theirs.
+
+    Args:
+        robot: The nominal robot, which puts the ball there; that is near enough.
+        recorded: Joint positions, shape (N, m) [rad].
+        counts: Number of places, and of postures at each; those out of limits or reach are left.
+        away: Standard deviation of a place from a recorded one, per axis [m].
+
+    Returns:
+        Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
+    """
+    generator = np.random.default_rng(0)
+    around = recorded[generator.integers(len(recorded), size=counts[0])]
+    centres = BallModel(robot, []).points(np.empty(0), around)
+    centres = centres + generator.normal(0, away, centres.shape)
+    places = np.repeat(np.arange(counts[0]), counts[1])
+    q = recorded[generator.integers(len(recorded), size=len(places))]
+    q = q + generator.normal(0, SWAY, q.shape)
+    middle: np.ndarray = np.median(recorded, axis=0)
+    return _led(robot, q, centres, places, middle)
+
+
+def poses_anywhere(robot: Robot, counts: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return postures about random configurations, each about its ball; as :func:`poses_near`."""
+    generator = np.random.default_rng(0)
+    configurations = workspace(robot, counts[0])
+    centres = BallModel(robot, []).points(np.empty(0), configurations)
+    places = np.repeat(np.arange(counts[0]), counts[1])
+    q: np.ndarray = configurations[places]
+    q = q + generator.normal(0, SWAY, q.shape)
+    return _led(robot, q, centres, places, np.zeros(len(robot.actuated)))
+
+
+def _led(
+    robot: Robot, q: np.ndarray, centres: np.ndarray, places: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return those postures, and their places, that lead the ball to its centre within limits."""
+    ball = BallModel(robot, [])
+    for _ in range(ROUNDS):
+        linear = ball.linearise(np.empty(0), q)
+        off = (centres[places] - linear.points)[:, :, None]
+        q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
+    off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
+    # Some controllers count whole turns, by which readings are beyond a joint's limits.
+    upper_turns = np.ceil(np.maximum(middle - robot.upper, 0) / TURN)
+    lower_turns = np.ceil(np.maximum(robot.lower - middle, 0) / TURN)
+    inside = q - TURN * (upper_turns - lower_turns)
+    kept = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
+    kept &= off < OFF * arm_length(robot)
+    return q[kept], places[kept]
+
+
+def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """Return damped steps of the joints that shift the balls, shape (N, m)."""
+    across = slopes.swapaxes(1, 2)
+    squares = slopes @ across
+    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
+    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
+    return (across @ forces).reshape(len(slopes), -1)
