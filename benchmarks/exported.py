@@ -37,7 +37,7 @@ from mukca.tools.simulation import Imperfection, perturb, reachable_bases, recor
 ROBOTS = ("panda", "iiwa14", "ur5e", "gen3", "xarm7")
 TRAINED = {"10 + 10": (10, 1), "30 + 30": (30, 1), "three times 30 + 30": (30, 3)}
 Row = tuple[float, ...]
-"""The paper's error [mm], the URDF's over that, and the standard error of the latter; then errors of
+"""The paper's error [mm], the URDF's over that, and its standard error; then the errors of
 distances by the paper's geometry, the URDF and the full model [mm]."""
 
 
