@@ -16,7 +16,7 @@ from ...errors import MukcaError
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
 from ...solver.results import encode
-from ...solver.robot import angles_near
+from ...solver.robot import angles_near, workspace
 
 if TYPE_CHECKING:
     from ...solver.calibration import Calibration
@@ -99,6 +99,10 @@ class Request:
         return self.calibration.calibrated.origins
 
 
+ANYWHERE = 400
+"""Random poses over which a loss in the workspace is averaged."""
+
+
 @dataclass(frozen=True)
 class Loss:
     """Something that a format cannot say, and its cost at the ball."""
@@ -108,11 +112,14 @@ class Loss:
     """Mean over the recorded poses [m]."""
     largest: float
     """[m]."""
+    anywhere: float
+    """Mean over random poses of the whole workspace [m]."""
 
     def __str__(self) -> str:
         return (
             f"Not in this format: {self.what}. Cost at the ball, over the recorded poses: "
-            f"{1e3 * self.mean:.3f} mm on average, {1e3 * self.largest:.3f} mm at most"
+            f"{1e3 * self.mean:.3f} mm on average, {1e3 * self.largest:.3f} mm at most; "
+            f"all over the workspace: {1e3 * self.anywhere:.3f} mm on average"
         )
 
 
@@ -199,26 +206,29 @@ def after_last_exported(request: Request, carried: Collection[str]) -> list[str]
 def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[Loss, ...]:
     """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated, robot = request.calibration.calibrated, request.calibration.robot
-    q = np.concatenate([[s.position for s in d.samples] for d in request.calibration.document.data])
-    geometric = calibrated.geometric_ball(q)
+    recorded = [s.position for d in request.calibration.document.data for s in d.samples]
+    poses = np.array(recorded), workspace(robot, ANYWHERE)
+    geometric = [calibrated.geometric_ball(q) for q in poses]
     losses: list[Loss] = []
     if calibrated.deflection.extensions:
         words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
         # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
-        ball = calibrated.ball(q)
-        losses.append(_loss(words, kabsch(geometric, ball).apply(geometric) - ball))
+        balls = [calibrated.ball(q) for q in poses]
+        placed = [kabsch(a, b).apply(a) for a, b in zip(geometric, balls, strict=True)]
+        losses.append(_loss(words, placed, balls))
     exported, nominal = calibrated.geometry, calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
-        without = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
+        held = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
         on_ball = name == robot.ball_joint.name
         place = f"the ball's place on {robot.ball_joint.parent}" if on_ball else ""
-        loss = _loss(
-            place or f"the origin of {name}", calibrated.model.points(without, q) - geometric
-        )
+        without = [calibrated.model.points(held, q) for q in poses]
+        loss = _loss(place or f"the origin of {name}", without, geometric)
         losses += [loss] if loss.largest > 0 else []
     return tuple(losses)
 
 
-def _loss(what: str, differences: np.ndarray) -> Loss:
-    distances = np.linalg.norm(differences, axis=1)
-    return Loss(what, float(distances.mean()), float(distances.max()))
+def _loss(what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]) -> Loss:
+    """Return the loss by balls at recorded poses and anywhere, and where they should be [m]."""
+    pairs = zip(balls, targets, strict=True)
+    near, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
+    return Loss(what, float(near.mean()), float(near.max()), float(anywhere.mean()))
