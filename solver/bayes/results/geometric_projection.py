@@ -40,15 +40,13 @@ class Use:
     variance: float
     """Mean square of what counts of the posterior's own errors, v_k of (A12) [m^2]."""
 
-    def form(
-        self, ball: BallModel, values: np.ndarray, x: np.ndarray, unit: np.ndarray
-    ) -> np.ndarray:
+    def form(self, ball: BallModel, values: np.ndarray, x: np.ndarray, L: np.ndarray) -> np.ndarray:
         """Return F of the expected mean square [x, 1]^T F [x, 1] of what counts, (n + 1, n + 1).
 
-        The geometry is linear about the values, at which x is as given, in such units.
+        The geometry is linear about the values, where x is as given; it changes by L x.
         """
         linear = ball.linearise(values, self.positions)
-        slopes = self.difference(linear.by_parameters) * unit
+        slopes = self.difference(linear.by_parameters) @ L
         errors = self.difference(linear.points - self.targets) - slopes @ x
         columns = np.column_stack([slopes, errors])
         form = columns.T @ columns / len(columns)
@@ -65,11 +63,11 @@ def project_to_geometry(full: Posterior, load: Load) -> np.ndarray:
     if not full.deflection.without(JOINT_OFFSET.name).extensions:
         return start
     uses, change = _uses(full, load), np.zeros(len(start))
-    unit = np.sqrt(np.diag(prior_covariance(full))[: len(start)])
+    L = np.linalg.cholesky(prior_covariance(full)[: len(start), : len(start)])
     for _ in range(ROUNDS):
-        values = start + unit * change
-        change = _least([use.form(full.model.ball, values, change, unit) for use in uses])
-    return start + unit * change
+        values = start + L @ change
+        change = _least([use.form(full.model.ball, values, change, L) for use in uses])
+    return start + L @ change
 
 
 def _least(forms: list[np.ndarray]) -> np.ndarray:
