@@ -28,7 +28,7 @@ from worlds import realistic_flaws
 
 from mukca.recorder import Placement
 from mukca.solver.bayes.inference import Posterior
-from mukca.solver.bayes.results.geometric_projection import poses_near
+from mukca.solver.bayes.results.postures import poses_near
 from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
 from mukca.solver.bayes.results.uncertainty import (
     deviations,

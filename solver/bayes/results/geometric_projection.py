@@ -10,15 +10,15 @@ from ...robot import BallModel, workspace
 from ..inference import Posterior
 from ..model.effects import JOINT_OFFSET
 from .joint_offsets import with_joint_offsets
-from .postures import arm_length, poses_anywhere, poses_near
+from .postures import arm_length, poses_near
 from .uncertainty import prior_covariance, sum_of_variances
 
-PLACES, POSTURES = 40, 10
-"""Number of places near those recorded, and anywhere, and of postures at each."""
+PLACES, POSTURES = 80, 10
+"""Number of places near those recorded, and of postures at each."""
+PAIRS = 300
+"""Number of distances in the workspace."""
 AWAY = 0.15
 """Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
-PAIRS = 150
-"""Number of distances in the workspace."""
 ROUNDS, WEIGHTINGS = 2, 12
 """Times that balls are made linear, and that the loss's weights are found then."""
 HELD = 1e-3
@@ -85,33 +85,47 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
 
 
 def _uses(full: Posterior, load: Load) -> list[Use]:
-    """Return the uses that count: of points near and anywhere, of the samples, and distances."""
-    robot, counts = full.model.robot, (PLACES, POSTURES)
-    near = poses_near(robot, full.data.positions, counts, AWAY * arm_length(robot))
-    points = [one for one in (near, poses_anywhere(robot, counts)) if len(one[1])]
-    uses = [_common_point(full, load, *one) for one in points]
-    return [*uses, _distances(full, load), *_recorded(full)]
+    """Return the uses that count: samples, points and distances near them, distances anywhere."""
+    robot = full.model.robot
+    away = AWAY * arm_length(robot)
+    near, places = poses_near(robot, full.data.positions, (PLACES, POSTURES), away)
 
-
-def _common_point(full: Posterior, load: Load, q: np.ndarray, places: np.ndarray) -> Use:
-    """Return the use that touches one point at each place, in several postures."""
-
-    def difference(errors: np.ndarray) -> np.ndarray:
+    def point(errors: np.ndarray) -> np.ndarray:
         return _rows(without_mean(errors, places))
 
-    return _simulated(full, load, q, difference)
+    uses = [
+        _recorded(full),
+        _simulated(full, load, near, point),
+        _distances(full, load, near),
+        _distances(full, load, workspace(robot, 2 * PAIRS)),
+    ]
+    return [use for use in uses if len(use.positions) > 1]
 
 
-def _distances(full: Posterior, load: Load) -> Use:
-    """Return the use that measures distances between places anywhere in the workspace."""
-    robot = full.model.robot
-    q = workspace(robot, 2 * PAIRS)
-    points = full.predict(q, load.moments(robot, q, None))
-    offsets = points[1::2] - points[::2]
+def _recorded(full: Posterior) -> Use:
+    """Return the use that samples are: the ball is at its socket, or where it was measured."""
+    data = full.data
+    rows = np.flatnonzero(~data.turned)
+    q, sockets, weights = data.positions[rows], data.sockets[rows], np.sqrt(full.weights[rows])
+    targets = full.points[rows].copy()
+    targets[sockets >= 0] = full.centres[sockets[sockets >= 0]]
+
+    def difference(errors: np.ndarray) -> np.ndarray:
+        return _rows(errors * weights.reshape(-1, *[1] * (errors.ndim - 1)))
+
+    _, _, by_joints = full.model.linearise(full.x, q, data.torques[rows])
+    noise = np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2)
+    return Use(q, targets, difference, float(noise.sum()) / max(noise.size * 3, 1))
+
+
+def _distances(full: Posterior, load: Load, q: np.ndarray) -> Use:
+    """Return the use that measures distances, from the first half of the poses to the second."""
+    points, half = full.predict(q, load.moments(full.model.robot, q, None)), len(q) // 2
+    offsets = points[half : 2 * half] - points[:half]
     directions = offsets / np.linalg.norm(offsets, axis=1)[:, None]
 
     def difference(errors: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,ni...->n...", directions, errors[1::2] - errors[::2])
+        return np.einsum("ni,ni...->n...", directions, errors[half : 2 * half] - errors[:half])
 
     return _simulated(full, load, q, difference)
 
@@ -121,26 +135,11 @@ def _simulated(full: Posterior, load: Load, q: np.ndarray, difference: Differenc
     model = full.model
     points, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
     rows = difference(slopes)
-    known = full.covariance[: model.size, : model.size]
+    covariance = full.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
     parts = np.array_split(rows, PLACES)
-    variance = sum(sum_of_variances(some, known) for some in parts) / len(rows)
+    variance = sum(sum_of_variances(part, covariance) for part in parts) / max(len(rows), 1)
     return Use(q, points, difference, variance)
-
-
-def _recorded(full: Posterior) -> list[Use]:
-    """Return the use that samples in sockets are: the ball is where the socket is."""
-    rows = np.flatnonzero(full.data.sockets >= 0)
-    rows = rows[np.argsort(full.data.sockets[rows], kind="stable")]
-    if not len(rows):
-        return []
-    sockets, weights = full.data.sockets[rows], np.sqrt(full.weights[rows])
-
-    def difference(errors: np.ndarray) -> np.ndarray:
-        apart = without_mean(errors, sockets)
-        return _rows(apart * weights.reshape(-1, *[1] * (errors.ndim - 1)))
-
-    return [Use(full.data.positions[rows], full.centres[sockets], difference, 0.0)]
 
 
 def _rows(errors: np.ndarray) -> np.ndarray:

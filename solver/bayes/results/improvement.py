@@ -13,7 +13,7 @@ from ...data import CALIPER_DEVIATION, Load, Measurement
 from ...results import Better, Improvement, Interval
 from ...robot import workspace
 from ..inference import Posterior
-from .geometric_projection import poses_near
+from .postures import poses_near
 from .predicted_errors import NEAR, NEARBY
 from .uncertainty import CORRELATED, covariance_of, distance_slopes
 

@@ -1,8 +1,8 @@
-"""Configurations with the ball at some places, as people use an arm."""
+"""Configurations with the ball at places near those recorded."""
 
 import numpy as np
 
-from ...robot import BallModel, Robot, workspace
+from ...robot import BallModel, Robot
 
 SWAY = 0.3
 """Standard deviation of a posture from the one that it begins at [rad], before the ball is led."""
@@ -39,25 +39,6 @@ def poses_near(
     places = np.repeat(np.arange(counts[0]), counts[1])
     q = recorded[generator.integers(len(recorded), size=len(places))]
     q = q + generator.normal(0, SWAY, q.shape)
-    middle: np.ndarray = np.median(recorded, axis=0)
-    return _led(robot, q, centres, places, middle)
-
-
-def poses_anywhere(robot: Robot, counts: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return postures about random configurations, each about its ball; as :func:`poses_near`."""
-    generator = np.random.default_rng(0)
-    configurations = workspace(robot, counts[0])
-    centres = BallModel(robot, []).points(np.empty(0), configurations)
-    places = np.repeat(np.arange(counts[0]), counts[1])
-    q: np.ndarray = configurations[places]
-    q = q + generator.normal(0, SWAY, q.shape)
-    return _led(robot, q, centres, places, np.zeros(len(robot.actuated)))
-
-
-def _led(
-    robot: Robot, q: np.ndarray, centres: np.ndarray, places: np.ndarray, middle: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return those postures, and their places, that lead the ball to its centre within limits."""
     ball = BallModel(robot, [])
     for _ in range(ROUNDS):
         linear = ball.linearise(np.empty(0), q)
@@ -65,6 +46,7 @@ def _led(
         q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
     off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
     # Some controllers count whole turns, by which readings are beyond a joint's limits.
+    middle: np.ndarray = np.median(recorded, axis=0)
     upper_turns = np.ceil(np.maximum(middle - robot.upper, 0) / TURN)
     lower_turns = np.ceil(np.maximum(robot.lower - middle, 0) / TURN)
     inside = q - TURN * (upper_turns - lower_turns)
