@@ -1,7 +1,7 @@
 """The rigid geometry of least expected loss under the posterior: what ``calibrated.urdf`` holds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,46 +94,65 @@ def _uses(full: Posterior, load: Load) -> list[Use]:
         return _rows(without_mean(errors, places))
 
     uses = [
-        _recorded(full),
+        *_recorded(full),
         _simulated(full, load, near, point),
         _distances(full, load, near),
         _distances(full, load, workspace(robot, 2 * PAIRS)),
     ]
-    return [use for use in uses if len(use.positions) > 1]
+    return [use for use in uses if use.variance]
 
 
-def _recorded(full: Posterior) -> Use:
-    """Return the use that samples are: the ball is at its socket, or where it was measured."""
-    data = full.data
-    rows = np.flatnonzero(~data.turned)
-    q, sockets, weights = data.positions[rows], data.sockets[rows], np.sqrt(full.weights[rows])
-    targets = full.points[rows].copy()
-    targets[sockets >= 0] = full.centres[sockets[sockets >= 0]]
+def _recorded(full: Posterior) -> list[Use]:
+    """Return the uses that samples in sockets are: a point, and distances between bases."""
+    data, rows = full.data, np.flatnonzero(full.data.sockets >= 0)
+    rows = rows[np.argsort(data.sockets[rows], kind="stable")]
+    sockets, weights = data.sockets[rows], full.weights[rows]
+    recorded: np.ndarray = np.unique(sockets)
+    members = recorded[:, None] == sockets
+    shares = members * weights / np.sum(members * weights, axis=1, keepdims=True)
+    bases = np.array([name for name, _ in data.labels])[recorded]
+    first, second = np.nonzero(np.triu(bases[:, None] != bases))
+    directions = _directions(full.centres[recorded], first, second)
 
-    def difference(errors: np.ndarray) -> np.ndarray:
-        return _rows(errors * weights.reshape(-1, *[1] * (errors.ndim - 1)))
+    def point(errors: np.ndarray) -> np.ndarray:
+        apart = without_mean(errors, sockets)
+        return _rows(apart * np.sqrt(weights).reshape(-1, *[1] * (errors.ndim - 1)))
 
-    _, _, by_joints = full.model.linearise(full.x, q, data.torques[rows])
-    noise = np.trace(full.noise.as_gaussian(by_joints), axis1=1, axis2=2)
-    return Use(q, targets, difference, float(noise.sum()) / max(noise.size * 3, 1))
+    def distance(errors: np.ndarray) -> np.ndarray:
+        means = np.tensordot(shares, errors, axes=1)
+        return np.einsum("ni,ni...->n...", directions, means[second] - means[first])
+
+    q, torques = data.positions[rows], data.torques[rows]
+    uses = [_use(full, q, torques, difference) for difference in (point, distance)]
+    return [replace(use, targets=full.centres[sockets]) for use in uses]
 
 
 def _distances(full: Posterior, load: Load, q: np.ndarray) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
-    points, half = full.predict(q, load.moments(full.model.robot, q, None)), len(q) // 2
-    offsets = points[half : 2 * half] - points[:half]
-    directions = offsets / np.linalg.norm(offsets, axis=1)[:, None]
+    points = full.predict(q, load.moments(full.model.robot, q, None))
+    first, second = np.arange(len(q) // 2 * 2).reshape(2, -1)
+    directions = _directions(points, first, second)
 
     def difference(errors: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,ni...->n...", directions, errors[half : 2 * half] - errors[:half])
+        return np.einsum("ni,ni...->n...", directions, errors[second] - errors[first])
 
     return _simulated(full, load, q, difference)
 
 
+def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the directions from points to others, shape (N, 3)."""
+    offsets = points[second] - points[first]
+    return offsets / np.linalg.norm(offsets, axis=1)[:, None]
+
+
 def _simulated(full: Posterior, load: Load, q: np.ndarray, difference: Difference) -> Use:
+    return _use(full, q, load.moments(full.model.robot, q, None), difference)
+
+
+def _use(full: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
     """Return a use at poses at which the full model says where the ball is, and how surely."""
     model = full.model
-    points, slopes, _ = model.linearise(full.x, q, load.moments(model.robot, q, None))
+    points, slopes, _ = model.linearise(full.x, q, torques)
     rows = difference(slopes)
     covariance = full.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
