@@ -154,7 +154,8 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
         f"{1e3 * noise:.2f} mm that are usual of this arm, and no single cause explains it"
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
-    return Diagnostic("warning", "floor", where_of([measured]), text, advice)
+    level = "error" if floor > 2 * MOST_NOISE else "warning"
+    return Diagnostic(level, "floor", where_of([measured]), text, advice)
 
 
 def _diagnostic(
