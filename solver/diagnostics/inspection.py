@@ -171,7 +171,9 @@ def _diagnostic(
     held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
     weighed = kind in KINDS and told.name not in UNWEIGHED and not held_out
     costs = consequence_of(finding, given.trained) if weighed else None
-    if costs is not None:
+    # nothing can be trusted where samples scatter that much, however little the fit heeds them
+    scattered = p.get("noise_here", 0.0) >= MOST_NOISE
+    if costs is not None and not scattered:
         level = level_of(costs, finding.scene.noise)
     usual = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
     slight = held_out or told.name == "distance" or p.get("size", 0.0) < usual.get(told.name, 0.0)
@@ -187,9 +189,9 @@ def _diagnostic(
 
 def _is_noise(finding: Candidate) -> bool:
     """Tell whether a finding is noise that a fit averages out, and far from the nominal errors."""
-    if finding.kind.noise is None or finding.kind.name != "unexplained":
-        return finding.kind.noise is not None
-    return finding.sigma < min(MOST_NOISE, nominal_errors(finding.scene) / 2)
+    if finding.kind.noise is None or finding.sigma >= MOST_NOISE:
+        return False
+    return finding.kind.name != "unexplained" or finding.sigma < nominal_errors(finding.scene) / 2
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:

@@ -99,7 +99,7 @@ def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     status, told = run(*words)
     assert status == 0, told
     assert "MAE in mm: trained on the row's placement alone" in told
-    assert "Mend or leave out session/left and run this again" in told
+    assert "Mend or leave out session/left and run this again" in told, told
 
 
 def test_crossval_ends_with_advice(session, run, answer):
