@@ -84,7 +84,7 @@ class SolveOptions:
     fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
     as_recorded: bool = _option(
         "set nothing right: no base that moved, zero that slipped or ball that bent, no samples of "
-        "another socket, no placements that are empty",
+        "another socket, no placements that are empty; method paper sets nothing right",
         unset=False,
     )
     leave_out: Sequence[str] = _option(

@@ -87,8 +87,10 @@ def checked(
 
 
 def actions_of(options: SolveOptions) -> tuple[Action, ...]:
-    """Return what may be done to set recordings right."""
-    return (("split",) if options.split_moved else ()) if options.as_recorded else ALL_ACTIONS
+    """Return what may be done to set recordings right; by Eq. (5) nothing, as in the paper."""
+    if options.as_recorded or options.method == "paper":
+        return ("split",) if options.split_moved else ()
+    return ALL_ACTIONS
 
 
 def placements_set_right(

@@ -46,7 +46,7 @@ def changes(
             C, k = slopes.shape[2:]
             columns = after[:, None, :, None, None] * slopes[rows].transpose(2, 0, 1, 3)
             first = [
-                {**scene.first_from(place, rank), "throughout": rank == 0}
+                {**scene.first_from(place, rank), "throughout": float(rank == 0)}
                 for rank in ranks.tolist()
             ]
             names = [one for one in first for _ in range(C)]

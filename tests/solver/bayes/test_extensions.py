@@ -89,7 +89,8 @@ def test_gross_outliers_hardly_count():
         q[np.arange(0, 40, 10), generator.integers(1, 4, 4)] += turns
         spoilt.append(moved(placement, q))
     clean, robust = (
-        mukca.calibrate(robot, data, test=test, without=EXTENSIONS) for data in (train, spoilt)
+        mukca.calibrate(robot, data, test=test, without=EXTENSIONS, as_recorded=True)
+        for data in (train, spoilt)
     )
     assert held_out(robust) < 1.15 * held_out(clean)
     weights = [s.weight for p in robust.document.data for s in p.samples if s.weight is not None]

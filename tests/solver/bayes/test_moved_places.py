@@ -44,14 +44,14 @@ def told(found):
 @by_table("fault", "words")
 def test_a_base_that_moves_is_told_and_taken_into_account(panda, fault, words):
     truth, placement = recorded(panda, fault)
-    found = mukca.calibrate(panda, placement)
+    found = mukca.calibrate(panda, placement, as_recorded=True)
     (text,) = told(found)
     assert words in text
     q = np.random.default_rng(0).uniform(-1, 1, (50, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
     silent = replace(
         placement, samples=tuple(replace(s, number=0, time=None) for s in placement.samples)
     )
-    without = mukca.calibrate(panda, silent)
+    without = mukca.calibrate(panda, silent, as_recorded=True)
     assert not told(without)
     assert error(truth, found, q) < 0.7 * error(truth, without, q)
     assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
@@ -64,7 +64,7 @@ def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(panda):
 
 
 def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
-    found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1])
+    found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1], as_recorded=True)
     found.save(tmp_path / "saved")
     again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
     assert told(again) == told(found)

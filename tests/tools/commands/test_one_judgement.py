@@ -63,7 +63,7 @@ def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distanc
     others = [p for p in placements if p.place != "left"]
     for trained in (placements, others):
         held_out = [p for p in placements if p not in trained]
-        calibration = mukca.calibrate(panda, trained, test=held_out)
+        calibration = mukca.calibrate(panda, trained, test=held_out, as_recorded=True)
         checks = [check.as_dict() for check in calibration.document.checks]
         of_fit = ("movement",)
         same = {"code", "where", "text"} if held_out else set(said[0])
