@@ -58,7 +58,9 @@ def mean_error(
     method: str,
 ) -> tuple[float, float, float]:
     """Return errors [mm] by the nominal model, the URDF and the full model, held out if any is."""
-    summary = mukca.calibrate(robot, train, test=test, method=method).errors.summary
+    summary = mukca.calibrate(
+        robot, train, test=test, method=method, as_recorded=True
+    ).errors.summary
     found = summary.test or summary.train
     assert found is not None
     models = (found.nominal, found.loaded, found.calibrated)
