@@ -1,6 +1,18 @@
-"""The base of all errors that a user can mend."""
+"""What is refused: the base of all errors that a user can mend, and bounds of files and numbers.
 
+Files that others wrote are opened by one function: no device, no pipe, nothing without end. Degrees
+typed for radians, millimetres for metres and grams for kilograms lead to other numbers without a
+word: whoever reads such a number asks its :class:`Quantity` whether it can be.
+"""
+
+import errno
+import math
+import os
 import re
+import stat
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
 
 
 class MukcaError(Exception):
@@ -32,3 +44,83 @@ def _ends(text: str, most: int) -> str:
     """Return a text's beginning and end, which are at most so many characters."""
     half = most // 2 - 3
     return text if len(text) <= most else f"{text[:half]} ... {text[-half:]}"
+
+
+LARGEST_FILE = 200_000_000
+"""Size that no table, model, calibration or image exceeds [bytes]."""
+_KINDS = {
+    stat.S_IFDIR: (errno.EISDIR, "a folder"),
+    stat.S_IFIFO: (errno.ESPIPE, "a pipe"),
+    stat.S_IFSOCK: (errno.ENXIO, "a socket of the system"),
+    stat.S_IFCHR: (errno.ENODEV, "a device"),
+    stat.S_IFBLK: (errno.ENODEV, "a device"),
+}
+
+
+class RefusedFileError(MukcaError, OSError):
+    """A path is no file, or a file is too large to read; whoever handles missing files has it."""
+
+    def __str__(self) -> str:
+        return shortened(f"{self.filename}: {self.strerror}")
+
+
+def require_file(file: Path, largest: int | None = LARGEST_FILE) -> None:
+    """See that a path, or what it links to, is a file, before anything opens it.
+
+    Args:
+        file: The path.
+        largest: The size that is read at most [bytes]; None for files that are read in parts.
+
+    Raises:
+        OSError: There is nothing, or a :class:`RefusedFileError`, it is no file or is too large.
+    """
+    status = file.stat()
+    if not stat.S_ISREG(status.st_mode):
+        number, kind = _KINDS.get(stat.S_IFMT(status.st_mode), (errno.EINVAL, "no file"))
+        raise RefusedFileError(number, f"is {kind}", str(file))
+    if largest is not None and status.st_size > largest:
+        words = f"holds {status.st_size / 1e6:,.1f} MB; at most {largest / 1e6:,.0f} MB are read"
+        raise RefusedFileError(errno.EFBIG, words, str(file))
+
+
+def read_bytes(file: str | os.PathLike[str]) -> bytes:
+    """Return the content of a file; see :func:`require_file` for what is refused."""
+    path = Path(file)
+    require_file(path)
+    return path.read_bytes()
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A kind of number, its unit, and the unit that is typed by mistake."""
+
+    unit: str
+    largest: float
+    """Absolute value that none exceeds."""
+    mistaken: str
+
+    def doubt(self, values: Iterable[float], largest: float | None = None) -> str | None:
+        """Return what is doubtful of the largest number, or None where all of them can be.
+
+        Args:
+            values: Numbers in the quantity's unit.
+            largest: A narrower range than the quantity's own, as an arm's reach.
+        """
+        worst = max(values, key=abs, default=0.0)
+        if abs(worst) <= (self.largest if largest is None else largest):
+            return None
+        return f"{worst:.6g}: {self.unit} are expected (are these {self.mistaken}?)"
+
+
+ROTATION = Quantity("radians", 2 * math.pi + 1e-3, "degrees")
+"""Roll, pitch or yaw of a pose, a tool or a link."""
+JOINT_POSITION = Quantity("radians", 8 * math.pi, "degrees")
+"""Position of a joint that turns."""
+ON_FLANGE = Quantity("metres", 5.0, "millimetres")
+"""Place of a tool, ball or payload in the flange's frame."""
+LENGTH = Quantity("metres", 20.0, "millimetres")
+"""Length of a link, or distance of a frame from the arm's base."""
+PAYLOAD = Quantity("kilograms", 1000.0, "grams")
+"""Mass that an arm carries beyond its model's."""
+MASS = Quantity("kilograms", 5000.0, "grams")
+"""Mass of all that an arm moves."""

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .._version import __version__
-from ..bounded import read_bytes
-from ..plausible import PAYLOAD
+from ..errors import PAYLOAD, read_bytes
 from .files import RecordingError, lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..bounded import read_bytes
+from ..errors import read_bytes
 from .cells import require_columns
 from .files import RecordingError
 

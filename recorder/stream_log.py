@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bounded import read_bytes
 from ..drivers import JointState
+from ..errors import read_bytes
 from .files import APPEND, RecordingError, append_bytes
 
 FORMAT = "mukca-stream-2"

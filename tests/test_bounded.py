@@ -5,7 +5,7 @@ import os
 import pytest
 
 import mukca
-from mukca.bounded import LARGEST_FILE
+from mukca.errors import LARGEST_FILE
 from mukca.recorder import read_table
 from mukca.tools.extract import Question, read_log
 

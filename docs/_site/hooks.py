@@ -30,7 +30,7 @@ def on_startup(**_: Any) -> None:
     """Lay the package out for the API reference, whatever the folder of the clone is called."""
     package = ROOT / "build/api/mukca"
     package.mkdir(parents=True, exist_ok=True)
-    for name in ("__init__.py", "__init__.pyi", "_version.py", "errors.py", "plausible.py", *ROOMS):
+    for name in ("__init__.py", "__init__.pyi", "_version.py", "errors.py", *ROOMS):
         link = package / name
         if not link.exists():
             link.symlink_to(ROOT / name)

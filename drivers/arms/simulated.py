@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import parse_qsl
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from .. import Driver, JointState, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 

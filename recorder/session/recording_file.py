@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from .. import (
     APPEND,
     METADATA,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...plausible import ON_FLANGE
+from ...errors import ON_FLANGE
 from ..data import Load
 from ..results import CalibratedRobot
 from ..robot import Goal, Robot, check_controller, pose_on_flange, ur_controller

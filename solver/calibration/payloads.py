@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...plausible import PAYLOAD
+from ...errors import PAYLOAD
 from .option import UsageError
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MukcaError
-from ...plausible import LENGTH, ROTATION, Quantity
+from ...errors import LENGTH, ROTATION, MukcaError, Quantity
 from ..data import rotation_matrices
 from ..results import CalibratedRobot, Payload
 from ..robot import Robot, matrix_rpy

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...plausible import JOINT_POSITION
+from ...errors import JOINT_POSITION
 from ...recorder import Placement, without_turns
 from ..robot import Robot
 

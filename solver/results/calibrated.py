@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MukcaError
-from ...plausible import JOINT_POSITION
+from ...errors import JOINT_POSITION, MukcaError
 from ..bayes.model import Deflection
 from ..bayes.model.effects import BACKLASH
 from ..data import STANDARD_LOAD, Load, Measurement

@@ -15,8 +15,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from ..._version import __version__
-from ...bounded import read_bytes
-from ...errors import MukcaError
+from ...errors import MukcaError, read_bytes
 
 
 class DocumentError(MukcaError):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from .chain import Joint
 from .pose_model import last_frame
 from .urdf import Robot

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...bounded import read_bytes
-from ...plausible import LENGTH, MASS, ON_FLANGE, ROTATION
+from ...errors import LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
 from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
 from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 

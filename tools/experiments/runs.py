@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from ...recorder import Placement
 from ...solver.calibration import calibrate
 from ...solver.robot import ModelError, Robot

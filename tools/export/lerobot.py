@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...bounded import read_bytes
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
+from ...errors import read_bytes
 from ...solver.bayes.results import DECIDED, offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
 

@@ -15,7 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from ...solver.calibration import joints_named, pose_of_numbers
 from ...solver.data import kabsch_rotation
 from ...solver.robot import end_of_tag, turn, with_attributes, with_edits

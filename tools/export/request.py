@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from ..._version import __version__
-from ...bounded import read_bytes
-from ...errors import MukcaError
+from ...errors import MukcaError, read_bytes
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
 from ...solver.results import encode

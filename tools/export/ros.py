@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...bounded import read_bytes
+from ...errors import read_bytes
 from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
 from .request import (
     Exported,

@@ -15,8 +15,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...bounded import read_bytes, require_file
 from ...drivers.arms.servos import read_lerobot
+from ...errors import read_bytes, require_file
 from .log import (
     ExtractError,
     Log,

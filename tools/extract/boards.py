@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...bounded import require_file
+from ...errors import require_file
 from ...recorder import Placement, RecordingError, Sample, Table, read_table
 from ...solver.calibration import quaternion_of
 from ...solver.robot import turn

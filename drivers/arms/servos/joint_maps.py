@@ -9,8 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import cast
 
-from ....bounded import read_bytes
-from ....errors import MukcaError
+from ....errors import MukcaError, read_bytes
 from ... import Reason
 from ...transport import Options
 

@@ -11,8 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ....errors import MukcaError
-from ....plausible import ON_FLANGE
+from ....errors import ON_FLANGE, MukcaError
 from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration
 from ....solver.calibration import UsageError

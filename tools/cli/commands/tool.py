@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .... import recorder
-from ....plausible import JOINT_POSITION, LENGTH
+from ....errors import JOINT_POSITION, LENGTH
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
