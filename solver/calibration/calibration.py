@@ -15,8 +15,8 @@ from .. import results
 from ..assessment import Assessment, Verdict, assess, distance_text, distortion_row, joints_wrong
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
+from .deviation import FittedModel
 from .errors import Errors, placement_errors
-from .full_model import FullModel
 from .option import UsageError
 from .problem import as_list
 
@@ -32,7 +32,7 @@ class DistortedError(MukcaError):
     failed = True
 
 
-class Calibration(FullModel):
+class Calibration(FittedModel):
     """A robot as its recordings say it is, with everything that is known of it.
 
     Args:
@@ -40,18 +40,6 @@ class Calibration(FullModel):
         calibrated: The calibrated robot; None to build it from the document.
         source: The document's file, for messages.
     """
-
-    def __init__(
-        self,
-        document: results.CalibrationDocument,
-        calibrated: results.CalibratedRobot | None = None,
-        source: str = "calibration",
-    ) -> None:
-        super().__init__(calibrated or results.calibrated_robot(document, source))
-        self.document = document
-        """Everything, as ``calibration.json`` holds it."""
-        self.source = source
-        """Its file, for messages."""
 
     @classmethod
     def of_file(cls, file: Path) -> "Calibration":

@@ -4,6 +4,7 @@ import io
 import subprocess
 import sys
 from contextlib import closing
+from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -14,6 +15,8 @@ from terminal_session import PATIENCE
 
 import mukca
 from mukca.solver.robot import workspace
+
+STORED = Path(__file__).parents[2] / "stored" / "1.0" / "calibrated"
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +52,17 @@ def test_it_is_what_python_says(folder, command):
     rows = np.array([list(map(float, line.split(","))) for line in out.splitlines()[1:]])
     assert rows[:, :3] == pytest.approx(calibration.ball(q), abs=1e-12)
     assert np.linalg.norm(rows[:, 3:], axis=1) == pytest.approx(1)
+
+
+def test_beside_each_pose_stands_how_well_it_is_known(command, tmp_path):
+    arm = mukca.load_calibration(STORED)
+    q = arm.calibrated.middle + np.zeros((2, 7))
+    write_rows(tmp_path / "joints.csv", q.tolist(), arm.robot.joint_names)
+    status, out, _ = command("poses", STORED, tmp_path / "joints.csv", "--deviation")
+    header, *rows = (line.split(",") for line in out.splitlines())
+    assert (status, header[-1]) == (0, "rz_deviation")
+    variances = np.diagonal(arm.deviation(q), axis1=1, axis2=2)
+    assert np.array(rows, dtype=float)[:, 7:] ** 2 == pytest.approx(variances)
 
 
 @by_table("lines", "said")

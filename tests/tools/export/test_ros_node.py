@@ -12,12 +12,23 @@ import pytest
 import mukca
 
 ROS = Path(__file__).parents[3] / "packaging" / "ros2" / "mukca_ros"
+STORED = Path(__file__).parents[2] / "stored" / "1.0" / "calibrated"
 SCRIPT = ROS / "mukca_ros" / "true_joint_states.py"
+
+
+class Branches(SimpleNamespace):
+    """A message whose parts are made when they are first named."""
+
+    def __getattr__(self, name):
+        part = Branches()
+        setattr(self, name, part)
+        return part
 
 
 class Node:
     def __init__(self, name):
         self.published = []
+        self.placed = []
         self.warned = []
 
     def declare_parameter(self, name, default):
@@ -29,8 +40,9 @@ class Node:
         return SimpleNamespace(warning=lambda text, **_: self.warned.append(text))
 
     def create_publisher(self, kind, topic, depth):
-        assert topic == "joint_states_true"
-        return SimpleNamespace(publish=self.published.append)
+        assert topic in ("joint_states_true", "flange_pose")
+        into = self.published if topic == "joint_states_true" else self.placed
+        return SimpleNamespace(publish=into.append)
 
     def create_subscription(self, kind, topic, callback, depth):
         assert topic == "joint_states"
@@ -38,10 +50,12 @@ class Node:
 
 @pytest.fixture
 def module(monkeypatch):
-    for name in ("rclpy", "rclpy.node", "sensor_msgs", "sensor_msgs.msg"):
+    messages = ("sensor_msgs", "sensor_msgs.msg", "geometry_msgs", "geometry_msgs.msg")
+    for name in ("rclpy", "rclpy.node", *messages):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     sys.modules["rclpy.node"].Node = Node  # type: ignore[attr-defined]
     sys.modules["sensor_msgs.msg"].JointState = SimpleNamespace  # type: ignore[attr-defined]
+    sys.modules["geometry_msgs.msg"].PoseWithCovarianceStamped = Branches  # type: ignore[attr-defined]
     return runpy.run_path(str(SCRIPT))
 
 
@@ -63,4 +77,19 @@ def test_it_corrects_the_arms_joints_and_leaves_the_others(module, calibrations,
     assert np.array_equal(published.position[6::-1], arm.virtual_positions(read))
     assert published.position != position
     node.correct(SimpleNamespace(name=names, position=[np.nan] * 8))
-    assert len(node.published) == 1 and node.warned
+    assert len(node.published) == 1 and node.warned and not node.placed
+
+
+def test_it_says_how_well_the_flange_is_known(module, monkeypatch):
+    file = STORED / "calibration.json"
+    monkeypatch.setenv("CALIBRATION", str(file))
+    node, arm = module["TrueJointStates"](), mukca.load_calibration(file)
+    read = arm.calibrated.middle.tolist()
+    header = SimpleNamespace(stamp=7)
+    names = list(arm.robot.joint_names)
+    node.correct(SimpleNamespace(name=names, position=list(read), header=header))
+    (pose,) = node.placed
+    assert (pose.header.frame_id, pose.header.stamp) == (arm.robot.base, 7)
+    place = pose.pose.pose.position
+    assert [place.x, place.y, place.z] == arm.flange(read)[:3, 3].tolist()
+    assert pose.pose.covariance == arm.deviation(read).ravel().tolist()

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 PLACE, QUATERNION = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 FORMS = (PLACE, (*PLACE, *QUATERNION), (*PLACE, "roll", "pitch", "yaw"))
+DEVIATIONS = tuple(f"{axis}_deviation" for axis in ("x", "y", "z", "rx", "ry", "rz"))
 INPUT = "standard input"
 ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
@@ -197,16 +198,22 @@ def written(
 class _PosesOptions(_PathOptions):
     calibration: Path = argument()
     joints: Path = argument()
+    deviation: bool = False
 
 
 def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
-    """Write the pose of the tool for each row, as place and quaternion."""
+    """Write the pose of the tool for each row, as place and quaternion, and its deviation."""
     import numpy as np
 
     held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
-    with written(options, terminal, FORMS[1], options.joints) as write:
+    header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
+    with written(options, terminal, header, options.joints) as write:
         for q, wheres in streamed(options.joints, held.robot.joint_names, ((),), terminal):
             with located(wheres, terminal):
                 T = held.flange(q, **setup)
-            write(*np.hstack([T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]))
+                columns = [T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]
+                if options.deviation:
+                    covariances = held.deviation(q, **setup)
+                    columns.append(np.sqrt(np.diagonal(covariances, axis1=1, axis2=2)))
+            write(*np.hstack(columns))
     return 0

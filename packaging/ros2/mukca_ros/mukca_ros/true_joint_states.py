@@ -6,13 +6,18 @@ Published are virtual joint positions: those at which the URDF has the flange wh
 arm, which bends, truly has it. So TF is that of the arm. Controllers stay on `joint_states`, which
 the arm reports. With fewer than six joints there are none: published is where the joints truly are.
 Near a singular posture there may be none, either: a warning says so, and nothing is published.
+
+On `flange_pose` stands where the flange truly is, and how well that is known: a covariance of its
+place and turn in the base. A calibration by the paper's method has none, and publishes no pose.
 """
 
 import rclpy
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 import mukca
+from mukca.solver.calibration import quaternion_of
 
 
 class TrueJointStates(Node):
@@ -23,6 +28,7 @@ class TrueJointStates(Node):
         file = self.declare_parameter("calibration", "").get_parameter_value().string_value
         self.arm = mukca.load_calibration(file)
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
+        self.flange_poses = self.create_publisher(PoseWithCovarianceStamped, "flange_pose", 10)
         self.create_subscription(JointState, "joint_states", self.correct, 10)
 
     def correct(self, message: JointState) -> None:
@@ -38,9 +44,22 @@ class TrueJointStates(Node):
         except mukca.MukcaError as error:
             self.get_logger().warning(str(error), throttle_duration_sec=1.0)
             return
+        if self.arm.document.posterior is not None:
+            self.flange_poses.publish(self.pose(read, message.header.stamp))
         for i, position in zip(places, positions, strict=True):
             message.position[i] = float(position)
         self.publisher.publish(message)
+
+    def pose(self, read: list[float], stamp: object) -> PoseWithCovarianceStamped:
+        """Return the flange's pose in the base, and its covariance."""
+        T = self.arm.flange(read)
+        pose = PoseWithCovarianceStamped()
+        pose.header.stamp, pose.header.frame_id = stamp, self.arm.robot.base
+        place, turn = pose.pose.pose.position, pose.pose.pose.orientation
+        place.x, place.y, place.z = T[:3, 3].tolist()
+        turn.x, turn.y, turn.z, turn.w = quaternion_of(T[None, :3, :3])[0].tolist()
+        pose.pose.covariance = self.arm.deviation(read).ravel().tolist()
+        return pose
 
 
 def main() -> None:

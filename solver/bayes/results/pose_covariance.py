@@ -1,0 +1,90 @@
+"""Covariance of the flange's pose, or of a tool on it, by a posterior."""
+
+import numpy as np
+
+from ..inference import Posterior
+from ..model import ExtendedModel
+from ..model.effects import CURVE, curve_values, splines
+from .uncertainty import covariance_of
+
+BATCH = 1024
+"""Poses whose derivatives are held at once."""
+
+
+def pose_covariances(
+    posterior: Posterior,
+    q: np.ndarray,
+    moments: np.ndarray,
+    places: np.ndarray,
+    *,
+    of_ball: bool = False,
+) -> np.ndarray:
+    """Return the covariances of poses in the base, shape (N, 6, 6) [m, rad].
+
+    With J the derivatives of a pose by the unknowns, Sigma their covariance, it is J Sigma J^T: the
+    place first, then the turn about the base's axes.
+
+    Args:
+        posterior: What is known of the robot.
+        q: Joint positions as the encoders read them, shape (N, m) [rad].
+        moments: What holds the joints, shape (N, 3 m) [N m].
+        places: Points of the flange's link in the base, shape (N, 3) [m].
+        of_ball: The points are the ball's centres, so the ball's place on the flange counts.
+    """
+    Sigma = covariance_of(posterior)
+    covariances = np.empty((len(q), 6, 6))
+    for begin in range(0, len(q), BATCH):
+        rows = slice(begin, begin + BATCH)
+        J, by_joints = _derivatives(posterior, q[rows], moments[rows], places[rows])
+        if not of_ball:
+            J[:, :, _of_ball(posterior.model)] = 0.0
+        scalars = J.shape[2]
+        spread = (J.reshape(-1, scalars) @ Sigma[:scalars, :scalars]).reshape(J.shape)
+        part = spread @ J.swapaxes(1, 2)
+        if posterior.deflection.curves is not None:
+            part += _of_curves(Sigma, J, by_joints, q[rows])
+        covariances[rows] = part
+    return covariances
+
+
+def _derivatives(
+    posterior: Posterior, q: np.ndarray, moments: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return derivatives of poses by all unknowns but curves, and by the joints, (N, 6, n)."""
+    model, x, curves = posterior.model, posterior.x, posterior.deflection.curves
+    if curves is not None:
+        q = q + curve_values(q, curves.ravel())
+        model = model.with_effects({*model.extensions} - {CURVE.name})
+        x = x[: model.size]
+    points, *of_point = model.linearise(x, q, moments)
+    _, *of_turn = model.linearise(x, q, moments, of_turns=True)
+    arms = (places - points)[:, :, None]
+    J, by_joints = (
+        np.concatenate([shift + np.cross(turn, arms, axis=1), turn], axis=1)
+        for shift, turn in zip(of_point, of_turn, strict=True)
+    )
+    return J, by_joints
+
+
+def _of_ball(model: ExtendedModel) -> list[int]:
+    """Return which unknowns move the ball on the flange."""
+    return [i for i, parameter in enumerate(model.parameters) if parameter.of_ball]
+
+
+def _of_curves(
+    Sigma: np.ndarray, J: np.ndarray, by_joints: np.ndarray, q: np.ndarray
+) -> np.ndarray:
+    """Return what the curves add: at a pose a curve is a sum of four coefficients, shape (N, 6, 6).
+
+    J are derivatives by the other unknowns, shape (N, 6, scalars).
+    """
+    m, scalars = q.shape[1], J.shape[2]
+    index, weights = splines(q)
+    first: np.ndarray = scalars + np.arange(m, dtype=np.int64)[:, None]
+    places: np.ndarray = index * m + first
+    others = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
+    every, w = places.reshape(len(q), -1), weights.reshape(len(q), -1)
+    of_coefficients = w[:, :, None] * Sigma[every[:, :, None], every[:, None]] * w[:, None]
+    between = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
+    mixed = by_joints @ others @ J.swapaxes(1, 2)
+    return by_joints @ between @ by_joints.swapaxes(1, 2) + mixed + mixed.swapaxes(1, 2)
