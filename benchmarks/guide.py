@@ -183,7 +183,7 @@ def enough(case: tuple[str, int]) -> tuple[int, bool, str]:
     earlier: list[Placement] = []
     said, near, missed = 0, False, ""
     for base in reachable_bases(arm, generator, 2, 0.1):
-        coach = PoseSelector(robot, base.distance, earlier=earlier)
+        coach = PoseSelector(robot, base.distance, parts=earlier)
         samples: list[Sample] = []
         hand.aim = None
         for n, socket in enumerate(SIXES, 1):
@@ -345,7 +345,7 @@ def curved(each: int, case: tuple[str, int]) -> tuple[float, ...]:
     for of in (robot, replace(robot, name="other"), None):
         hand, earlier = Hand(arm, np.random.default_rng([seed, 8]), noise=0.0), list[Placement]()
         for base in (first, second):
-            coach, samples = PoseSelector(of or robot, base.distance, earlier=earlier), []
+            coach, samples = PoseSelector(of or robot, base.distance, parts=earlier), []
             order, hand.aim = (*[0] * 6, *[1] * 6) * (each // 6), None
             for socket, following in itertools.zip_longest(order, order[1:], fillvalue=1):
                 (read,) = lead(arm, base.sockets[socket][None], hand.generator, how, hand)

@@ -205,7 +205,7 @@ class Operator:
         session = session.switched(samples[-1].socket) if samples else session
         sound = Sound(lambda: None, on=False)
         self.actions = SessionActions(session, self.recording, sound)
-        selector = PoseSelector(robot, world.given, earlier=self._parts)
+        selector = PoseSelector(robot, world.given, parts=self._parts)
         self.guidance = GuidanceClient(Direct(selector), self.actions, sound)
         self.handler = KeyHandler(self.actions, keys_with(()), self.guidance, lambda: None)
         self.position: tuple[float, ...] | None = None

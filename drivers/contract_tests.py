@@ -88,7 +88,7 @@ class DriverContract:
     def test_streams_states_in_order(self, opened: Driver) -> None:
         """Stamps grow from state to state."""
         stamps = [opened.read(READ_SECONDS).stamp for _ in range(STATES)]
-        assert all(earlier < later for earlier, later in pairwise(stamps))
+        assert all(first < second for first, second in pairwise(stamps))
         assert stamps[-1] - stamps[0] < 600, "stamps are in seconds"
 
     def test_states_are_whole(self, opened: Driver) -> None:
@@ -104,8 +104,10 @@ class DriverContract:
     def test_positions_move_as_an_arm_can(self, opened: Driver) -> None:
         """No joint jumps by more than half a radian from one state to the next."""
         states = [opened.read(READ_SECONDS) for _ in range(STATES)]
-        for one, two in pairwise(states):
-            assert all(abs(a - b) < 0.5 for a, b in zip(one.position, two.position, strict=True))
+        for first, second in pairwise(states):
+            assert all(
+                abs(a - b) < 0.5 for a, b in zip(first.position, second.position, strict=True)
+            )
 
     def test_states_are_those_that_were_sent(self, opened: Driver, sent: Sent | None) -> None:
         """Positions and efforts are what the robot sent: in SI units, in order, none made up."""

@@ -86,18 +86,18 @@ class Reconnecting(Driver):
 
     def _matched(self, joint_names: Sequence[str]) -> tuple[int, ...]:
         """Return where each of the model's joints stands among those of the driver."""
-        here, there = self._names, tuple(joint_names)
-        every = tuple(range(len(here)))
-        if sorted(here) == sorted(there):
-            return tuple(here.index(name) for name in there)
-        said = f"the driver's joints are {', '.join(here)}; the model's {', '.join(there)}"
-        if len(here) == len(there) and all(
-            a == b or a not in there for a, b in zip(here, there, strict=True)
+        names, model = self._names, tuple(joint_names)
+        order = tuple(range(len(names)))
+        if sorted(names) == sorted(model):
+            return tuple(names.index(name) for name in model)
+        text = f"the driver's joints are {', '.join(names)}; the model's {', '.join(model)}"
+        if len(names) == len(model) and all(
+            a == b or a not in model for a, b in zip(names, model, strict=True)
         ):
-            self.remark = f"{said}: they are taken in this order"
-            return every
+            self.remark = f"{text}: they are taken in this order"
+            return order
         self.close()
-        raise Reason.WRONG_ROBOT(f"{said}; choose the model of this robot")
+        raise Reason.WRONG_ROBOT(f"{text}; choose the model of this robot")
 
     def _ordered(self, state: JointState) -> JointState:
         """Return a state with its joints in the model's order."""

@@ -53,12 +53,12 @@ def list_drivers() -> list[DriverInfo]:
     """Return all drivers: first mukca's own, then those of installed plug-ins by name."""
     from importlib.metadata import entry_points
 
-    found = list(DRIVERS.values())
+    infos = list(DRIVERS.values())
     for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
         package = point.dist
         source = f"{package.name} {package.version}" if package else "a plug-in"
-        found.append(DriverInfo(point.name, point.value, "plug-in", source=source))
-    return found
+        infos.append(DriverInfo(point.name, point.value, "plug-in", source=source))
+    return infos
 
 
 def try_plugin(info: DriverInfo) -> DriverInfo:

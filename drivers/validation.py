@@ -105,11 +105,11 @@ class ValidatingDriver(Driver):
         return self._unread
 
     def _silence(
-        self, asked: float, deadline: float, kind: str = "state", more: str = ""
+        self, asked: float, deadline: float, kind: str = "state", advice: str = ""
     ) -> DriverError:
         """Return the error for a time in which nothing came, between two moments [s]."""
         waited = max(0.0, deadline - asked)
-        return Reason.SILENT(f"no {kind} from {self._where} for {waited:.3g} s{more}")
+        return Reason.SILENT(f"no {kind} from {self._where} for {waited:.3g} s{advice}")
 
     def _begin_anew(self) -> None:
         """Compare the next stamp with none before it: the robot's clock may start again."""

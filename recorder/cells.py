@@ -62,13 +62,19 @@ def uncommented(text: str) -> str:
     lines = text.splitlines()
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
     data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    by = next((d for d in ";\t," if d in data.strip()), None)  # commas are decimal beside others
+    separator = next(
+        (d for d in ";\t," if d in data.strip()), None
+    )  # commas are decimal beside others
     for i in comments:
         words = lines[i].lstrip("# ")
-        alike = by and words.count(by) == data.strip().count(by) and not data[:1].isalpha()
-        if not by:
-            alike = len(words.split()) == len(data.split()) > 1
-        lines[i] = words if alike and i == comments[-1] else ""
+        same = (
+            separator
+            and words.count(separator) == data.strip().count(separator)
+            and not data[:1].isalpha()
+        )
+        if not separator:
+            same = len(words.split()) == len(data.split()) > 1
+        lines[i] = words if same and i == comments[-1] else ""
     return "\n".join(lines) + "\n" if comments else text
 
 

@@ -83,9 +83,9 @@ class Column:
     @property
     def aside(self) -> bool:
         """True where it counts or dates the rows, or has a unit that no joint has."""
-        known = not self.unit or self.unit in ANGLES or self.unit in LENGTHS
+        has_unit = not self.unit or self.unit in ANGLES or self.unit in LENGTHS
         letters = list(filter(_is_word, self.words))
-        return not self.words or (bool(letters) and _all(_ASIDE, letters)) or not known
+        return not self.words or (bool(letters) and _all(_ASIDE, letters)) or not has_unit
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,9 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
 def words_of(name: str) -> Words:
     """Return the words and numbers of a name in small letters, without its unit."""
     words: list[str] = _WORDS.findall(_CAMEL.sub("_", name).lower())
-    plain = [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
-    kept = [word for word in plain if word not in ANGLES]
-    return tuple(kept or plain)
+    numbers = [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
+    names = [word for word in numbers if word not in ANGLES]
+    return tuple(names or numbers)
 
 
 def _is_word(word: str) -> bool:
@@ -175,9 +175,9 @@ def _ways(names: Sequence[str], joints: Sequence[str]) -> _Ways:
 
 def _in_one_way(names: Sequence[str], joints: Sequence[str], ways: _Ways) -> Match | None:
     """Return the columns of all joints if one way of writing has them."""
-    wanted = [words_of(joint) for joint in joints]
+    cores = [words_of(joint) for joint in joints]
     complete = [way for way in ways if len(ways[way]) == len(joints)]
-    if all(len(joint) == 1 and joint[0].isdecimal() for joint in wanted) and ("0",) not in wanted:
+    if all(len(joint) == 1 and joint[0].isdecimal() for joint in cores) and ("0",) not in cores:
         zeros = {way for way in complete if (*way[0], "0", *way[1]) in map(words_of, names)}
         complete = [way for way in complete if way not in zeros]  # q0 .. q5 are joints 1 to 6
     if ((), ()) in complete:
@@ -207,8 +207,8 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     core = column
     while core and _POSITION.fullmatch(core[-1]):
         core = core[:-1]
-    named = any(map(_is_word, core)) and len(core) < len(joint)
-    if named and joint[-len(core) :] == core:
+    partial = any(map(_is_word, core)) and len(core) < len(joint)
+    if partial and joint[-len(core) :] == core:
         return ("lacks", *joint[: -len(core)]), column[len(core) :]
     return None
 
@@ -242,5 +242,5 @@ def _families(names: Sequence[str]) -> list[list[int]]:
         before, after = words[:last], words[last + 1 :]
         if _any(_STEM, before) and not _any(_OTHER, words) and _all(_POSITION, after):
             families.setdefault((before, after), {}).setdefault(int(words[last]), i)
-    whole = [f for f in families.values() if min(f) in (0, 1) and max(f) - min(f) == len(f) - 1]
-    return [[family[number] for number in sorted(family)] for family in whole]
+    series = [f for f in families.values() if min(f) in (0, 1) and max(f) - min(f) == len(f) - 1]
+    return [[family[number] for number in sorted(family)] for family in series]

@@ -17,13 +17,13 @@ _ROTVEC = {"rotvec", "r", "rv"}
 
 
 def match_coordinates(
-    columns: Sequence[Column], wanted: Sequence[str], reserved: str = ""
+    columns: Sequence[Column], names: Sequence[str], reserved: str = ""
 ) -> list[Column] | None:
     """Return the columns called as wanted, with one beginning for all; None where one lacks.
 
     Args:
         columns: Columns of a table.
-        wanted: Names such as x, y, z, qx.
+        names: Names such as x, y, z, qx.
         reserved: Beginning of names that mean something else.
 
     Raises:
@@ -32,18 +32,18 @@ def match_coordinates(
     ways: dict[Words, dict[str, list[Column]]] = {}
     for column in columns:
         before, name = _coordinate(column.words)
-        if name in wanted and (not reserved or reserved not in before):
+        if name in names and (not reserved or reserved not in before):
             ways.setdefault(before, {}).setdefault(name, []).append(column)
-    complete = [way for way in ways if len(ways[way]) == len(wanted)]
-    chosen = [()] if () in complete else complete
-    if not chosen:
+    complete = [way for way in ways if len(ways[way]) == len(names)]
+    prefixes = [()] if () in complete else complete
+    if not prefixes:
         return None
-    fitting = [column for way in chosen for column in ways[way][wanted[0]]]
-    twice = next((c for c in ways[chosen[0]].values() if len(c) > 1), None)
+    fitting = [column for way in prefixes for column in ways[way][names[0]]]
+    twice = next((c for c in ways[prefixes[0]].values() if len(c) > 1), None)
     if len(fitting) > 1 or twice:
         some = [f"{column.name} (column {column.index + 1})" for column in twice or fitting]
-        raise ColumnError(twice[0].name if twice else wanted[0], some)
-    return [ways[chosen[0]][name][0] for name in wanted]
+        raise ColumnError(twice[0].name if twice else names[0], some)
+    return [ways[prefixes[0]][name][0] for name in names]
 
 
 def _coordinate(words: Words) -> tuple[Words, str]:

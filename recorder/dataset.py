@@ -41,10 +41,10 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
             folders.append(path.parent)
             continue
         if not path.exists():
-            told = (
+            kind = (
                 "file" if path.suffix == ".csv" else "folder; a placement is a folder of recordings"
             )
-            raise RecordingError(f"{path}: no such {told}")
+            raise RecordingError(f"{path}: no such {kind}")
         if not path.is_dir():
             raise RecordingError(
                 f"{path}: not a folder; name the placement's folder, {path.absolute().parent}"
@@ -95,18 +95,18 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     """
     if not paths:
         raise RecordingError("no placement is given; name at least one folder of recordings")
-    read, skipped = list[Placement](), list[RecordingError]()
+    placements, skipped = list[Placement](), list[RecordingError]()
     for folder in find_placements(map(Path, paths)):
         try:
-            read.append(read_placement(folder))
+            placements.append(read_placement(folder))
         except RecordingError as error:
             if as_recorded:
                 raise
             skipped.append(error)
-    if not read:
+    if not placements:
         raise skipped[0]
     remarks = [f"{error}; the placement is left out" for error in skipped]
-    return [replace(read[0], remarks=(*read[0].remarks, *remarks)), *read[1:]]
+    return [replace(placements[0], remarks=(*placements[0].remarks, *remarks)), *placements[1:]]
 
 
 def read_placement(folder: Path) -> Placement:
@@ -258,5 +258,5 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
 def _metadata(placement: Placement) -> dict[str, bytes]:
     if placement.distance is None:
         return {}
-    said = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
-    return {METADATA: json.dumps(said).encode() + b"\n"}
+    facts = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
+    return {METADATA: json.dumps(facts).encode() + b"\n"}

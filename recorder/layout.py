@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from .columns import Column, ColumnError, match_joints
@@ -55,14 +56,14 @@ def rows_of(
     if table.header is not None and table.header[:3] == _EVENTS:
         return _captured(table, joint_names, note)
     blank = [all(not row[c.index].strip() for c in columns) for row in table.rows]
-    kept = [i for i, empty in enumerate(blank) if not empty]
+    rows = [i for i, gap in enumerate(blank) if not gap]
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
-    if len(kept) < len(blank):
-        notes.append(f"{table.file}: {len(blank) - len(kept)} lines without values are left out")
-    full = table.at(kept)
+    if len(rows) < len(blank):
+        notes.append(f"{table.file}: {len(blank) - len(rows)} lines without values are left out")
+    table_of_rows = table.at(rows)
     return Rows(
-        full.numbers(columns),
-        [full.where(i) for i in range(len(kept))],
+        table_of_rows.numbers(columns),
+        [table_of_rows.where(i) for i in range(len(rows))],
         tuple(form),
         tuple(notes),
     )
@@ -84,15 +85,15 @@ def _find(
     if table.header is None:
         return _in_order(table, joint_names, forms)
     for form in forms:
-        others = coordinates(table, form) if form else []
-        if others is None or (not set(form) & _TURNED and _leftover(table, form, forms)):
+        columns_beside = coordinates(table, form) if form else []
+        if columns_beside is None or (not set(form) & _TURNED and _leftover(table, form, forms)):
             continue
         try:
-            joints = find_joints(table, joint_names, others)
+            joints = find_joints(table, joint_names, columns_beside)
         except ColumnError as error:
             raise RecordingError(f"{table.file}:1: {error}; keep those of one arm") from None
         if joints is not None:
-            return [*joints[0], *others], form, joints[1]
+            return [*joints[0], *columns_beside], form, joints[1]
     raise RecordingError(
         f"{table.file}: its header is {','.join(table.header):.60}; needed: "
         f"{_wanted(joint_names, forms)}"
@@ -101,12 +102,12 @@ def _find(
 
 def _leftover(table: Table, form: Sequence[str], forms: Sequence[Sequence[str]]) -> bool:
     """Return whether columns belong to a richer form that is not complete."""
-    richer = {name for other in forms for name in other} - set(form)
+    richer = set(chain.from_iterable(forms)) - set(form)
     return any((column.words or ("",))[-1] in richer for column in table.columns)
 
 
 def find_joints(
-    table: Table, joint_names: Sequence[str], others: Sequence[Column] = ()
+    table: Table, joint_names: Sequence[str], reserved: Sequence[Column] = ()
 ) -> tuple[list[Column], str] | None:
     """Return the columns of a model's joints in chain order, and a remark; None without them.
 
@@ -115,11 +116,12 @@ def find_joints(
     """
     if not joint_names:
         return [], ""
-    columns = table.joints(others)
-    every = [column for column in table.columns if column not in others]
+    columns = table.joints(reserved)
+    free_columns = [column for column in table.columns if column not in reserved]
     match = match_joints([column.name for column in columns], joint_names)
     if match is None:  # a joint may be called like a time
-        columns, match = every, match_joints([c.name for c in every], joint_names, in_order=False)
+        columns = free_columns
+        match = match_joints([c.name for c in columns], joint_names, in_order=False)
     return None if match is None else ([columns[i] for i in match.order], match.note)
 
 

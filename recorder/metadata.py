@@ -66,16 +66,16 @@ class Metadata:
             **({"robot_name": self.robot_name} if self.robot_name else {}),
         }
 
-    def added_to(self, earlier: dict[str, Any]) -> dict[str, Any]:
+    def added_to(self, stored: dict[str, Any]) -> dict[str, Any]:
         """Return the file's new contents: the earlier ones, and this start of the recorder."""
         session = {"started": _now(), "version": __version__, **self.session}
         return {
-            **earlier,
+            **stored,
             **self.fixed(),
             **({"distance_measured": True} if self.measured else {}),
             "units": list(self.units),
-            "model_sha256": earlier.get("model_sha256", self.model_sha256),
-            "sessions": [*_entries(earlier, "sessions"), session],
+            "model_sha256": stored.get("model_sha256", self.model_sha256),
+            "sessions": [*_entries(stored, "sessions"), session],
         }
 
 

@@ -202,11 +202,11 @@ class Placement:
             raise RecordingError(f"{self._file}: {error}; keep those of one arm") from None
         if match is not None:
             return match
-        missing = missing_joints(columns or (), joint_names)
-        if columns is not None and len(missing) < len(joint_names):
-            lacking = f"missing: {', '.join(missing)}" if missing else "no arm has all of them"
+        absent = missing_joints(columns or (), joint_names)
+        if columns is not None and len(absent) < len(joint_names):
+            lacking = f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
             raise RecordingError(
-                f"{self._file}: the header names {len(joint_names) - len(missing)} of the robot's "
+                f"{self._file}: the header names {len(joint_names) - len(absent)} of the robot's "
                 f"{len(joint_names)} joints; {lacking}. Name all of them, "
                 "or none (columns then go by order)"
             )
@@ -236,17 +236,17 @@ class Placement:
         """
         measured = [(*(s.point or ()), *(s.orientation or ())) for s in self.samples]
         rows = np.column_stack([self.sockets.astype(float), self.positions, np.array(measured)])
-        again = repeated_rows(rows)
-        if not again:
+        copies = repeated_rows(rows)
+        if not copies:
             return self
-        kept = tuple(s for i, s in enumerate(self.samples) if i not in again)
-        lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(again)]
+        samples = tuple(s for i, s in enumerate(self.samples) if i not in copies)
+        lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
         some = ", ".join(lines[:LISTED]) + ", .." * (len(lines) > LISTED)
         remark = (
-            f"{self._file}: {len(again)} of {len(self.samples)} samples repeat another one and do "
+            f"{self._file}: {len(copies)} of {len(self.samples)} samples repeat another one and do "
             f"not count{f' (lines {some})' if all(lines) else ''}"
         )
-        return replace(self, samples=kept, remarks=(*self.remarks, remark))
+        return replace(self, samples=samples, remarks=(*self.remarks, remark))
 
 
 def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
@@ -266,13 +266,13 @@ def repeated_rows(rows: NDArray[np.float64]) -> set[int]:
     """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
     weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
     key = rows @ weights
-    again: set[int] = set()
+    copies: set[int] = set()
     for step in range(1, len(rows)):
-        kept = np.array([i for i in range(len(rows)) if i not in again])
-        order = kept[np.argsort(key[kept], kind="stable")]
+        originals = np.array([i for i in range(len(rows)) if i not in copies])
+        order = originals[np.argsort(key[originals], kind="stable")]
         first, second = order[:-step], order[step:]
         if not (key[second] - key[first] < SAME_ROW * weights.sum()).any():
             break
-        near = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
-        again |= set(np.maximum(first[near], second[near]).tolist())
-    return again
+        close = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
+        copies |= set(np.maximum(first[close], second[close]).tolist())
+    return copies

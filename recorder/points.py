@@ -42,13 +42,13 @@ def read_points(file: Path, name: str) -> Placement:
             message names file and line.
     """
     table = read_table(file)
-    bare = table.header is None and file.name == POINTS
-    measured, form = _measured(table, bare)
+    headless = table.header is None and file.name == POINTS
+    measured, form = _measured(table, headless)
     joints = table.joints(measured)
     if not joints:
         raise _no_columns(file, form)
     clocks = [c for c in table.columns if c.name.lower() in CLOCKS and not table.is_text(c.index)]
-    positions = table.numbers(joints, gaps=not bare)
+    positions = table.numbers(joints, gaps=not headless)
     times = table.numbers(clocks)
     samples: list[Sample] = []
     for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
@@ -56,22 +56,22 @@ def read_points(file: Path, name: str) -> Placement:
         turned = unit_quaternion(turn, form, where) if turn else None
         sample = Sample(positions[i], 0, where=where, point=(x, y, z), orientation=turned)
         sample = replace(sample, turn=tuple(turn))
-        named = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
-        samples.append(replace(sample, **named))
+        clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
+        samples.append(replace(sample, **clock_times))
     comment = comment_line(file).lower()
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=None if bare else tuple(column.name for column in joints),
+        joint_names=None if headless else tuple(column.name for column in joints),
         files=(file,),
         remarks=table.notes,
         poses_of=next((meaning for meaning, word in _MEANINGS if word in comment), None),
     )
 
 
-def _measured(table: Table, bare: bool) -> tuple[list[Column], tuple[str, ...]]:
+def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ...]]:
     """Return the columns of the place and the turn that were measured, and the turn's form."""
-    if bare:
+    if headless:
         return table.columns[-3:], ()
     forms = ((),) if table.file.name == POINTS else TURNS
     for form in forms:
@@ -82,30 +82,30 @@ def _measured(table: Table, bare: bool) -> tuple[list[Column], tuple[str, ...]]:
 
 
 def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
-    others = "; or rx,ry,rz; or roll,pitch,yaw; or r11,..,r33" if form else ""
+    forms = "; or rx,ry,rz; or roll,pitch,yaw; or r11,..,r33" if form else ""
     return RecordingError(
         f"{file}:1: expected a header of the joints' names in chain order, then "
-        f"{','.join((*AXES, *form))}{others}"
+        f"{','.join((*AXES, *form))}{forms}"
     )
 
 
-def coordinates(table: Table, wanted: Sequence[str], reserved: str = "") -> list[Column] | None:
+def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[Column] | None:
     """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
 
     Raises:
         RecordingError: Several columns may be one of them, or have a unit of something else.
     """
     try:
-        columns = match_coordinates(table.columns, wanted, reserved)
+        columns = match_coordinates(table.columns, names, reserved)
     except ColumnError as error:
         raise RecordingError(f"{table.file}:1: {error}") from None
-    for name, column in zip(wanted, columns or (), strict=False):
+    for name, column in zip(names, columns or (), strict=False):
         units = LENGTHS if name in AXES else ANGLES if name in (*VECTOR, *RPY) else ()
         if column.unit and column.unit not in units:
             some = ", ".join(f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units)
-            known = f"known are {some}" if some else "it has none"
+            choices = f"known are {some}" if some else "it has none"
             raise RecordingError(
-                f"{table.file}:1: column {column.name} has unit {column.unit!r}; {known}"
+                f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"
             )
     return columns
 

@@ -41,9 +41,9 @@ def _by_fields(
     line, cells = record
     positions: dict[str, str] = {}
     for (kind, number), i in fields.items():
-        at = fields.get(("position", number), len(cells))
-        if kind == "name" and max(i, at) < len(cells) and cells[i].strip():
-            positions[cells[i].strip()] = cells[at]
+        index = fields.get(("position", number), len(cells))
+        if kind == "name" and max(i, index) < len(cells) and cells[i].strip():
+            positions[cells[i].strip()] = cells[index]
     stamp = cells[clock].strip()
     return line, _seconds(int(stamp)) if stamp.isdecimal() else "", positions
 
@@ -54,8 +54,8 @@ def _by_place(record: Record) -> tuple[int, str, dict[str, str]]:
     texts = [cell.strip() for cell in cells]
     end = next((i for i in range(3, len(texts)) if not _is_name(texts[i])), len(texts))
     names, positions = texts[3:end], texts[end : 2 * end - 3]
-    whole = len(positions) == len(names) and texts[0].isdecimal() and texts[1].isdecimal()
-    if not whole:
+    complete = len(positions) == len(names) and texts[0].isdecimal() and texts[1].isdecimal()
+    if not complete:
         return line, "", {}
     time = _seconds(int(texts[0]) * _SECOND + int(texts[1]))
     return line, time, dict(zip(names, positions, strict=True))

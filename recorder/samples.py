@@ -97,15 +97,17 @@ def header_line(joint_names: Sequence[str]) -> bytes:
 
 def capture_line(sample: Sample) -> bytes:
     """Return the line that records a capture; every number reads back exactly."""
-    empty = [""] * len(sample.position)
+    blanks = [""] * len(sample.position)
     leading = [CAPTURE, sample.number, sample.socket, sample.time, sample.stamp, sample.states]
-    return _line([*leading, *sample.position, *(sample.spread or empty), *(sample.effort or empty)])
+    return _line(
+        [*leading, *sample.position, *(sample.spread or blanks), *(sample.effort or blanks)]
+    )
 
 
 def mark_line(event: str, sample: Sample, time: float) -> bytes:
     """Return the line of an ``undo``, ``redo`` or ``relabel`` of a sample, at a time [s UTC]."""
-    empty = [""] * (2 + len(_PER_JOINT) * len(sample.position))
-    return _line([event, sample.number, sample.socket, time, *empty])
+    blanks = [""] * (2 + len(_PER_JOINT) * len(sample.position))
+    return _line([event, sample.number, sample.socket, time, *blanks])
 
 
 def _line(cells: Sequence[object]) -> bytes:
@@ -168,8 +170,8 @@ class _Row:
         """Do to the samples of the lines before what this line says."""
         event = self.cells["event"]
         if event not in (CAPTURE, UNDO, REDO, RELABEL):
-            known = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
-            raise RecordingError(f"{self.where}: event {event!r} is none of {known}")
+            events = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
+            raise RecordingError(f"{self.where}: event {event!r} is none of {events}")
         number = self.integer("sample")
         if event == CAPTURE:
             if number != len(samples) + 1:
@@ -179,8 +181,8 @@ class _Row:
                 )
             samples.append(self.capture(number))
             return
-        there = 1 <= number <= len(samples)
-        if not there or (event != RELABEL and (number in withdrawn) != (event == REDO)):
+        exists = 1 <= number <= len(samples)
+        if not exists or (event != RELABEL and (number in withdrawn) != (event == REDO)):
             raise RecordingError(f"{self.where}: {event} of sample {number}, which is not there")
         if event == UNDO:
             withdrawn.append(number)

@@ -143,15 +143,15 @@ def read_stream_log(file: Path) -> LoggedStates:
         data = read_bytes(file)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
-    head, _, rest = data.partition(b"\n")
+    head, _, body = data.partition(b"\n")
     try:
         described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
-        given = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[described["format"]]
-        stamp, position, effort = map(float, given)
+        fields = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[described["format"]]
+        stamp, position, effort = map(float, fields)
     except (ValueError, KeyError, TypeError, AttributeError):
         raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
-    blocks, gaps = _blocks(rest, 3 + 2 * len(joints))
+    blocks, gaps = _blocks(body, 3 + 2 * len(joints))
     rows = np.concatenate(blocks)
     numbers = rows.astype(np.float64)
     m = len(joints)

@@ -60,9 +60,9 @@ class Table:
         """Return whether a column holds words, times or nothing, and no number."""
         return all(_is_text(row[index].strip()) for row in self.rows)
 
-    def joints(self, others: Collection[Column] = ()) -> list[Column]:
+    def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
-        aside = {column.index for column in others}
+        aside = {column.index for column in reserved}
         return [
             column
             for column in self.columns

@@ -73,10 +73,10 @@ def _unwound(q: NDArray[np.float64], low: float, high: float) -> NDArray[np.floa
         if np.ptp(q) > end - start + _ROUNDING:
             on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
         options, counts = np.unique(np.rint((q - on_arc) / TURN), return_counts=True)
-        usual = options[np.argsort(-counts)].tolist()
-        choices = [on_arc + TURN * k for k in (*usual, -1, 1, -2, 2)] + choices
+        ranking = options[np.argsort(-counts)].tolist()
+        choices = [on_arc + TURN * k for k in (*ranking, -1, 1, -2, 2)] + choices
     if math.isfinite(high - low):
         choices.append(low + (q - low) % TURN)
-    inside = (one for one in choices if one.min() >= low and one.max() <= high)
+    inside = (choice for choice in choices if choice.min() >= low and choice.max() <= high)
     best = next(inside, q)
     return np.where(np.abs(best - q) < 1.0, q, best)

@@ -66,7 +66,7 @@ class Franka(ValidatingDriver):
         hint = "does a firewall here block UDP from it?"
         if self.status:
             hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"
-        raise self._silence(asked, deadline, more=f"; {hint}")
+        raise self._silence(asked, deadline, advice=f"; {hint}")
 
     def _disconnect(self) -> None:
         self._tcp.close()

@@ -148,20 +148,20 @@ def _stamp(monitor: Fields, default: float) -> float:
 def _fields(body: bytes) -> Fields:
     """Split a protobuf message into its fields; all of its bytes must belong to one."""
     fields: Fields = {}
-    at = 0
-    while at < len(body):
-        key, at = _decode_varint(body, at)
+    offset = 0
+    while offset < len(body):
+        key, offset = _decode_varint(body, offset)
         number, wire = key >> 3, key & 7
         if number == 0:
             raise ValueError("a message with a field 0")
         if wire not in (VARINT, BYTES, *FIXED):
             raise ValueError(f"a message with a field of unknown wire type {wire}")
-        value, start = (FIXED[wire], at) if wire in FIXED else _decode_varint(body, at)
-        at = start
+        value, start = (FIXED[wire], offset) if wire in FIXED else _decode_varint(body, offset)
+        offset = start
         if wire != VARINT:
-            at = start + value
-            value = body[start:at]
-            if at > len(body):
+            offset = start + value
+            value = body[start:offset]
+            if offset > len(body):
                 raise ValueError("a message that ends within a field")
         fields.setdefault(number, []).append((wire, value))
     return fields
@@ -184,17 +184,17 @@ def _single(fields: Fields, number: int, wire: int, default: Any) -> Any:
     return occurrences[0][1]
 
 
-def _decode_varint(body: bytes, at: int) -> tuple[int, int]:
+def _decode_varint(body: bytes, offset: int) -> tuple[int, int]:
     value = shift = 0
     while True:
-        if at >= len(body) or shift > 63:
+        if offset >= len(body) or shift > 63:
             raise ValueError("a message that ends within a number")
-        byte = body[at]
+        byte = body[offset]
         value |= (byte & 0x7F) << shift
-        at += 1
+        offset += 1
         shift += 7
         if byte < 0x80:
-            return value, at
+            return value, offset
 
 
 def _encode_varint(value: int) -> bytes:

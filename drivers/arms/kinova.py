@@ -106,13 +106,13 @@ class Kinova(PolledDriver):
 
 def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
-    scheme, separator, rest = address.partition("://")
+    scheme, separator, path = address.partition("://")
     if separator and scheme in ("serial", "can"):
         from .kinova_bus import open_can, open_serial
 
-        return open_serial(rest) if scheme == "serial" else open_can(rest)
+        return open_serial(path) if scheme == "serial" else open_can(path)
     if separator and scheme == "kortex":
-        return Kortex(rest)
+        return Kortex(path)
     raise Reason.BAD_ADDRESS(
         f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, or "
         "kortex://HOST (Gen3, Gen3 lite)"
@@ -124,8 +124,8 @@ class Kortex(KinovaArm):
 
     centred = True
 
-    def __init__(self, rest: str) -> None:
-        endpoint = parse_endpoint(rest, KORTEX_PORT, ("user", "password", "rate", "effort"))
+    def __init__(self, path: str) -> None:
+        endpoint = parse_endpoint(path, KORTEX_PORT, ("user", "password", "rate", "effort"))
         self.rate = endpoint.options.positive("rate", 100)
         self.sign = endpoint.options.sign("effort")
         self._where = str(endpoint)
@@ -153,7 +153,9 @@ class Kortex(KinovaArm):
         except Exception as error:
             raise self._failed(error) from error
         actuators = feedback.actuators
-        return [float(one.position) for one in actuators], [float(one.torque) for one in actuators]
+        return [float(actuator.position) for actuator in actuators], [
+            float(actuator.torque) for actuator in actuators
+        ]
 
     def close(self) -> None:
         """End the session and the connection; safe to call twice."""

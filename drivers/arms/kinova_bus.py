@@ -90,9 +90,9 @@ class IsoTpLink:
     def receive(self, wait: float) -> bytes:
         """Return the next message, or nothing."""
         deadline = clock.now() + wait
-        while not self._transfer.available() and (left := deadline - clock.now()) > 0:
+        while not self._transfer.available() and (remainder := deadline - clock.now()) > 0:
             pause = self._transfer.next_cf_delay()  # as the other side asked for
-            self._go_on(left if pause is None else min(left, pause))
+            self._go_on(remainder if pause is None else min(remainder, pause))
         return bytes(self._transfer.recv() or b"")
 
     def discard(self, wait: float) -> bool:
@@ -170,9 +170,9 @@ class PolledArm(KinovaArm):
         raise ValueError(f"actuator 0x{actuator:02x} on {self._where} does not answer")
 
 
-def open_serial(rest: str) -> PolledArm:
+def open_serial(path: str) -> PolledArm:
     """Open ``PORT?baud=..&parity=..&stopbits=..&databits=..``."""
-    port, _, query = rest.partition("?")
+    port, _, query = path.partition("?")
     options = parse_options(query, (*ARM_OPTIONS, *LINE_OPTIONS))
     parity = options.setdefault("parity", "even")
     if parity not in PARITIES:
@@ -189,9 +189,9 @@ def open_serial(rest: str) -> PolledArm:
     return PolledArm(SerialLink(line), port, options)
 
 
-def open_can(rest: str) -> PolledArm:
+def open_can(path: str) -> PolledArm:
     """Open ``[INTERFACE/]CHANNEL?tx=..&rx=..``, the identifiers of the gateway."""
-    address = parse_can_address(rest, (*ARM_OPTIONS, "tx", "rx"))
+    address = parse_can_address(path, (*ARM_OPTIONS, "tx", "rx"))
     transmit = address.options.integer("tx", 0x700)
     receive = address.options.integer("rx", 0x701)
     bus = CanBus(address, (receive,))
@@ -204,5 +204,5 @@ def open_can(rest: str) -> PolledArm:
         ) from None
     except ValueError as error:
         bus.close()
-        raise Reason.BAD_ADDRESS(f"can://{rest}: {error}") from None
+        raise Reason.BAD_ADDRESS(f"can://{path}: {error}") from None
     return PolledArm(link, str(address), address.options)

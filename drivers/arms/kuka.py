@@ -42,7 +42,7 @@ class Kuka(ValidatingDriver):
             self._follow(message)
             self._answer(message, source)
             if message.position:
-                effort = message.torque and tuple(self._sign * one for one in message.torque)
+                effort = message.torque and tuple(self._sign * torque for torque in message.torque)
                 return JointState(message.stamp, message.position, effort)
         last = f"; its session was {self.status}" if self.status else ""
         raise self._silence(asked, deadline, "FRI message with joint angles", last)

@@ -40,8 +40,8 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         raise ValueError(f"a message that is no JointState: {error!r}") from None
     if not all(map(math.isfinite, (*position, stamp))):
         raise ValueError("a message with values that are no numbers")
-    known = all(map(math.isfinite, effort))
-    return JointState(stamp, position, tuple(sign * e for e in effort) if known else None)
+    finite = all(map(math.isfinite, effort))
+    return JointState(stamp, position, tuple(sign * e for e in effort) if finite else None)
 
 
 class Ros(ValidatingDriver):
@@ -86,14 +86,14 @@ class Ros(ValidatingDriver):
         while (came := self._get(deadline)) is not None:
             names = _names(came[1])
             published.update(names)
-            wanted = names if joint_names is None else tuple(joint_names)
-            if wanted and set(names).issuperset(wanted):
-                return wanted
+            expected = names if joint_names is None else tuple(joint_names)
+            if expected and set(names).issuperset(expected):
+                return expected
         if not published:
             raise Reason.UNREACHABLE(f"nobody publishes on {self._where}")
-        missing = [name for name in joint_names or () if name not in published]
+        lost = [name for name in joint_names or () if name not in published]
         raise Reason.WRONG_ROBOT(
-            f"{self._where} has no joint {', '.join(missing) or 'states with all joints at once'}; "
+            f"{self._where} has no joint {', '.join(lost) or 'states with all joints at once'}; "
             f"it has {', '.join(sorted(published))}"
         )
 

@@ -121,14 +121,14 @@ def arm_at(address: str) -> SimulatedArm:
         raise Reason.BAD_ADDRESS("mock needs a recording to replay, as in mock:data/front")
     options = dict[str, float]()
     faults: list[Fault] = []
-    known = ("rate", "hold", "move", "noise", "effort_noise", "seed", "speed", "buffer")
+    names = ("rate", "hold", "move", "noise", "effort_noise", "seed", "speed", "buffer")
     try:
         pairs = parse_qsl(query.replace("+", "%2B"), True, strict_parsing=bool(query))
         for name, value in pairs:
             if name == "fault":
                 faults.append(Fault.parse(value))
-            elif name not in known:
-                raise ValueError(f"option {name!r} is none of {', '.join((*known, 'fault'))}")
+            elif name not in names:
+                raise ValueError(f"option {name!r} is none of {', '.join((*names, 'fault'))}")
             elif (parsed := _number(value)) is None:
                 raise ValueError(f"option {name}: {value!r} is not a number")
             else:

@@ -90,12 +90,12 @@ class Motion:
     def position(self, time: float) -> tuple[float, ...]:
         """Return the joint positions [rad] at a time after the start [s]."""
         index, progress = self.phase(time)
-        here = self.configurations[index]
+        start = self.configurations[index]
         if progress == 0:
-            return tuple(here)
-        there = self.configurations[index + 1]
+            return tuple(start)
+        end = self.configurations[index + 1]
         s = progress**3 * (10 + progress * (6 * progress - 15))
-        return tuple([a + (b - a) * s for a, b in zip(here, there, strict=True)])
+        return tuple([a + (b - a) * s for a, b in zip(start, end, strict=True)])
 
     def phase(self, time: float) -> tuple[int, float]:
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""

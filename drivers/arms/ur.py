@@ -128,14 +128,14 @@ class Recipe:
         layout = WITH_EFFORT if self.effort else PLAIN
         if len(payload) != layout.size or payload[0] != self.number:
             raise ValueError(f"a data package of {len(payload)} bytes that nobody asked for")
-        _, timestamp, *rest = layout.unpack(payload)
-        position, effort = tuple(rest[:6]), tuple(rest[8:]) or None
+        _, timestamp, *values = layout.unpack(payload)
+        position, effort = tuple(values[:6]), tuple(values[8:]) or None
         if not all(map(math.isfinite, (timestamp, *(effort or ())))):
             raise ValueError("a data package with values that are no numbers")
-        if not all(-1 <= mode <= LARGEST_MODE for mode in rest[6:8]):
+        if not all(-1 <= mode <= LARGEST_MODE for mode in values[6:8]):
             raise ValueError("a data package with an impossible mode")
         state = JointState(timestamp, check_angles(position), effort)
-        return state, status_text(*rest[6:8])
+        return state, status_text(*values[6:8])
 
 
 def check_angles(position: Sequence[float]) -> tuple[float, ...]:
@@ -165,11 +165,11 @@ def setup_payload(frequency: float, effort: str | None) -> bytes:
 
 def decode_recipe(payload: bytes, effort: str | None) -> Recipe:
     """Return the recipe that the controller made of a request."""
-    given = payload[1:].decode("ascii", "replace").rstrip(",").split(",")
-    wanted = {**OUTPUTS, **({effort: "VECTOR6D"} if effort else {})}
-    if len(payload) < 1 or len(given) != len(wanted):
-        raise ValueError(f"{len(given)} outputs where {len(wanted)} were asked for")
-    for (name, kind), got in zip(wanted.items(), given, strict=True):
+    types = payload[1:].decode("ascii", "replace").rstrip(",").split(",")
+    outputs = {**OUTPUTS, **({effort: "VECTOR6D"} if effort else {})}
+    if len(payload) < 1 or len(types) != len(outputs):
+        raise ValueError(f"{len(types)} outputs where {len(outputs)} were asked for")
+    for (name, kind), got in zip(outputs.items(), types, strict=True):
         if got == "NOT_FOUND":
             raise ValueError(f"no output called {name}: its software does not have it")
         if got != kind:

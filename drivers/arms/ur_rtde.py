@@ -64,8 +64,10 @@ class UrRtde(ValidatingDriver):
         if not clock.wait([self._states], max(0.0, deadline - asked)):
             raise self._silence(asked, deadline)
         if not (data := os.read(self._states, STATE.size)):
-            said = cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")
-            why = f": {said[-2]}" if said[1:] else ""
+            output = (
+                cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")
+            )
+            why = f": {output[-2]}" if output[1:] else ""
             raise Reason.UNREACHABLE(f"{self._where} ended the connection{why}")
         stamp, *position, robot_mode, safety_mode = STATE.unpack(data)
         self.status = status_text(robot_mode, safety_mode)

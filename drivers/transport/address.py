@@ -53,9 +53,9 @@ class Options(dict[str, str]):
             raise self.wrong(name, "1 or -1")
         return int(self.get(name, default))
 
-    def wrong(self, name: str, wanted: str) -> DriverError:
+    def wrong(self, name: str, form: str) -> DriverError:
         """Return the error for an option that is not what is wanted."""
-        return Reason.BAD_ADDRESS(f"option {name}={self[name]} is not {wanted}")
+        return Reason.BAD_ADDRESS(f"option {name}={self[name]} is not {form}")
 
 
 @dataclass(frozen=True)
@@ -90,15 +90,15 @@ def parse_endpoint(
     return Endpoint(host, port, parse_options(parts.query, options))
 
 
-def parse_options(query: str, known: tuple[str, ...]) -> Options:
+def parse_options(query: str, names: tuple[str, ...]) -> Options:
     """Return the options in ``option=value&...``; one that is not known is a BAD_ADDRESS."""
     try:
         options = Options(parse_qsl(query, strict_parsing=True) if query else ())
     except ValueError:
         raise bad_address(query, "options are written as ?name=value&name=value") from None
     for name in options:
-        if name not in known:
-            there_are = f"there are: {', '.join(known)}" if known else "there are none"
+        if name not in names:
+            there_are = f"there are: {', '.join(names)}" if names else "there are none"
             raise Reason.BAD_ADDRESS(f"no option is called {name!r}; {there_are}")
     return options
 

@@ -67,10 +67,12 @@ class CanBus:
                     odd = frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame
                     if not odd and frame.arbitration_id in (self._identifiers or ALL):
                         return frame
-                elif (left := deadline - clock.now()) <= 0:
+                elif (remainder := deadline - clock.now()) <= 0:
                     return None
                 else:
-                    clock.wait(self._watched, left if self._watched else min(left, POLL_SECONDS))
+                    clock.wait(
+                        self._watched, remainder if self._watched else min(remainder, POLL_SECONDS)
+                    )
 
     def discard(self, wait: float) -> bool:
         """Throw away a frame that has come, or comes within the wait [s]; return if one did."""
@@ -84,9 +86,9 @@ class CanBus:
 def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusABC:
     """Open a bus of python-can's; arguments and errors as of :class:`CanBus`."""
     if address.interface not in can.VALID_INTERFACES:
-        known = ", ".join(sorted(can.VALID_INTERFACES))
+        interfaces = ", ".join(sorted(can.VALID_INTERFACES))
         raise Reason.BAD_ADDRESS(
-            f"no CAN interface is called {address.interface!r}; one of: {known}"
+            f"no CAN interface is called {address.interface!r}; one of: {interfaces}"
         )
     settings: dict[str, Any] = {
         name: address.options.integer(name, 0) for name in BUS_OPTIONS if name in address.options

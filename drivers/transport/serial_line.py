@@ -44,16 +44,16 @@ class SerialLine:
         with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
             self._port.write(message)
 
-    def read(self, most: int, wait: float) -> bytes:
+    def read(self, count: int, wait: float) -> bytes:
         """Return at most so many bytes, as soon as one has come; none after the wait [s]."""
         with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
             if sys.platform == "win32":  # where a port is nothing to wait on
                 self._port.timeout = max(0.0, wait)
                 first = bytes(self._port.read(1))
-                return first + bytes(self._port.read(min(most - 1, self._port.in_waiting)))
+                return first + bytes(self._port.read(min(count - 1, self._port.in_waiting)))
             if not clock.wait([self._port], max(0.0, wait)):
                 return b""
-            return bytes(self._port.read(most))
+            return bytes(self._port.read(count))
 
     def discard(self, wait: float) -> bool:
         """Throw away what has come, or comes within the wait [s]; return whether anything did."""

@@ -93,16 +93,16 @@ class SessionActions:
         self.refused += 1
         self.alarm(f"refused: {reason}")
 
-    def implausible(self, rest: StationaryPose) -> str | None:
+    def implausible(self, pose: StationaryPose) -> str | None:
         """Return the reason why a rest is not captured without a key; None if it is."""
         odd = self._plausible and self._plausible(
-            (*self.session.live, self.session.sample_at(rest, time.time()))
+            (*self.session.live, self.session.sample_at(pose, time.time()))
         )
         return f"this pose {odd}" if odd else None
 
-    def capture(self, rest: StationaryPose, contact: str | None = None) -> Sample | None:
+    def capture(self, pose: StationaryPose, contact: str | None = None) -> Sample | None:
         """Save a rest as a sample; None if that failed, and the operator was told."""
-        sample = self.session.sample_at(rest, time.time())
+        sample = self.session.sample_at(pose, time.time())
         try:
             self._recording.capture(sample)
         except RecordingError as error:
@@ -169,10 +169,10 @@ class SessionActions:
         if not self.session.withdrawn:
             self.alarm("nothing to bring again")
             return
-        *others, number = self.session.withdrawn
+        *withdrawn, number = self.session.withdrawn
         sample = self.session.samples[number - 1]
         if self._mark(REDO, sample):
-            self.session = replace(self.session, withdrawn=tuple(others))
+            self.session = replace(self.session, withdrawn=tuple(withdrawn))
             self.notify(f"sample {number} of socket {sample.socket} counts again")
 
     def relabel(self, number: int, socket: int) -> None:
@@ -192,16 +192,16 @@ class SessionActions:
         Of those that were taken back, the ones that an alarm took back and that are among them.
         """
         session = self.session
-        again = set(numbers) & set(session.doubted) & set(session.withdrawn)
-        later = {s.number for s in session.live if s.number >= min(numbers)}
-        moved = [s for s in session.samples if s.number in again | later]
-        for sample in moved:
-            if sample.number in again:
+        doubts = set(numbers) & set(session.doubted) & set(session.withdrawn)
+        successors = {s.number for s in session.live if s.number >= min(numbers)}
+        part = [s for s in session.samples if s.number in doubts | successors]
+        for sample in part:
+            if sample.number in doubts:
                 continue
             if not self._mark(UNDO, sample):
                 return False
             self.session = self.session.without(sample.number)
-        self.moved = tuple(moved)
+        self.moved = tuple(part)
         return True
 
     def switch(self, socket: int) -> None:

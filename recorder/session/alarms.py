@@ -39,10 +39,10 @@ class Alarm:
         """The line, with the keys that cure it."""
         return f"{self.text}: {CURES[self.cause]}k keep"
 
-    def is_like(self, other: "Alarm") -> bool:
+    def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
-        first, second = (*self.samples, 0)[0], (*other.samples, 0)[0]
-        return self.cause == other.cause and abs(first - second) <= NEAR
+        first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
+        return self.cause == alarm.cause and abs(first - second) <= NEAR
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,9 @@ class GuidanceRequest:
     """Configuration of the arm [rad], [m] for a prismatic joint."""
     answers: Answers = NO_ANSWERS
 
-    def is_like(self, other: "GuidanceRequest | None") -> bool:
+    def is_like(self, request: "GuidanceRequest | None") -> bool:
         """Return whether two requests differ in the arm's configuration alone."""
-        return other is not None and replace(self, position=other.position) == other
+        return request is not None and replace(self, position=request.position) == request
 
     def is_begin_of(self, session: Session) -> bool:
         """Return whether a session only went on since the request."""

@@ -101,7 +101,7 @@ class View:
         if target is None or self.position is None:
             return ()
         joints = zip(self.session.joints, target, self.position, strict=True)
-        turns = [(joint, to - now) for joint, to, now in joints]
+        turns = [(joint, goal - now) for joint, goal, now in joints]
         return tuple((joint, turn) for joint, turn in turns if abs(turn) > REACHED)
 
     @property
@@ -112,9 +112,9 @@ class View:
         """
         if self.prompt.words not in ("MOVE", "NEXT POSE") or not self.turns:
             return self.prompt.words
-        most = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
+        largest = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
         numbers = {joint: i for i, joint in enumerate(self.session.joints, 1)}
-        return " ".join(f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in most)
+        return " ".join(f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in largest)
 
 
 _CALM, _STEADY, _GOOD, _NEXT, _BAD = "blue", "dark_orange3", "dark_green", "magenta", "red"
@@ -135,34 +135,36 @@ def _before_all(now: View) -> OperatorPrompt | None:
         return OperatorPrompt(f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk")
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
-    more = "" if now.hands_free else f", {key} captures one more"
+    hint = "" if now.hands_free else f", {key} captures one more"
     if now.advice and now.advice.fails and (now.advice.exhausted or session.complete):
         return OperatorPrompt("SOLVE FAILS", _BAD, now.advice.fails)
     if now.advice and now.advice.exhausted:
         why = "more poses here hardly help: n, base elsewhere"
         return OperatorPrompt("NEXT PLACE", _NEXT, why)
     if now.advice and now.advice.enough:
-        return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, now.advice, more))
+        return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, now.advice, hint))
     if session.complete:
-        return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{more}")
+        return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{hint}")
     done = session.turn_done or session.counts[session.socket] >= session.target
     if done or (now.advice and now.advice.leave and now.advice.socket == session.socket):
-        to = session.next_socket
-        over = f"enough here: ball to socket {to}, then press s"
-        return OperatorPrompt(f"SOCKET {to} NOW", _NEXT, over)
+        target = session.next_socket
+        over = f"enough here: ball to socket {target}, then press s"
+        return OperatorPrompt(f"SOCKET {target} NOW", _NEXT, over)
     if now.paused:
-        to = session.socket
-        return OperatorPrompt(f"SOCKET {to} NOW", _NEXT, f"once the ball is in socket {to}: {key}")
+        target = session.socket
+        return OperatorPrompt(
+            f"SOCKET {target} NOW", _NEXT, f"once the ball is in socket {target}: {key}"
+        )
     return None
 
 
-def _enough_for(session: Session, advice: Advice, more: str) -> str:
+def _enough_for(session: Session, advice: Advice, hint: str) -> str:
     """Return what the samples are enough for, and what is asked beside them."""
     if not session.measured:
         return "m types the sockets' distance, without which solve gives no PASS; q finishes"
     if advice.near_only:
         return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
-    reached = f"q finishes{more}; the goal is reached"
+    reached = f"q finishes{hint}; the goal is reached"
     return reached if advice.unit == "mrad" else f"{reached}; for PASS hold out another place"
 
 
@@ -170,9 +172,9 @@ def _by_place(now: View) -> OperatorPrompt | None:
     """Return the step at a pose where no capture would be taken."""
     assert now.position is not None
     session = now.session
-    left = session.left_behind(now.position)
-    if left:
-        return OperatorPrompt(f"SOCKET {session.socket} NOW", _NEXT, left)
+    samples = session.left_behind(now.position)
+    if samples:
+        return OperatorPrompt(f"SOCKET {session.socket} NOW", _NEXT, samples)
     refusal = session.refusal(now.position) or now.implausible
     if refusal is None or now.fast:
         return None

@@ -44,7 +44,7 @@ class Recording:
         self.file = folder / SAMPLES
         self.remarks: list[str] = []
         """Remarks to the operator on files that were there already."""
-        earlier = self._agree(metadata)
+        metadata_before = self._agree(metadata)
         try:
             _make_folder(folder)
             flags = os.O_RDWR | os.O_CREAT | APPEND
@@ -54,7 +54,7 @@ class Recording:
         try:
             self._lock()
             self.content = self._mend(metadata.joints)
-            self._metadata = metadata.added_to(earlier)
+            self._metadata = metadata.added_to(metadata_before)
             write_metadata(folder / METADATA, self._metadata)
             self._size = os.fstat(self._fd).st_size
         except BaseException as error:
@@ -128,16 +128,16 @@ class Recording:
                 f"{self.folder}: holds placements ({', '.join(p.name for p in inside[:3])}), which "
                 f"samples beside them would hide; name the new one, as in {self.folder / 'next'}"
             )
-        earlier = read_metadata(self.folder / METADATA)
+        stored = read_metadata(self.folder / METADATA)
         for key, value in metadata.fixed().items():
-            if key in earlier and earlier[key] != value:
+            if key in stored and stored[key] != value:
                 raise RecordingError(
-                    f"{self.folder / METADATA}: recorded with {key} {_text(earlier[key])}, "
+                    f"{self.folder / METADATA}: recorded with {key} {_text(stored[key])}, "
                     f"not {_text(value)}; {self._remedy(key, value)}"
                 )
-        if earlier.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
+        if stored.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
             self.remarks.append("the robot's model has changed since this recording was begun")
-        return earlier
+        return stored
 
     def _remedy(self, key: str, value: object) -> str:
         if key != "distance":
@@ -155,11 +155,11 @@ class Recording:
 
     def _mend(self, joints: tuple[str, ...]) -> SampleFile:
         """Move a torn line aside, give a new file its header, and return what the file holds."""
-        whole, newline, torn = read_bytes(self.file).rpartition(b"\n")
+        lines, newline, torn = read_bytes(self.file).rpartition(b"\n")
         if torn:
             self._set_aside(torn)
-            os.ftruncate(self._fd, len(whole) + len(newline))
-        if not whole:
+            os.ftruncate(self._fd, len(lines) + len(newline))
+        if not lines:
             os.ftruncate(self._fd, 0)
             append_bytes(self._fd, header_line(joints))
         os.fsync(self._fd)
@@ -198,10 +198,10 @@ class Recording:
     def _check_place(self) -> None:
         """See that the open file is still the one that its path names."""
         try:
-            named = self.file.stat()
+            status = self.file.stat()
         except OSError:
-            named = None
-        if named is None or not os.path.samestat(named, os.fstat(self._fd)):
+            status = None
+        if status is None or not os.path.samestat(status, os.fstat(self._fd)):
             raise RecordingError(
                 f"{self.file} was moved, renamed or replaced; finish with q and start again with "
                 "--out where it is now"

@@ -101,9 +101,9 @@ class Session:
     @property
     def next_socket(self) -> int:
         """The socket to go on with: after the active one, the first that lacks samples."""
-        others = [(self.socket + i) % self.sockets for i in range(1, self.sockets)]
-        lacking = [k for k in others if self.counts[k] < self.target]
-        return (lacking or others or [self.socket])[0]
+        sockets = [(self.socket + i) % self.sockets for i in range(1, self.sockets)]
+        lacking = [k for k in sockets if self.counts[k] < self.target]
+        return (lacking or sockets or [self.socket])[0]
 
     @property
     def complete(self) -> bool:
@@ -120,17 +120,17 @@ class Session:
         """The sample that undo takes back."""
         return self.live[-1] if self.live else None
 
-    def sample_at(self, rest: StationaryPose, time: float | None = None) -> Sample:
+    def sample_at(self, pose: StationaryPose, time: float | None = None) -> Sample:
         """Return what the next capture is, where the arm rests now; the time is the computer's."""
         return Sample(
-            position=rest.position,
+            position=pose.position,
             socket=self.socket,
-            effort=rest.effort,
+            effort=pose.effort,
             number=self.next_number,
             time=time,
-            stamp=rest.stamp,
-            states=rest.states,
-            spread=rest.spread,
+            stamp=pose.stamp,
+            states=pose.states,
+            spread=pose.spread,
         )
 
     def captured(self, sample: Sample) -> "Session":
@@ -161,8 +161,8 @@ class Session:
         for joint, value in zip(self.joints, position, strict=True):
             margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
             if not joint.allows(value, margin):
-                other = self.similar_models and self.similar_models(position)
-                hint = f" This moves like a {other}." if other else ""
+                arm = self.similar_models and self.similar_models(position)
+                hint = f" This moves like a {arm}." if arm else ""
                 return (
                     f"{joint.name} reads {joint.shown(value)}, outside its limits "
                     f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "

@@ -139,9 +139,10 @@ class StationarityDetector:
         self.moving = "too few states yet: wait a moment"
         slow = 2 * min(steps) > self.length
         if len(stamps) > 1 and len(stamps) < MIN_STATES and (self.full or slow):
-            least = math.ceil(10 * (MIN_STATES + 0.5) * min(steps)) / 10
+            shortest = math.ceil(10 * (MIN_STATES + 0.5) * min(steps)) / 10
             self.moving = (
-                f"only {len(stamps)} states in {self.length:g} s: use a longer --window, {least:g}"
+                f"only {len(stamps)} states in {self.length:g} s: "
+                f"use a longer --window, {shortest:g}"
             )
             return None
         if not self.full:
@@ -271,19 +272,19 @@ class ContactDetector:
         self._gravity = gravity
         self._quietest: tuple[float, ...] | None = None
 
-    def evidence(self, rest: StationaryPose) -> str | None:
+    def evidence(self, pose: StationaryPose) -> str | None:
         """Return the evidence that the arm is being pushed, in words; None without any."""
-        if rest.effort is None or rest.effort_spread is None:
+        if pose.effort is None or pose.effort_spread is None:
             return None
-        return self._load(rest.position, rest.effort) or self._tremor(rest.effort_spread)
+        return self._load(pose.position, pose.effort) or self._tremor(pose.effort_spread)
 
     def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
         if self._gravity is None:
             return None
         torques = self._gravity(position)
-        for joint, tau, held in zip(self._joints, effort, torques, strict=True):
-            if abs(tau - held) > LOAD + LOAD_SHARE * abs(held):
-                return f"{joint.name} exerts {tau - held:+.1f} N m beyond gravity"
+        for joint, tau, torque in zip(self._joints, effort, torques, strict=True):
+            if abs(tau - torque) > LOAD + LOAD_SHARE * abs(torque):
+                return f"{joint.name} exerts {tau - torque:+.1f} N m beyond gravity"
         return None
 
     def _tremor(self, spread: tuple[float, ...]) -> str | None:

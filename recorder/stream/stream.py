@@ -56,10 +56,10 @@ class Stream:
         """Number of states that were not taken yet."""
         return len(self._waiting)
 
-    def take(self, most: int = 1_000_000) -> list[tuple[float, JointState, int]]:
+    def take(self, count: int = 1_000_000) -> list[tuple[float, JointState, int]]:
         """Return the oldest states that were not taken yet, at most so many."""
         waiting = self._waiting
-        taken = [waiting.popleft() for _ in range(min(most, len(waiting)))]
+        taken = [waiting.popleft() for _ in range(min(count, len(waiting)))]
         if self.log is not None:
             for _, state, connection in taken:
                 self.log.add(state, connection)
@@ -273,8 +273,8 @@ class StreamMonitor(StationarityDetector):
             allowed = max(limit, UNEVEN * abs(self._speeds[i]))
             surprise = new - old - expected
             if allowed < abs(surprise) < 1.5 * TURN:  # a whole turn is no jump
-                without = self.joints[i].difference(surprise)
-                surprise = without if abs(without) < JUMP else surprise
+                deviation = self.joints[i].difference(surprise)
+                surprise = deviation if abs(deviation) < JUMP else surprise
             if abs(surprise) > allowed:
                 self._offsets[i] += surprise
                 self.restart()

@@ -40,9 +40,9 @@ class Screen:
             self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
-        lines = render(view, width, height, plain=self._plain)
-        known = [*map(_content, self._lines), *[None] * height]
-        changed = [row for row, line in enumerate(lines) if _content(line) != known[row]]
+        lines = render(view, width, height, ascii_only=self._plain)
+        rows_shown = [*map(_content, self._lines), *[None] * height]
+        changed = [row for row, line in enumerate(lines) if _content(line) != rows_shown[row]]
         with self._console.capture() as capture:
             self._console.print(Group(*(lines[row] for row in changed)))
         for row, line in zip(changed, capture.get().split("\n"), strict=False):
@@ -95,9 +95,9 @@ class Lines:
     def show(self, view: View) -> None:
         """Print what is new: messages, advice, the prompt, the help when it is asked for."""
         messages = view.session.messages
-        known = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
+        number = next((i for i, m in enumerate(messages, 1) if m is self._last), 0)
         try:
-            for message in messages[known:]:
+            for message in messages[number:]:
                 if self._brief and not message.alarm:
                     continue
                 self._console.print(("! " if message.alarm else "") + message.text, markup=False)

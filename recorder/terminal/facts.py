@@ -36,15 +36,15 @@ def gauge(view: View, width: int) -> list[Text]:
         None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
     older = len(view.session.live) - advice.count
-    said = f"{older} samples ago" if older > OLD else ""
+    age = f"{older} samples ago" if older > OLD else ""
     unit = " mrad" if advice.unit == "mrad" else ""
     start = f" predicted {_mm(advice.predicted)}{unit} "
-    first, *others = _lines_of([f"goal {_mm(advice.goal)}", said, *facts], width - len(start) - 4)
+    first, *lines = _lines_of([f"goal {_mm(advice.goal)}", age, *facts], width - len(start) - 4)
     length = max(3, min(24, width - len(f"{start} {first}")))
     share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
     bar = ("█" * round(share * length)).ljust(length, "·")
     style = "green" if advice.predicted <= advice.goal else ""
-    return [Text(f"{start}{bar} {first}", style=style), *(Text(f" {line}") for line in others)]
+    return [Text(f"{start}{bar} {first}", style=style), *(Text(f" {line}") for line in lines)]
 
 
 def _lines_of(facts: Iterable[str | None], width: int) -> list[str]:
@@ -63,14 +63,14 @@ def _mm(metres: float) -> str:
 def stream(view: View, width: int) -> Text:
     """The stream's state; in fewer words where there is less room."""
     age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
-    known = math.isfinite(view.age)
+    has_state = math.isfinite(view.age)
     lost = f"  discarded {view.discarded}" if view.discarded else ""
     drops, rate = view.drops, f"{view.rate:.0f} Hz"
-    whole = f" stream {rate}  {f'last state {age} ago' if known else 'no state yet'}"
-    whole += f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
-    brief = f" {rate}  {f'{age} ago' if known else 'no state'}"
+    text = f" stream {rate}  {f'last state {age} ago' if has_state else 'no state yet'}"
+    text += f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
+    brief = f" {rate}  {f'{age} ago' if has_state else 'no state'}"
     brief += f"  missed {view.missed}{lost}{f'  lost {drops}x' if drops else ''}"
-    line = Text(whole if len(whole) <= width else fit(brief, width))
+    line = Text(text if len(text) <= width else fit(brief, width))
     if view.age > 0.25:
         line.stylize("bold red")
     return line

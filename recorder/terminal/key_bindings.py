@@ -57,13 +57,13 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
 
 def capture_key(keys: Mapping[str, str]) -> str:
     """Return the name of the key that captures: the first that the operator chose, or space."""
-    chosen = (key for key, does in keys.items() if does == "capture" and key not in KEYS)
-    return next(chosen, "space")
+    keys_of_capture = (key for key, does in keys.items() if does == "capture" and key not in KEYS)
+    return next(keys_of_capture, "space")
 
 
 def _known(name: str, setting: str) -> str:
     """Return a key by the keyboard's name for it."""
-    by_lower = {known.lower(): known for known in NAMES}
+    by_lower = {name.lower(): name for name in NAMES}
     if name.lower() in by_lower:
         return by_lower[name.lower()]
     if len(name) == 1 and name.isprintable() and not name.isdigit() and name != " ":

@@ -143,11 +143,11 @@ class KeyHandler:
             self.line = None
 
     def _do(self, action: str, numbers: Sequence[float]) -> None:
-        whole = [int(number) for number in numbers]
+        samples = [int(number) for number in numbers]
         if action == "delete" and len(numbers) == 1:
-            self._actions.delete(whole[0])
+            self._actions.delete(samples[0])
         elif action == "relabel" and len(numbers) == 2:
-            self._actions.relabel(whole[0], whole[1])
+            self._actions.relabel(samples[0], samples[1])
         elif action == "measure" and len(numbers) == 1:
             self._measure(numbers[0] / 1e3)
         else:

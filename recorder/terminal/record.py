@@ -168,8 +168,8 @@ class Recorder:
     def _update(self, now: float) -> None:
         """Update alerts, guidance and sound."""
         self._alerts.update(now)
-        rest, latest = self.monitor.rest, self.monitor.latest
-        self._evidence = self._detector.evidence(rest) if rest else None
+        pose, latest = self.monitor.rest, self.monitor.latest
+        self._evidence = self._detector.evidence(pose) if pose else None
         self._client.update(latest.position if latest else None)
         self._sound.update(now)
 
@@ -184,39 +184,39 @@ class Recorder:
 
     def _capture(self) -> None:
         """Capture because a key says so."""
-        rest = self.monitor.rest
-        reason = self._trouble(self._pressed) or (None if rest else self.monitor.moving)
-        if rest and not reason:
-            reason = self._actions.session.refusal(rest.position)
-        if not rest or reason:
-            self._rejected = rest
+        pose = self.monitor.rest
+        reason = self._trouble(self._pressed) or (None if pose else self.monitor.moving)
+        if pose and not reason:
+            reason = self._actions.session.refusal(pose.position)
+        if not pose or reason:
+            self._rejected = pose
             self._actions.refuse(reason or "still moving")
         else:
-            self._save(rest)
+            self._save(pose)
 
-    def _save(self, rest: StationaryPose) -> None:
-        sample = self._actions.capture(rest, self._detector.evidence(rest))
-        self._rejected = None if sample else rest
+    def _save(self, pose: StationaryPose) -> None:
+        sample = self._actions.capture(pose, self._detector.evidence(pose))
+        self._rejected = None if sample else pose
         if sample:
             self._captured = sample.number, clock.now()
 
     def _capture_hands_free(self, now: float) -> None:
         """Capture a settled rest at a new, plausible pose, unless a key is awaited."""
-        rest = self.monitor.rest
-        if not rest or not self.monitor.settled or self._trouble(now):
+        pose = self.monitor.rest
+        if not pose or not self.monitor.settled or self._trouble(now):
             return
-        if self._same(self._rejected, rest):
+        if self._same(self._rejected, pose):
             return
         view = replace(self._view(now), captured=None)
         odd = view.implausible
         if view.prompt.words == "HOLD":
-            self._save(rest)
-        elif odd and view.prompt.reason == odd and not self._same(self._implausible, rest):
-            self._implausible = rest  # alarmed once
+            self._save(pose)
+        elif odd and view.prompt.reason == odd and not self._same(self._implausible, pose):
+            self._implausible = pose  # alarmed once
             self._actions.alarm(f"{odd} {view.capture_key} captures it all the same")
 
-    def _same(self, earlier: StationaryPose | Sample | None, rest: StationaryPose) -> bool:
-        return bool(earlier and self._actions.session.same(earlier.position, rest.position))
+    def _same(self, reference: StationaryPose | Sample | None, pose: StationaryPose) -> bool:
+        return bool(reference and self._actions.session.same(reference.position, pose.position))
 
     def _follow_script(self, script: Script, now: float) -> None:
         """Press all keys of the script that are due."""
@@ -231,28 +231,28 @@ class Recorder:
 
     def _no_new_rest(self, now: float) -> str | None:
         """Return the reason why the arm does not rest where a script may capture, or None."""
-        rest = self.monitor.rest
-        trouble = self._trouble(now) or (None if rest else self.monitor.moving)
-        if trouble or not (rest and self.monitor.settled):
+        pose = self.monitor.rest
+        trouble = self._trouble(now) or (None if pose else self.monitor.moving)
+        if trouble or not (pose and self.monitor.settled):
             return trouble or "not yet still for long enough"
-        if self._same(self._rejected, rest):
+        if self._same(self._rejected, pose):
             return "it rests where a capture was just refused"
-        taken = [one.number for one in self._actions.session.live if self._same(one, rest)]
+        taken = [sample.number for sample in self._actions.session.live if self._same(sample, pose)]
         return f"it rests where sample {taken[0]} was taken" if taken else None
 
     def _view(self, now: float) -> View:
         """Return the state of the session, from which the operator's next step follows."""
-        rest, latest = self.monitor.rest, self.monitor.latest
+        pose, latest = self.monitor.rest, self.monitor.latest
         captured, line = self._captured, self._handler.line
-        by_itself = rest if self.hands_free else None
+        by_itself = pose if self.hands_free else None
         if by_itself and self._actions.session.refusal(by_itself.position):
             by_itself = None  # often: it was just captured
         return View(
             self._actions.session,
-            position=rest.position if rest else latest and latest.position,
+            position=pose.position if pose else latest and latest.position,
             title=self.title,
             trouble=self._trouble(now),
-            moving=None if rest else self.monitor.moving,
+            moving=None if pose else self.monitor.moving,
             fast=self.monitor.fast,
             contact=self._evidence,
             captured=captured[0] if captured and now - captured[1] < SHOWN else None,

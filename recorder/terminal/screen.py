@@ -28,16 +28,16 @@ def rows_needed(joints: int) -> int:
     return joints + 7
 
 
-def render(view: View, width: int, height: int, *, plain: bool = False) -> list[Text]:
+def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> list[Text]:
     """Return a view as lines of a terminal's width, as many as its height unless it is too small.
 
-    ``plain`` draws with ASCII only.
+    ``ascii_only`` draws with ASCII only.
     """
-    least = rows_needed(len(view.session.joints))
-    if width < _WIDTH or height < least:
-        said = f"needs {_WIDTH} x {least}, has {width} x {height}: {view.prompt.words}"
-        return [_shown(Text(said), width, plain=plain)]
-    return [_shown(line, width, plain=plain) for line in _lines(view, width, height)]
+    lowest = rows_needed(len(view.session.joints))
+    if width < _WIDTH or height < lowest:
+        text = f"needs {_WIDTH} x {lowest}, has {width} x {height}: {view.prompt.words}"
+        return [_shown(Text(text), width, ascii_only=ascii_only)]
+    return [_shown(line, width, ascii_only=ascii_only) for line in _lines(view, width, height)]
 
 
 def advice_lines(view: View, width: int) -> list[str]:
@@ -47,12 +47,12 @@ def advice_lines(view: View, width: int) -> list[str]:
     return [line.plain.strip() for line in (*gauge(view, width), *_hint(view, width))]
 
 
-def _shown(line: Text, width: int, *, plain: bool) -> Text:
+def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
     """Return a line that a terminal can show."""
     line.no_wrap = True
     if not line.plain.isprintable():  # what a driver said may hold anything
         line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
-    if plain:
+    if ascii_only:
         line.plain = line.plain.translate(_PLAIN)
     line.truncate(width)
     return line
@@ -65,8 +65,8 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     names = ["mukca record", view.page, view.title, "keys by script" if view.scripted else ""]
     words = " " + "  ".join(filter(None, names))
     title = [Text(fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
-    predicted, *more = gauge(view, width)
-    facts = [*kept(view, width), predicted, stream(view, width), *more]
+    predicted, *details = gauge(view, width)
+    facts = [*kept(view, width), predicted, stream(view, width), *details]
     facts = [line for line in facts if line.plain]
     facts = facts[: 0 if view.help else max(0, spare - 2)]
     large = banner(view.large, view.prompt.colour, width)
@@ -80,28 +80,28 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     return [*top, *(middle + [Text()] * room)[:room], *keys]
 
 
-def _status(view: View, width: int, most: int) -> list[Text]:
+def _status(view: View, width: int, rows: int) -> list[Text]:
     """The active socket, the banner's words again, and the whole reason, if it fits some lines."""
     start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
     lines = textwrap.wrap(start + text, width - 2)
-    kept = lines if len(lines) <= most else [start + text]
-    return [Text(fit(f" {line}", width), style="bold") for line in kept]
+    shortened = lines if len(lines) <= rows else [start + text]
+    return [Text(fit(f" {line}", width), style="bold") for line in shortened]
 
 
 def _counts(session: Session, width: int) -> Text:
     """Captures of every socket against the target."""
-    each = max(16, width // session.sockets)
+    column = max(16, width // session.sockets)
     line = Text()
     asked = USUAL if session.block else f"{session.target}"
-    most = int(asked.rpartition("-")[2])
+    target = int(asked.rpartition("-")[2])
     for socket, count in enumerate(session.counts):
-        share = min(1.0, count / max(1, most))
-        length = max(4, each - 13 - len(asked) - 3)
+        share = min(1.0, count / max(1, target))
+        length = max(4, column - 13 - len(asked) - 3)
         bar = ("█" * round(share * length)).ljust(length, "·")
         style = "bold" if socket == session.socket else ""
-        line.append(f" {socket}: {count:>2}/{asked:<2} {bar}".ljust(each), style=style)
+        line.append(f" {socket}: {count:>2}/{asked:<2} {bar}".ljust(column), style=style)
     return line
 
 
@@ -140,17 +140,17 @@ def _joints(view: View, width: int) -> list[Text]:
     nowhere = (math.nan,) * len(session.joints)
     values = view.position or nowhere
     target = (view.advice.target if view.advice else None) or nowhere
-    here = [s.position for s in session.live if s.socket == session.socket]
-    there = [s.position for s in session.live if s.socket != session.socket]
+    samples = [s.position for s in session.live if s.socket == session.socket]
+    samples_beside = [s.position for s in session.live if s.socket != session.socket]
     lines: list[Text] = []
     for i, joint in enumerate(session.joints):
         lower, upper = _ends(joint)
-        near = min(values[i] - lower, upper - values[i]) < 0.05 * (upper - lower)
+        at_limit = min(values[i] - lower, upper - values[i]) < 0.05 * (upper - lower)
         marks = [
-            *((q[i], "╷", "dim") for q in there),
-            *((q[i], "▮", "cyan") for q in here),
+            *((q[i], "╷", "dim") for q in samples_beside),
+            *((q[i], "▮", "cyan") for q in samples),
             (target[i], "◆", "bold magenta"),
-            (values[i], "┃", "bold red" if near else "bold"),
+            (values[i], "┃", "bold red" if at_limit else "bold"),
         ]
         line = Text(f" {fit(joint.name, names):<{names}} ")
         lines.append(line.append(_joint(joint, values[i], marks, width - names - 30)))

@@ -56,16 +56,16 @@ class Site:
 def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     centres = np.array([centre - 0.5 * distance * along, centre + 0.5 * distance * along])
-    wanted = POSES if np.isinf(reach.turn) else MANY
-    zero, one = (reach.poses(c, wanted) for c in centres)
-    if np.isfinite(reach.turn) and min(len(zero), len(one)):
+    count = POSES if np.isinf(reach.turn) else MANY
+    zero, first = (reach.poses(c, count) for c in centres)
+    if np.isfinite(reach.turn) and min(len(zero), len(first)):
         # a session begins where most poses of both sockets are near
-        near = np.abs(zero[:, None] - np.concatenate([zero, one])).max(axis=2) <= reach.turn
-        near = near[int(np.argmax(near.sum(axis=1)))]
-        zero, one = zero[near[: len(zero)]][:POSES], one[near[len(zero) :]][:POSES]
-    if min(len(zero), len(one)) < POSES // 4:
+        neighbours = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2) <= reach.turn
+        neighbours = neighbours[int(np.argmax(neighbours.sum(axis=1)))]
+        zero, first = zero[neighbours[: len(zero)]][:POSES], first[neighbours[len(zero) :]][:POSES]
+    if min(len(zero), len(first)) < POSES // 4:
         return None
-    return Site(centres, (zero, one))
+    return Site(centres, (zero, first))
 
 
 def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site]:
@@ -73,22 +73,22 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
     radius = float(np.hypot(centre[0], centre[1]))
     sites: list[Site | None] = []
     for angle, height in itertools.product(ANGLES, HEIGHTS):
-        away = np.array([np.cos(angle), np.sin(angle), 0.0])
-        place = radius * away + np.array([0.0, 0.0, centre[2] + height])
+        outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+        place = radius * outward + np.array([0.0, 0.0, centre[2] + height])
         if np.linalg.norm(place - centre) >= 0.3 * radius:
-            sites.append(site_at(reach, place, distance, np.array([-away[1], away[0], 0.0])))
+            sites.append(site_at(reach, place, distance, np.array([-outward[1], outward[0], 0.0])))
     return [site for site in sites if site is not None]
 
 
-def in_words(here: Sequence[float], there: Sequence[float]) -> str:
+def in_words(start: Sequence[float], end: Sequence[float]) -> str:
     """Return the way from one place of the base to another [m], as seen from the robot."""
-    (x, y, z), (u, v, w) = here, there
+    (x, y, z), (u, v, w) = start, end
     before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
-    around = 2 * before * abs(np.sin(0.5 * angle))
+    arc = 2 * before * abs(np.sin(0.5 * angle))
     words: list[str] = []
-    if around > NEAR:
-        words.append(f"{around:.2f} m to the {'left' if angle > 0 else 'right'}")
+    if arc > NEAR:
+        words.append(f"{arc:.2f} m to the {'left' if angle > 0 else 'right'}")
         words[0] += " around the robot" if abs(angle) > np.deg2rad(30) else ""
     if abs(after - before) > NEAR:
         words.append(f"{abs(after - before):.2f} m {'farther' if after > before else 'nearer'}")
@@ -103,7 +103,7 @@ def unit(offset: np.ndarray) -> np.ndarray:
 
 
 def with_site(
-    known: ParameterCovariance,
+    state: ParameterCovariance,
     site: Site,
     where: Workspace,
     samples: int,
@@ -112,59 +112,65 @@ def with_site(
     """Return the covariance after recording at another site.
 
     The ``samples`` in each socket are chosen greedily among the site's poses. ``before`` is the
-    direction of the same base at an earlier site, whose sockets are the first two of ``known``; its
+    direction of the same base at an earlier site, whose sockets are the first two of ``state``; its
     distance was measured there. None: it is measured here.
     """
-    first = known.sockets
-    known = known.with_sockets(2)
+    first = state.sockets
+    state = state.with_sockets(2)
     ends, deviation = {first: -site.along, first + 1: site.along}, CALIPER_DEVIATION
     if before is not None:  # as long as it was there
         ends, deviation = ends | {0: before, 1: -before}, 2**0.5 * SEAT_DEVIATION
-    known = known.with_lengths(ends, deviation)
+    state = state.with_lengths(ends, deviation)
     pools = dict(enumerate(site.poses, first))
-    rows = {k: known.whitened(q, k) for k, q in pools.items()}
+    rows = {k: state.whitened(q, k) for k, q in pools.items()}
     order = [first, first + 1] * samples
-    after = Annealing(known.covariance, rows, where.judged, pools, order).greedy()
-    return replace(known, covariance=after)
+    after = Annealing(state.covariance, rows, where.judged, pools, order).greedy()
+    return replace(state, covariance=after)
 
 
 def best_site(
-    known: ParameterCovariance,
+    state: ParameterCovariance,
     sites: list[Site],
     where: Workspace,
     samples: int,
     before: np.ndarray,
 ) -> tuple[Site, ParameterCovariance]:
     """Return the site that teaches most, and the covariance after it; see :func:`with_site`."""
-    after = [with_site(known, site, where, samples, before) for site in sites]
+    after = [with_site(state, site, where, samples, before) for site in sites]
     best = int(np.argmin([k.error(where) for k in after]))
     return sites[best], after[best]
 
 
 def next_base_advice(
-    known: ParameterCovariance, where: Workspace, reach: Reach, here: np.ndarray, distance: float
+    state: ParameterCovariance,
+    where: Workspace,
+    reach: Reach,
+    position: np.ndarray,
+    distance: float,
 ) -> tuple[str, ...]:
     """Return lines on the best next placement: its place, its gain, and ways to a larger one.
 
-    ``known`` is the covariance after this placement, whose two sockets are ``here``, shape (2, 3)
-    [m], so far apart [m].
+    ``state`` is the covariance after this placement, whose two sockets are ``position``,
+    shape (2, 3) [m], so far apart [m].
     """
-    sites = sites_around(reach, here.mean(axis=0), distance)
+    sites = sites_around(reach, position.mean(axis=0), distance)
     if not sites:
         return ()
-    site, then = best_site(known, sites, where, SAMPLES, unit(here[1] - here[0]))
-    centre, u = site.centres.mean(axis=0), unit(site.centres[0] - here[0])
-    tied = then.with_lengths({0: -u, known.sockets: u}, KNOWN)
+    site, then = best_site(state, sites, where, SAMPLES, unit(position[1] - position[0]))
+    centre, u = site.centres.mean(axis=0), unit(site.centres[0] - position[0])
+    tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
     longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
-    now, brings, with_tie = (f"{1e3 * one.error(where):.2f} mm" for one in (known, then, tied))
+    now, brings, with_tie = (
+        f"{1e3 * accuracy.error(where):.2f} mm" for accuracy in (state, then, tied)
+    )
     lines = [
         f"Here distances in the workspace are known to {now}. A second placement, seen from the "
-        f"robot {in_words(here.mean(axis=0), centre)}, brings {brings};",
+        f"robot {in_words(position.mean(axis=0), centre)}, brings {brings};",
         f"with the distance between both bases measured to 0.1 mm {with_tie}"
         + (";" if longer else "."),
     ]
     if longer:
-        error = with_site(known, longer, where, SAMPLES).error(where)
+        error = with_site(state, longer, where, SAMPLES).error(where)
         lines.append(f"with sockets {1e3 * LONG:g} mm apart there {1e3 * error:.2f} mm.")
     return tuple(lines)
 
@@ -198,17 +204,17 @@ def plan(
     where = workspace_of(model, np.zeros(model.size))
     reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
-    known = from_prior(model, NOISE, 0)
-    sites, after = [first], [with_site(known, first, where, samples)]
-    left = sites_around(reach, first.centres.mean(axis=0), distance)
-    while left and len(sites) < placements:
-        best, known = best_site(after[-1], left, where, samples, first.along)
-        left = [site for site in left if site is not best]
-        sites, after = [*sites, best], [*after, known]
+    state = from_prior(model, NOISE, 0)
+    sites, after = [first], [with_site(state, first, where, samples)]
+    candidates = sites_around(reach, first.centres.mean(axis=0), distance)
+    while candidates and len(sites) < placements:
+        best, state = best_site(after[-1], candidates, where, samples, first.along)
+        candidates = [site for site in candidates if site is not best]
+        sites, after = [*sites, best], [*after, state]
     return Plan(
         distance,
         tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
-        tuple(known.error(where) for known in after),
+        tuple(state.error(where) for state in after),
         turn,
     )
 

@@ -33,7 +33,7 @@ class CurveAnnealing(Annealing):
 
     def __init__(
         self,
-        known: ParameterCovariance,
+        state: ParameterCovariance,
         taken: Sequence[tuple[np.ndarray, int]],
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
@@ -43,16 +43,16 @@ class CurveAnnealing(Annealing):
         sizes = [0, *np.cumsum([len(q) for q in pools.values()]).tolist()]
         triples = np.arange(3 * sizes[-1]).reshape(-1, 3)
         rows = {k: triples[a:b] for k, a, b in zip(pools, sizes, sizes[1:], strict=False)}
-        joint, lengths = _joint_covariance(known, [*taken, *((q, k) for k, q in pools.items())])
+        joint, lengths = _joint_covariance(state, [*taken, *((q, k) for k, q in pools.items())])
         t = 3 * sum(len(q) for q, _ in taken)
         solved = np.linalg.solve(joint[:t, :t] + np.eye(t), joint[:t, t:])
         scale = lengths / np.linalg.norm(lengths)
-        judged = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
-        left, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
-        left = np.concatenate([left[:n], judged @ left[n:]])
-        self.joint = np.concatenate([left[:, :n], left[:, n:] @ judged.T], axis=1)
+        projection = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
+        remainder, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
+        remainder = np.concatenate([remainder[:n], projection @ remainder[n:]])
+        self.joint = np.concatenate([remainder[:, :n], remainder[:, n:] @ projection.T], axis=1)
         self.distances = np.arange(n, len(self.joint))
-        super().__init__(self.distances[:0], rows, judged, pools, order, start)
+        super().__init__(self.distances[:0], rows, projection, pools, order, start)
 
     def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
         """Return which rows of K are sampled, after more or without some."""
@@ -64,22 +64,26 @@ class CurveAnnealing(Annealing):
         self, covariance: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return as the base does, after the samples in some rows of K."""
-        K, d, samples, own = self.joint, self.distances, covariance, rows.ravel()
+        K, d, samples, columns = self.joint, self.distances, covariance, rows.ravel()
         L = np.linalg.cholesky(K[np.ix_(samples, samples)] + np.eye(len(samples)))
         half = np.linalg.inv(L) @ K[samples]
-        judged, seen = half[:, d], half[:, own].T
-        cross = (K[np.ix_(own, d)] - seen @ judged).reshape(*rows.shape, len(d))
-        seen = seen.reshape(*rows.shape, len(samples))
-        S = K[rows[:, :, None], rows[:, None]] - seen @ seen.transpose(0, 2, 1) + np.eye(3)
-        return cross, S, np.diag(K)[d] - np.sum(judged**2, axis=0)
+        by_distance, by_sample = half[:, d], half[:, columns].T
+        cross = (K[np.ix_(columns, d)] - by_sample @ by_distance).reshape(*rows.shape, len(d))
+        by_sample = by_sample.reshape(*rows.shape, len(samples))
+        S = (
+            K[rows[:, :, None], rows[:, None]]
+            - by_sample @ by_sample.transpose(0, 2, 1)
+            + np.eye(3)
+        )
+        return cross, S, np.diag(K)[d] - np.sum(by_distance**2, axis=0)
 
 
 def _joint_covariance(
-    known: ParameterCovariance, some: Sequence[tuple[np.ndarray, int]]
+    state: ParameterCovariance, some: Sequence[tuple[np.ndarray, int]]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return K of samples in some sockets and of distances, their noise 1, and the distances."""
-    model, x, n = known.model, known.x, len(known.covariance)
-    unit = known.noise.information**0.5 / known.noise.space
+    model, x, n = state.model, state.x, len(state.covariance)
+    unit = state.noise.information**0.5 / state.noise.space
     q, ends = np.concatenate([p for p, _ in some]), workspace(model.robot, 2 * PAIRS)
     _, _, by_joints = model.linearise(x, q, np.tile(0 * q, 2))
     points, J, by_ends = model.linearise(x, ends, np.tile(0 * ends, 2))
@@ -89,13 +93,18 @@ def _joint_covariance(
     along[::2] *= -1
     slopes = np.zeros((len(ends), n))
     slopes[:, : model.size] = np.einsum("ni,nij->nj", along, J)
-    samples = np.concatenate([known.whitened(p, k) for p, k in some])
+    samples = np.concatenate([state.whitened(p, k) for p, k in some])
     A = np.concatenate([samples.reshape(-1, n), slopes])
-    by = unit * by_joints.reshape(-1, q.shape[1]), np.einsum("ni,nij->nj", along, by_ends)
-    covariance = A @ known.covariance @ A.T
+    slopes_by_angle = (
+        unit * by_joints.reshape(-1, q.shape[1]),
+        np.einsum("ni,nij->nj", along, by_ends),
+    )
+    covariance = A @ state.covariance @ A.T
     angles = np.concatenate([np.repeat(q, 3, axis=0), ends])
-    for angle, slope in zip(angles.T, CURVE.typical_shift * np.concatenate(by).T, strict=True):
-        apart = 2 * np.sin((angle[:, None] - angle) / 2)
-        covariance += np.outer(slope, slope) * kernel(apart, TYPICAL_LENGTH)[0]
+    for angle, slope in zip(
+        angles.T, CURVE.typical_shift * np.concatenate(slopes_by_angle).T, strict=True
+    ):
+        chord = 2 * np.sin((angle[:, None] - angle) / 2)
+        covariance += np.outer(slope, slope) * kernel(chord, TYPICAL_LENGTH)[0]
     first = [*range(3 * len(q)), *range(3 * len(q), len(angles), 2)]  # a distance has two ends
     return np.add.reduceat(np.add.reduceat(covariance, first, axis=0), first, axis=1), lengths

@@ -45,21 +45,23 @@ def predicted_posterior(
     is the same one, and recording more does not make it smaller. For each socket there are joint
     positions, shape (N_k, m) [rad], and moments that hold the joints, shape (N_k, 3 m) [N m].
     """
-    known = from_fit(posterior)
-    first, new = known.sockets, known.with_sockets(len(by_socket))
+    state = from_fit(posterior)
+    first, new = state.sockets, state.with_sockets(len(by_socket))
     centres = 3 * len(by_socket)
     rows = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
-    before = next((known for known in posterior.data.known if known.on_base), None)
+    before = next((length for length in posterior.data.known if length.on_base), None)
     if before is not None and len(by_socket) > 1:
-        there = posterior.centres[before.second] - posterior.centres[before.first]
-        zero, one = (posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2])
-        u, v = (offset / np.linalg.norm(offset) for offset in (there, one - zero))
+        base = posterior.centres[before.second] - posterior.centres[before.first]
+        zero, second = (
+            posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2]
+        )
+        u, v = (offset / np.linalg.norm(offset) for offset in (base, second - zero))
         ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
         rows.append(new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION))
     # the new centres come first in the factorisation: what follows is free of them
     A = np.roll(np.concatenate([row.reshape(-1, row.shape[-1]) for row in rows]), centres, axis=1)
     R = np.asarray(np.linalg.qr(A, mode="r"))
-    return replace(posterior, covariance=updated(known.covariance, R[centres:, centres:]))
+    return replace(posterior, covariance=updated(state.covariance, R[centres:, centres:]))
 
 
 WorkspaceSamples = tuple[np.ndarray, np.ndarray]
@@ -79,17 +81,17 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     middle of all samples that were trained on.
     """
     model, size, (points, by_unknowns) = posterior.model, posterior.model.size, poses
-    _, trained, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
+    _, J, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
     offset = points - posterior.points.mean(axis=0)
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
-    slopes = np.einsum("ni,nij->nj", direction, by_unknowns - trained.mean(axis=0))
+    slopes = np.einsum("ni,nij->nj", direction, by_unknowns - J.mean(axis=0))
     variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
     by_cell: dict[tuple[float, float], list[float]] = {}
     middles = (np.floor(points[:, :2] / width) + 0.5) * width
     for middle, variance in zip(middles.tolist(), variances.tolist(), strict=True):
         by_cell.setdefault((middle[0], middle[1]), []).append(variance)
-    cells = ((x, y, float(np.median(own)) ** 0.5) for (x, y), own in sorted(by_cell.items()))
+    cells = ((x, y, float(np.median(values)) ** 0.5) for (x, y), values in sorted(by_cell.items()))
     return ErrorMap(width, tuple(cells))
 
 
@@ -112,9 +114,9 @@ def joint_effects(
     def squares(J: np.ndarray) -> np.ndarray:
         return np.sum(((J - J.mean(axis=0)) @ share.T) ** 2, axis=1)
 
-    there = np.concatenate([squares(model.linearise(x, *one)[1]) for one in by_socket])
+    slopes = np.concatenate([squares(model.linearise(x, *samples)[1]) for samples in by_socket])
     recorded, over_workspace = (
-        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (there, squares(poses[1]))
+        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (slopes, squares(poses[1]))
     )
     return tuple(map(JointEffect, joints, recorded, over_workspace))
 
@@ -132,7 +134,7 @@ def accuracy_by(
     robot: Robot,
     measurements: Sequence[Measurement],
     load: Load = STANDARD_LOAD,
-    known: Sequence[KnownDistance] = (),
+    distances: Sequence[KnownDistance] = (),
     deviation: float = CALIPER_DEVIATION,
     *,
     zeros: bool = False,
@@ -141,13 +143,13 @@ def accuracy_by(
 
     The arm may bend: one that bends, and is taken for a rigid one, comes out too long.
     """
-    free, rigid = choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ()
-    bending = extend(robot, free, (*rigid, COMPLIANCE.name))
+    parameters, rigid = choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ()
+    bending = extend(robot, parameters, (*rigid, COMPLIANCE.name))
     fits: list[JointPosterior] = []
     with suppress(KnownError, NotConverged):
         arm = RobotRecordings(robot, measurements, load)
-        data = observe_all([arm], known=known, deviation=deviation)
-        fits.append(estimate([extend(robot, free, rigid)], data))
+        data = observe_all([arm], known=distances, deviation=deviation)
+        fits.append(estimate([extend(robot, parameters, rigid)], data))
         fits.append(refit(fits[0], [bending]))
     if not fits:
         return None

@@ -51,8 +51,8 @@ class Workspace:
         """
         along = self.lengths / (np.linalg.norm(self.lengths) or 1.0)
         scale = along @ self.slopes
-        others = np.linalg.qr(self.slopes - np.outer(along, scale), mode="r")
-        return np.vstack([scale, others]).T / len(self.slopes) ** 0.5
+        directions = np.linalg.qr(self.slopes - np.outer(along, scale), mode="r")
+        return np.vstack([scale, directions]).T / len(self.slopes) ** 0.5
 
 
 def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Workspace:
@@ -84,8 +84,8 @@ class ParameterCovariance:
 
     def deviations(self, where: Workspace) -> np.ndarray:
         """Return the predicted standard deviation of each distance, shape (K,) [m]."""
-        own = self.covariance[: self.model.size, : self.model.size]
-        return np.sqrt(np.sum((where.slopes @ own) * where.slopes, axis=1))
+        covariance = self.covariance[: self.model.size, : self.model.size]
+        return np.sqrt(np.sum((where.slopes @ covariance) * where.slopes, axis=1))
 
     def with_sockets(self, count: int) -> "ParameterCovariance":
         """Return the same with so many more sockets, whose centres are unknown."""
@@ -125,8 +125,8 @@ class ParameterCovariance:
 
     def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
         """Return C^-1/2 A of (D1) for each of some samples, shape (N, 3, n)."""
-        held = np.tile(0 * q, 3) if moments is None else moments
-        _, J, by_joints = self.model.linearise(self.x, q, held)
+        torques = np.tile(0 * q, 3) if moments is None else moments
+        _, J, by_joints = self.model.linearise(self.x, q, torques)
         A = np.zeros((len(q), 3, len(self.covariance)))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
@@ -189,8 +189,8 @@ def mean_variances(cross: np.ndarray, S: np.ndarray, variances: np.ndarray) -> n
 
 def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
     """Return both sums of variances of :attr:`.Workspace.judged`, (..., J), shape (2, ...)."""
-    without = variances[..., 1:].sum(axis=-1)
-    return np.stack([without + variances[..., 0], without])
+    rest_of_error = variances[..., 1:].sum(axis=-1)
+    return np.stack([rest_of_error + variances[..., 0], rest_of_error])
 
 
 def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCovariance:
@@ -198,8 +198,8 @@ def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCov
     covariance = np.zeros((model.size, model.size))
     for group in expected_groups(model):
         covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
-    known = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
-    return known.with_sockets(sockets)
+    state = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
+    return state.with_sockets(sockets)
 
 
 def from_fit(posterior: Posterior) -> ParameterCovariance:

@@ -37,21 +37,21 @@ LONG = np.deg2rad(120)
 """A step that turns a joint farther is awkward, with the ball in a socket [rad]."""
 
 
-def _costs(ways: np.ndarray, others: np.ndarray, usual: np.ndarray) -> np.ndarray:
+def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarray:
     """Return the costs of ways that differ in some poses next to each other, shape (K, P, m).
 
     ``others`` are the turns of the joints in all steps, shape (T, m), zero between those poses;
     another way turns the joints as usual.
     """
     turned = np.abs(ways[:, 1:] - ways[:, :-1])
-    total, most = others.sum(axis=0) + turned.sum(axis=1), turned.max(axis=2)
-    shares = 1.2 * total[:, 0] / usual[0] + total.max(axis=1) / usual.max()
+    total, largest = turns.sum(axis=0) + turned.sum(axis=1), turned.max(axis=2)
+    shares = 1.2 * total[:, 0] / typical[0] + total.max(axis=1) / typical.max()
 
     def steps(longest: np.ndarray) -> np.ndarray:
-        awkward = np.maximum(longest / LONG - 0.9, 0) + 2 / len(others) * np.sqrt(longest)
+        awkward = np.maximum(longest / LONG - 0.9, 0) + 2 / len(turns) * np.sqrt(longest)
         return awkward.sum(axis=-1)
 
-    return shares + total.sum(axis=1) / usual.sum() + steps(most) + steps(others.max(axis=1))
+    return shares + total.sum(axis=1) / typical.sum() + steps(largest) + steps(turns.max(axis=1))
 
 
 class Annealing:
@@ -64,12 +64,12 @@ class Annealing:
         self,
         prior: np.ndarray,
         rows: Mapping[int, np.ndarray],
-        judged: np.ndarray,
+        projection: np.ndarray,
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
         start: np.ndarray | None = None,
     ) -> None:
-        self.prior, self.rows, self.judged = prior, rows, judged
+        self.prior, self.rows, self.judged = prior, rows, projection
         self.pools, self.order, self.start = pools, list(order), start
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
@@ -78,8 +78,8 @@ class Annealing:
         """Choose the poses that teach most, one by one, and return the covariance after them."""
         covariance = self.prior
         for t, k in enumerate(self.order):
-            left = self._variances(covariance, self.rows[k])[1]
-            self.chosen[t] = int(np.argmin(left))
+            variances = self._variances(covariance, self.rows[k])[1]
+            self.chosen[t] = int(np.argmin(variances))
             covariance = self.updated(covariance, self.rows[k][self.chosen[t]])
         return covariance
 
@@ -117,7 +117,7 @@ class Annealing:
         """Return both mean variances after each of some samples, shape (2, N)."""
         return mean_variances(*self.seen(covariance, rows))
 
-    def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, usual: np.ndarray) -> None:
+    def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, typical: np.ndarray) -> None:
         """Draw each pose anew so many times, while it cools."""
         way, order = self.poses(), np.array(self.order)
         first = len(way) - len(order)
@@ -126,39 +126,39 @@ class Annealing:
             covariance = self.covariance()
             for t in map(int, self.generator.permutation(len(order))):
                 k = self.order[t]
-                rows, here = self.rows[k], t + first
-                without = self.updated(covariance, rows[self.chosen[t]], -1)
+                rows, position = self.rows[k], t + first
+                remainder = self.updated(covariance, rows[self.chosen[t]], -1)
                 some = self.generator.integers(len(rows), size=DRAWN)
                 some[0] = self.chosen[t]
-                begin = max(here - 1, 0)
-                others = np.abs(way[1:] - way[:-1])
-                others[begin : here + 1] = 0
-                ways = np.tile(way[begin : here + 2], (DRAWN, 1, 1))
-                ways[:, here - begin] = self.pools[k][some]
-                over = np.log(self._variances(without, rows[some]) / allowed[:, None]).clip(0)
-                cost = _costs(ways, others, usual) + HARD * over.sum(axis=0)
+                begin = max(position - 1, 0)
+                turns = np.abs(way[1:] - way[:-1])
+                turns[begin : position + 1] = 0
+                ways = np.tile(way[begin : position + 2], (DRAWN, 1, 1))
+                ways[:, position - begin] = self.pools[k][some]
+                over = np.log(self._variances(remainder, rows[some]) / allowed[:, None]).clip(0)
+                cost = _costs(ways, turns, typical) + HARD * over.sum(axis=0)
                 drawn = some[self._draw(cost, temperature)]
                 if drawn != self.chosen[t]:
-                    self.chosen[t], way[here] = drawn, self.pools[k][drawn]
-                    covariance = self.updated(without, rows[drawn])
-                alike = np.flatnonzero(order == k)
-                places = np.tile(np.arange(len(way)), (len(alike), 1))
-                places[:, here] = alike + first
-                places[np.arange(len(alike)), alike + first] = here
-                swap = self._draw(_costs(way[places], still, usual), temperature)
-                way, other = way[places[swap]], alike[swap]
-                self.chosen[[t, other]] = self.chosen[[other, t]]
+                    self.chosen[t], way[position] = drawn, self.pools[k][drawn]
+                    covariance = self.updated(remainder, rows[drawn])
+                matches = np.flatnonzero(order == k)
+                places = np.tile(np.arange(len(way)), (len(matches), 1))
+                places[:, position] = matches + first
+                places[np.arange(len(matches)), matches + first] = position
+                swap = self._draw(_costs(way[places], still, typical), temperature)
+                way, partner = way[places[swap]], matches[swap]
+                self.chosen[[t, partner]] = self.chosen[[partner, t]]
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
         self.greedy()
         allowed = self.allowed()
-        usual = np.abs(np.diff(self.poses(), axis=0)).sum(axis=0).clip(1e-3)
+        typical = np.abs(np.diff(self.poses(), axis=0)).sum(axis=0).clip(1e-3)
         if before is None:
-            self.anneal(HOT, self.sweeps, allowed, usual)
+            self.anneal(HOT, self.sweeps, allowed, typical)
         else:
             self.near(before)
-            self.anneal(WARM, AGAIN, allowed, usual)
+            self.anneal(WARM, AGAIN, allowed, typical)
         return self.poses()[-len(self.order) :]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
@@ -168,7 +168,7 @@ class Annealing:
 
 
 def plan_poses(
-    known: ParameterCovariance,
+    state: ParameterCovariance,
     where: Workspace,
     pools: Mapping[int, np.ndarray],
     order: Sequence[int],
@@ -178,12 +178,12 @@ def plan_poses(
     """Return poses for the samples to come, in their order, shape (T, m) [rad].
 
     Args:
-        known: The covariance so far.
+        state: The covariance so far.
         where: Distances to be known.
         pools: For each socket in the order, poses that reach it, shape (N, m).
         order: The socket of each sample to come, T of them.
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    rows = {k: known.whitened(pools[k], k) for k in set(order)}
-    return Annealing(known.covariance, rows, where.judged, pools, order, start).way(before)
+    rows = {k: state.whitened(pools[k], k) for k in set(order)}
+    return Annealing(state.covariance, rows, where.judged, pools, order, start).way(before)

@@ -57,9 +57,9 @@ class Reach:
                 break
         return reached[:count]
 
-    def _allowed(self, q: np.ndarray, centre: np.ndarray, apart: float = MARGIN) -> np.ndarray:
+    def _allowed(self, q: np.ndarray, centre: np.ndarray, gap: float = MARGIN) -> np.ndarray:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
-        margin = apart * (self._guide.upper - self._guide.lower)
+        margin = gap * (self._guide.upper - self._guide.lower)
         inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
         height = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
         return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
@@ -74,20 +74,22 @@ class Reach:
         seats = [self._guide.ball_and_neck(some)[0][:, :3] for some in (q, ends)]
         largest = 3 * np.abs(ends - start).max(axis=1) / STEPS + 1e-3
         followed: list[np.ndarray] = []
-        for left in range(STEPS, 1, -1):
-            seat = seats[1] + (seats[0] - seats[1]) * (left - 1) / STEPS
-            here = q + (ends - q) / left
+        for step in range(STEPS, 1, -1):
+            seat = seats[1] + (seats[0] - seats[1]) * (step - 1) / STEPS
+            position = q + (ends - q) / step
             for _ in range(3):
-                pose, J = self._guide.ball_and_neck(here)
+                pose, J = self._guide.ball_and_neck(position)
                 slope, short = J[:, :3], (seat - pose[:, :3])[:, :, None]
                 JJ = slope @ slope.transpose(0, 2, 1) + 1e-6 * np.eye(3)
-                here = here + (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, short))[:, :, 0]
-            pose, _ = self._guide.ball_and_neck(here)
+                position = (
+                    position + (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, short))[:, :, 0]
+                )
+            pose, _ = self._guide.ball_and_neck(position)
             at_seat = np.linalg.norm(seat - pose[:, :3], axis=1) < OFF
-            steady = np.abs(here - q).max(axis=1) < largest
-            clear = self._allowed(here, seats[1][0], 0.0)
+            steady = np.abs(position - q).max(axis=1) < largest
+            clear = self._allowed(position, seats[1][0], 0.0)
             followed += [at_seat, steady, clear, pose[:, 5] < -np.cos(LEAN)]
-            q = here
+            q = position
         return np.all([*followed, np.abs(ends - q).max(axis=1) < largest], axis=0)
 
     @cached_property

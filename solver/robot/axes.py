@@ -16,11 +16,11 @@ def link_axes(robot: Robot) -> np.ndarray:
     Returns:
         Shape (joints + 1, 3, 3).
     """
-    every = [np.eye(3)]
+    frames = [np.eye(3)]
     for joint in robot.joints:
-        axes = matrix_rpy(joint.origin.rpy).T @ every[-1]
+        axes = matrix_rpy(joint.origin.rpy).T @ frames[-1]
         if joint.actuated:
             b, c = joint.tilt_axes or across(joint.axis)
             axes = np.array([b, c, joint.axis]).T
-        every.append(axes)
-    return np.array(every)
+        frames.append(axes)
+    return np.array(frames)

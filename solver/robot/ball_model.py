@@ -77,8 +77,8 @@ class BallModel:
         x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
         numbers = ca.SX(self._given.ravel())
         numbers[self.free.tolist()] = x
-        each = [numbers[6 * i : 6 * i + 6] for i in range(len(self._given))]
-        frames = [JointFrame(one[:3], rotation_rpy(one[3:]), None) for one in each]
+        rows = [numbers[6 * i : 6 * i + 6] for i in range(len(self._given))]
+        frames = [JointFrame(row[:3], rotation_rpy(row[3:]), None) for row in rows]
         p = ca.densify(ball_position(self.robot.joints, frames, q))
         return ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
 
@@ -125,14 +125,14 @@ class BallModel:
             numbers[:, 3:] = rotation_vectors(self._frames[:, :, 1:4].swapaxes(1, 2) @ R)
         return numbers.ravel()[self.free]
 
-    def slopes_of(self, other: "BallModel", parameters: np.ndarray) -> np.ndarray:
+    def slopes_of(self, model: "BallModel", parameters: np.ndarray) -> np.ndarray:
         """Return the derivatives of its free numbers by another model's, for the same frames.
 
         The other model has the same chain and free numbers, with values of shape (n,).
         """
         before, after = (
-            other.frames(parameters),
-            self.frames(self.parameters_at(other.origins(parameters))),
+            model.frames(parameters),
+            self.frames(self.parameters_at(model.origins(parameters))),
         )
         slopes = np.eye(6 * len(before)).reshape(len(before), 6, len(before), 6)
         for i in self._turned.tolist():
@@ -207,9 +207,9 @@ def _row_function(
     links, of_frames, of_q = frames_and_motions(joints, frames, q)
     motions, (value, p) = [*(of_frames[i] for i in free), *of_q], links[-1]
     if kind == "rotations":
-        slopes = ca.horzcat(*(one.turn for one in motions))
+        slopes = ca.horzcat(*(motion.turn for motion in motions))
     else:
-        value, slopes = ca.densify(p), ca.horzcat(*(one.shift(p) for one in motions))
+        value, slopes = ca.densify(p), ca.horzcat(*(motion.shift(p) for motion in motions))
     if kind == "volume":
         value, slopes = _log_volume([of_frames[i] for i in free], of_q, p)
     return RowFunction(kind, [numbers, q], [value, slopes[:, :n], slopes[:, n:]])
@@ -221,14 +221,16 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
     the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
     """
-    chain = sorted(of_q, key=lambda one: one.joint)
-    J, turns = (ca.horzcat(*of) for of in zip(*((k.shift(p), k.turn) for k in chain), strict=True))
+    chain = sorted(of_q, key=lambda motion: motion.joint)
+    J, turns = (
+        ca.horzcat(*columns) for columns in zip(*((k.shift(p), k.turn) for k in chain), strict=True)
+    )
     g = ca.inv(J @ J.T) @ J
     turned, shifted = ca.cross(J, g), ca.cross(g, turns)
     slopes: list[Any] = []
     for motion in (*of_frames, *of_q):
-        n = sum(one.joint < motion.joint for one in chain)  # how many of them are before it
-        n = next((i for i, one in enumerate(chain, 1) if one is motion), n)
+        n = sum(link.joint < motion.joint for link in chain)  # how many of them are before it
+        n = next((i for i, link in enumerate(chain, 1) if link is motion), n)
         slopes.append(
             motion.turn.T @ ca.sum2(turned[:, n:]) + motion.shift(p).T @ ca.sum2(shifted[:, :n])
         )

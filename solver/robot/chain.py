@@ -126,9 +126,9 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
             lines.append((rotation @ np.array(joint.axis), p))
     tilting = list(joints)
     for i, j in enumerate(k for k, joint in enumerate(joints) if joint.actuated):
-        others = [*lines[i + 1 :], *reversed(lines[:i])]
-        normals = [common_normal(lines[i], line) for line in others]
-        normal = next((one for one in normals if one is not None), None)
+        neighbours = [*lines[i + 1 :], *reversed(lines[:i])]
+        normals = [common_normal(lines[i], line) for line in neighbours]
+        normal = next((n for n in normals if n is not None), None)
         if normal is not None:
             b = frames[i].T @ normal
             c = np.cross(joints[j].axis, b)
@@ -137,10 +137,10 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
 
 
 def common_normal(
-    line: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]
+    line: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray | None:
     """Return the direction across two lines, each a unit vector and a point; None for one line."""
-    (a, p), (a_other, p_other) = line, other
+    (a, p), (a_other, p_other) = line, second
     normal = np.cross(a, a_other)
     if np.linalg.norm(normal) < PARALLEL:
         normal = p_other - p

@@ -59,12 +59,12 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     moving = robot.actuated
     before, last = (robot.joints.index(moving[i]) for i in (0, -1))
     for sizes in TABLES.values() if len(moving) == 6 else ():
-        off = [
+        gaps = [
             last_frame(_chain(moving, sizes, np.zeros((4, 6))), q)
             - last_frame(robot.joints[before : last + 1], q)
             for q in np.random.default_rng(0).uniform(-2, 2, (4, 6))
         ]
-        if np.abs(off).max() < SAME:
+        if np.abs(gaps).max() < SAME:
             joints = (*_chain(moving, sizes, np.array(deltas)), *robot.joints[last + 1 :])
             return replace(robot, base="base", joints=joints)
     raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
@@ -109,10 +109,10 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
         nominal, believed = nominal - nominal.mean(axis=0), believed - believed.mean(axis=0)
     U, _, Vt = np.linalg.svd(nominal.T @ believed)
     R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-    off = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())
-    if off >= OF_FACTORY:
+    gap = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())
+    if gap >= OF_FACTORY:
         raise ModelError(
-            f"controller {what}: its flange stands up to {1e3 * off:.0f} mm from that of "
+            f"controller {what}: its flange stands up to {1e3 * gap:.0f} mm from that of "
             f"{robot.name} in the same posture, and a factory's calibration moves it by "
             "millimetres: this is another arm's"
         )

@@ -61,10 +61,10 @@ class InverseKinematics:
             raise self._out_of_reach(points[too_far][0])
         reached = np.full((len(points), len(self.lower)), np.nan)
         failures = 0
-        while (missing := np.flatnonzero(np.isnan(reached[:, 0]))).size:
+        while (rows := np.flatnonzero(np.isnan(reached[:, 0]))).size:
             if failures == rounds:
-                raise self._out_of_reach(points[missing[0]])
-            arrived = self._round(points, reached, missing, generator)
+                raise self._out_of_reach(points[rows[0]])
+            arrived = self._round(points, reached, rows, generator)
             failures = 0 if arrived else failures + 1
         return reached
 
@@ -75,47 +75,47 @@ class InverseKinematics:
         self,
         points: np.ndarray,
         reached: np.ndarray,
-        missing: np.ndarray,
+        failures: np.ndarray,
         generator: np.random.Generator,
     ) -> bool:
         """Follow a batch of random starts, the last few first; return True if any arrived."""
         starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         necks = _random_necks(generator)
-        rows = np.resize(missing, BATCH)
+        rows = np.resize(failures, BATCH)
         for some in np.split(np.arange(BATCH), [BATCH - FIRST])[::-1]:
             some = some[np.isnan(reached[rows[some], 0])]
             if some.size:
                 targets = np.concatenate([points[rows[some]], necks[some]], axis=1)
                 q, arrived = self._follow(starts[some], targets)
                 reached[rows[some[arrived]]] = q[arrived]
-        return not np.isnan(reached[missing, 0]).all()
+        return not np.isnan(reached[failures, 0]).all()
 
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        self._iterate(q, targets, np.arange(len(q)), near=False)
+        self._iterate(q, targets, np.arange(len(q)), follows=False)
         q[:, self._turning] -= 2 * np.pi * np.round(q[:, self._turning] / (2 * np.pi))
         # Many are outside the limits, and stay there: the others are worth the last steps.
         beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
-        rest = np.flatnonzero(beyond < MARGIN)
-        self._iterate(q, targets, rest, near=True)
-        pose = self.ball_and_neck(q[rest])[0]
-        error = targets[rest] - pose
+        feasible = np.flatnonzero(beyond < MARGIN)
+        self._iterate(q, targets, feasible, follows=True)
+        pose = self.ball_and_neck(q[feasible])[0]
+        error = targets[feasible] - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
-        inside = np.all((self.lower < q[rest]) & (q[rest] < self.upper), axis=1)
+        inside = np.all((self.lower < q[feasible]) & (q[feasible] < self.upper), axis=1)
         arrived = np.zeros(len(q), dtype=bool)
-        arrived[rest] = exact & tilted & inside
+        arrived[feasible] = exact & tilted & inside
         return q, arrived
 
     def _iterate(
-        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, near: bool
+        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, follows: bool
     ) -> None:
         """Take damped Newton steps in some rows of q until they arrive."""
-        rounds, damping, least = (12, 1e-10, 1e-7) if near else (18, 1e-4, 1e-5)
-        rows = 3 if near and not self._leans_freely else 6
+        rounds, damping, tolerance = (12, 1e-10, 1e-7) if follows else (18, 1e-4, 1e-5)
+        rows = 3 if follows and not self._leans_freely else 6
         for _ in range(rounds):
             if not moving.size:
                 break
@@ -126,7 +126,7 @@ class InverseKinematics:
             longest = np.abs(dq).max(axis=1, keepdims=True).clip(1e-9)
             dq *= np.minimum(1.0, MAX_STEP / longest)
             q[moving] += dq
-            moving = moving[np.abs(dq).max(axis=1) > least]
+            moving = moving[np.abs(dq).max(axis=1) > tolerance]
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
@@ -142,7 +142,7 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     frames, _, motions = frames_and_motions(joints, written_frames(joints), q)
     R, ball = (ca.SX(part) for part in frames[-1])
     neck = R[:, 2]
-    columns = [ca.vertcat(one.shift(ball), ca.cross(one.turn, neck)) for one in motions]
+    columns = [ca.vertcat(motion.shift(ball), ca.cross(motion.turn, neck)) for motion in motions]
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 

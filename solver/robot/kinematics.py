@@ -44,8 +44,8 @@ def rotation(axis: Sequence[float], angle: Any) -> Any:
 
     R = a a^T + cos(angle) (I - a a^T) + sin(angle) K, where K v is the cross product of a and v.
     """
-    along, beside, K = _parts_about(*axis)
-    return along + ca.cos(angle) * beside + ca.sin(angle) * K
+    along, normal, K = _parts_about(*axis)
+    return along + ca.cos(angle) * normal + ca.sin(angle) * K
 
 
 @lru_cache(maxsize=64)

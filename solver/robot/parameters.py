@@ -58,17 +58,17 @@ def choose_parameters(
     Raises:
         ParameterError: A word that fits nothing, or nothing remains free.
     """
-    every = all_parameters(robot)
+    parameters = all_parameters(robot)
     default = {joint.name for joint in robot.actuated} | {robot.ball_joint.name}
-    chosen = [p for p in every if p.joint in default]
+    selection = [p for p in parameters if p.joint in default]
     if free:
-        wanted = {p for word in free for p in _matching(every, word)}
-        chosen = [p for p in every if p in wanted]
-    unwanted = {p for word in fix for p in _matching(every, word)}
-    chosen = [p for p in chosen if p not in unwanted]
-    if not chosen:
+        matches = {p for word in free for p in _matching(parameters, word)}
+        selection = [p for p in parameters if p in matches]
+    unwanted = {p for word in fix for p in _matching(parameters, word)}
+    selection = [p for p in selection if p not in unwanted]
+    if not selection:
         raise ParameterError("nothing is left free; a calibration needs at least one parameter")
-    return tuple(chosen)
+    return tuple(selection)
 
 
 def all_parameters(robot: Robot) -> list[Parameter]:
@@ -80,14 +80,14 @@ def all_parameters(robot: Robot) -> list[Parameter]:
     ]
 
 
-def _matching(every: Sequence[Parameter], word: str) -> list[Parameter]:
+def _matching(parameters: Sequence[Parameter], word: str) -> list[Parameter]:
     joint, _, component = word.rpartition(".")
     parts = _GROUPS.get(component, (component,))
-    matching = [p for p in every if fnmatchcase(p.joint, word)] or [
-        p for p in every if fnmatchcase(p.joint, joint) and p.component in parts
+    matching = [p for p in parameters if fnmatchcase(p.joint, word)] or [
+        p for p in parameters if fnmatchcase(p.joint, joint) and p.component in parts
     ]
     if not matching:
-        joints = ", ".join(dict.fromkeys(p.joint for p in every))
+        joints = ", ".join(dict.fromkeys(p.joint for p in parameters))
         raise ParameterError(
             f"{word!r} is no joint or parameter of this chain; joints: {joints}; "
             f"components: {', '.join(COMPONENTS)}, xyz, rpy"

@@ -98,9 +98,9 @@ class PoseModel:
         milliradians, and take a tenth of the work.
         """
         columns = [ca.DM.zeros(6)] * len(self.motions)
-        for k, one in enumerate(self.motions):
-            if one.joint <= joint:
-                columns[k] = ca.vertcat(one.shift(point), one.turn)
+        for k, motion in enumerate(self.motions):
+            if motion.joint <= joint:
+                columns[k] = ca.vertcat(motion.shift(point), motion.turn)
         return ca.horzcat(*columns)
 
 
@@ -169,7 +169,9 @@ def moments_function(
 @lru_cache(maxsize=16)
 def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
-    q, tilts, gravity = (ca.SX.sym(*of) for of in (("q", m), ("tilts", 2 * m), ("gravity", 3)))
+    q, tilts, gravity = (
+        ca.SX.sym(*shape) for shape in (("q", m), ("tilts", 2 * m), ("gravity", 3))
+    )
     frames, _, _ = frames_and_motions(joints, written_frames(joints), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
@@ -212,7 +214,9 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
     which costs a thousandth of the error each round.
     """
     m = model.q.numel()
-    tool, target, prefer = (ca.SX.sym(*of) for of in (("tool", 12), ("target", 12), ("prefer", m)))
+    tool, target, prefer = (
+        ca.SX.sym(*shape) for shape in (("tool", 12), ("target", 12), ("prefer", m))
+    )
     R, p = model.frames[joint]
     (R_tool, p_tool), (R_target, p_target) = _parts(tool), _parts(target)
     point = p + R @ p_tool
@@ -234,13 +238,13 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
     A joint that passes its limit goes to it and stays there, and the others make up for it.
     """
     q, J, e, change = step.symbols["q"], step.jacobian, step.error, step.change
-    least, most = ca.fmax(lower - q, -MAX_STEP), ca.fmin(upper - q, MAX_STEP)
+    floor, ceiling = ca.fmax(lower - q, -MAX_STEP), ca.fmin(upper - q, MAX_STEP)
     pull = _pull(q, step.symbols["prefer"], e)
-    inside = ca.fmax(ca.fmin(change, most), least)
-    free = inside == change
-    freed = J * ca.repmat(free.T, e.numel(), 1)
-    change = _damped(freed, J, e, free * pull + (1 - free) * inside)
-    return ca.fmax(ca.fmin(change, most), least)
+    inside = ca.fmax(ca.fmin(change, ceiling), floor)
+    unbound = inside == change
+    freed = J * ca.repmat(unbound.T, e.numel(), 1)
+    change = _damped(freed, J, e, unbound * pull + (1 - unbound) * inside)
+    return ca.fmax(ca.fmin(change, ceiling), floor)
 
 
 def _pull(q: Any, prefer: Any, e: Any) -> Any:

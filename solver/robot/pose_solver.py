@@ -82,7 +82,7 @@ class PoseSolver:
     def solve(
         self,
         targets: np.ndarray,
-        near: np.ndarray,
+        start: np.ndarray,
         prefer: np.ndarray | None = None,
         tool: np.ndarray = NO_TOOL,
     ) -> Solutions:
@@ -90,19 +90,19 @@ class PoseSolver:
 
         Args:
             targets: Poses of the tool, the rows of [R | p], shape (N, 12).
-            near: Joint positions to start from, shape (N, m) [rad].
+            start: Joint positions to start from, shape (N, m) [rad].
             prefer: Posture to stay near where the pose leaves a choice, shape (N, m); None for the
                 start.
             tool: Pose of the tool on the link, the rows of [R | p], shape (12,).
         """
-        N, m = len(near), len(self.lower)
-        q = np.clip(near, self.lower, self.upper)
+        N, m = len(start), len(self.lower)
+        q = np.clip(start, self.lower, self.upper)
         if N == 1:
             parts = (q, targets, q if prefer is None else prefer)
             solution = self._after_free_steps(np.concatenate(parts, axis=1), tool)
             if solution.left.max() < TOLERANCE:
                 return solution
-        found = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
+        solutions = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
         # A row holds q, target, prefer; the best q, and the step before; its residual, and the
         # square of that. Columns are contiguous, since these are computed with.
         parts = (q, targets, q if prefer is None else prefer, q, q, np.full((N, 3), np.inf))
@@ -110,41 +110,44 @@ class PoseSolver:
         moving, stuck = np.arange(N), np.zeros(N, dtype=int)
         for round_ in range(ROUNDS):
             rows, q, best = table[:, :end], table[:, :m], table[:, end : end + m]
-            before, least, total = table[:, end + m : -3], table[:, -3:-1], table[:, -1]
-            held = (stuck > 0) & (stuck <= AWAY)
-            away = np.where(held, MARGIN * np.sqrt(np.sqrt(total)), 0.0) if held.any() else ZERO
-            left, change, longest = self._step(rows, tool, away[:, None])
-            settled, most = longest < SETTLED, np.maximum(left[:, 0], left[:, 1])
-            now = np.square(left) @ np.ones(2)
+            before, residual, total = table[:, end + m : -3], table[:, -3:-1], table[:, -1]
+            stays = (stuck > 0) & (stuck <= AWAY)
+            margin = np.where(stays, MARGIN * np.sqrt(np.sqrt(total)), 0.0) if stays.any() else ZERO
+            remainder, change, longest = self._step(rows, tool, margin[:, None])
+            settled, largest = longest < SETTLED, np.maximum(remainder[:, 0], remainder[:, 1])
+            now = np.square(remainder) @ np.ones(2)
             shrinks = np.sqrt(now / np.maximum(total, TINY))
-            there = settled & (most < TOLERANCE)
-            last = (longest < self._last) & (most * shrinks < TOLERANCE / 30) & (round_ > 0)
-            better = (there | last | (now <= total))[:, None]
+            arrived = settled & (largest < TOLERANCE)
+            last = (longest < self._last) & (largest * shrinks < TOLERANCE / 30) & (round_ > 0)
+            better = (arrived | last | (now <= total))[:, None]
             stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
-            stuck[longest < STILL * most] = STUCK
+            stuck[longest < STILL * largest] = STUCK
             np.copyto(best, q, where=better)
-            np.copyto(least, left, where=better)
+            np.copyto(residual, remainder, where=better)
             np.add(best, change, out=best, where=last[:, None])
-            np.multiply(least, shrinks[:, None], out=least, where=last[:, None])
+            np.multiply(residual, shrinks[:, None], out=residual, where=last[:, None])
             np.fmin(now, total, out=total)
             q += _relaxed(change, before, stuck > AWAY)
             before[:] = change
             np.copyto(rows[:, m + 12 :], q, where=settled[:, None])
-            stay = ~(there | last) & (stuck < STUCK) & (round_ < ROUNDS - 1)
+            stay = ~(arrived | last) & (stuck < STUCK) & (round_ < ROUNDS - 1)
             if not stay.all():
                 gone = ~stay
-                at = moving[gone]
-                found.positions[at], found.left[at] = best[gone], least[gone]
-                found.rounds[at] = round_ + (last & ~there)[gone]
+                targets_of = moving[gone]
+                solutions.positions[targets_of], solutions.left[targets_of] = (
+                    best[gone],
+                    residual[gone],
+                )
+                solutions.rounds[targets_of] = round_ + (last & ~arrived)[gone]
                 moving, stuck, table = moving[stay], stuck[stay], table.T.compress(stay, axis=1).T
             if not moving.size:
                 break
-        return found
+        return solutions
 
     def search(
         self,
         targets: np.ndarray,
-        near: np.ndarray,
+        start: np.ndarray,
         prefer: np.ndarray | None = None,
         tool: np.ndarray = NO_TOOL,
     ) -> Solutions:
@@ -152,40 +155,43 @@ class PoseSolver:
 
         Of several solutions the nearest to the first start is taken.
         """
-        found = self.solve(targets, near, prefer, tool)
-        if found.reached.all():
-            return found
+        solutions = self.solve(targets, start, prefer, tool)
+        if solutions.reached.all():
+            return solutions
         generator = np.random.default_rng(0)
         for spread in SPREADS:
-            missing = np.flatnonzero(~found.reached)
-            if not missing.size:
+            failures = np.flatnonzero(~solutions.reached)
+            if not failures.size:
                 break
-            rows = np.repeat(missing, STARTS)
-            starts = self._starts(near[rows], spread, generator)
-            again = self.solve(
+            rows = np.repeat(failures, STARTS)
+            starts = self._starts(start[rows], spread, generator)
+            retries = self.solve(
                 targets[rows], starts, None if prefer is None else prefer[rows], tool
             )
-            far: np.ndarray = np.linalg.norm(again.positions - near[rows], axis=1)
-            left: np.ndarray = again.left.sum(axis=1)
+            distance: np.ndarray = np.linalg.norm(retries.positions - start[rows], axis=1)
+            remainder: np.ndarray = retries.left.sum(axis=1)
             # the nearest that is reached; where none is, what leaves least
-            rank = np.where(again.reached, far, 1e3 + left)
-            rank = np.where(left > found.left[rows].sum(axis=1), np.inf, rank)
-            chosen = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(len(missing))
-            some = np.isfinite(rank[chosen])
-            into, chosen = missing[some], chosen[some]
-            found.positions[into], found.left[into] = again.positions[chosen], again.left[chosen]
-            found.rounds[into] += again.rounds[chosen]
-        return found
+            rank = np.where(retries.reached, distance, 1e3 + remainder)
+            rank = np.where(remainder > solutions.left[rows].sum(axis=1), np.inf, rank)
+            winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(len(failures))
+            some = np.isfinite(rank[winners])
+            into, winners = failures[some], winners[some]
+            solutions.positions[into], solutions.left[into] = (
+                retries.positions[winners],
+                retries.left[winners],
+            )
+            solutions.rounds[into] += retries.rounds[winners]
+        return solutions
 
     def _starts(
-        self, near: np.ndarray, spread: float, generator: np.random.Generator
+        self, centre: np.ndarray, spread: float, generator: np.random.Generator
     ) -> np.ndarray:
         """Return starts within the limits; of endless joints, within a turn."""
         if np.isfinite(spread):
-            return near + generator.normal(0, spread, near.shape)
+            return centre + generator.normal(0, spread, centre.shape)
         wide = self.upper - self.lower > 2 * np.pi
-        lower = np.where(wide, np.maximum(self.lower, near - np.pi), self.lower)
-        upper = np.where(wide, np.minimum(self.upper, near + np.pi), self.upper)
+        lower = np.where(wide, np.maximum(self.lower, centre - np.pi), self.lower)
+        upper = np.where(wide, np.minimum(self.upper, centre + np.pi), self.upper)
         return generator.uniform(lower, upper)
 
     def _after_free_steps(self, row: np.ndarray, tool: np.ndarray) -> Solutions:
@@ -194,9 +200,9 @@ class PoseSolver:
         Of a single row, NumPy would take ten times as long for all that stands around the steps.
         """
         [state] = self._free_steps(np.concatenate((row[0], tool, np.zeros(3)))[None])
-        left = np.inf if state[0, -1] else state[:, -3:-1]
+        remainder = np.inf if state[0, -1] else state[:, -3:-1]
         rounds = np.array([FREE_STEPS])
-        return Solutions(state[:, : len(self.lower)], np.full((1, 2), left), rounds)
+        return Solutions(state[:, : len(self.lower)], np.full((1, 2), remainder), rounds)
 
     @cached_property
     def _free_steps(self) -> RowFunction:
@@ -212,20 +218,20 @@ class PoseSolver:
         return RowFunction("steps", [state.T], [outputs], FREE_STEPS)
 
     def _step(
-        self, rows: np.ndarray, tool: np.ndarray, away: np.ndarray
+        self, rows: np.ndarray, tool: np.ndarray, margin: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return residuals at q, steps, and the largest change of a joint in each step."""
         m = len(self.lower)
-        left, change, model = self._free(rows, tool)
-        after, lower, upper = rows[:, :m] + change, self.lower + away, self.upper - away
+        remainder, change, model = self._free(rows, tool)
+        after, lower, upper = rows[:, :m] + change, self.lower + margin, self.upper - margin
         longest = np.abs(change).max(axis=1, initial=0)
         outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():
             bounds = (np.broadcast_to(bound, after.shape) for bound in (lower, upper))
-            known = [values[outside] for values in (rows, change, model, *bounds)]
-            [change[outside]] = self._limited(np.hstack(known))
+            columns = [values[outside] for values in (rows, change, model, *bounds)]
+            [change[outside]] = self._limited(np.hstack(columns))
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
-        return left, change, longest
+        return remainder, change, longest
 
     @cached_property
     def _free(self) -> RowFunction:
@@ -238,10 +244,10 @@ class PoseSolver:
     def _limited(self) -> RowFunction:
         step, inputs = self._expressions
         names = ("error", "jacobian", "change")
-        known = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
+        symbols = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
         lower, upper = (ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper"))
-        values = (*(known[name] for name in ("change", *names[:2])), lower, upper)
-        change = limited_step(replace(step, **known), lower, upper)
+        values = (*(symbols[name] for name in ("change", *names[:2])), lower, upper)
+        change = limited_step(replace(step, **symbols), lower, upper)
         return RowFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])
 
     @cached_property

@@ -89,9 +89,9 @@ def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float
     return roll, float(np.arctan2(0.0 - R[2, 0], level)), yaw
 
 
-def angles_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
+def angles_near(R: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
-    roll, pitch, yaw = rpy_of(R, locked_yaw=float(near[2]))
-    both = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
-    both -= 2 * np.pi * np.round((both - near) / (2 * np.pi))
-    return both[int(np.argmin(np.abs(both - near).sum(axis=1)))]
+    roll, pitch, yaw = rpy_of(R, locked_yaw=float(angles[2]))
+    candidates = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
+    candidates -= 2 * np.pi * np.round((candidates - angles) / (2 * np.pi))
+    return candidates[int(np.argmin(np.abs(candidates - angles).sum(axis=1)))]

@@ -38,9 +38,9 @@ class RowFunction:
         self._mapped = lru_cache(maxsize=32)(self._map)
         self._program = lru_cache(maxsize=8)(self._instructions)
 
-    def __call__(self, rows: np.ndarray, *others: np.ndarray) -> list[np.ndarray]:
+    def __call__(self, rows: np.ndarray, *constants: np.ndarray) -> list[np.ndarray]:
         """Return each output for each row, shape (N, k); the other arguments serve all rows."""
-        arguments = [np.asarray(values, dtype=float) for values in (*others, rows)]
+        arguments = [np.asarray(values, dtype=float) for values in (*constants, rows)]
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them
             raise ValueError(f"arguments of lengths {lengths}, not {self._lengths}")
@@ -107,28 +107,28 @@ class RowFunction:
         inputs, outputs = (
             [np.ones((size, length)) for size in sizes] for sizes in (self._lengths, self._sizes)
         )
-        other: dict[tuple[str, int], np.ndarray] = {}
+        sines: dict[tuple[str, int], np.ndarray] = {}
         for k in range(f.n_instructions()):
             name = _NAMES[f.instruction_id(k)]
-            into, of = f.instruction_output(k), f.instruction_input(k)
+            into, operands = f.instruction_output(k), f.instruction_input(k)
             if name == "OUTPUT":
-                program.append((np.copyto, (outputs[into[0]][into[1]], column[of[0]])))
+                program.append((np.copyto, (outputs[into[0]][into[1]], column[operands[0]])))
                 continue
-            known = other.get((name, of[0])) if name in ("SIN", "COS") else None
-            values = [column[i] for i in of] if name not in ("CONST", "INPUT") else []
+            angle = sines.get((name, operands[0])) if name in ("SIN", "COS") else None
+            values = [column[i] for i in operands] if name not in ("CONST", "INPUT") else []
             for word in ("SIN", "COS"):
-                other.pop((word, into[0]), None)
+                sines.pop((word, into[0]), None)
             column[into[0]] = work[into[0]]
             if name == "CONST":
                 column[into[0]] = np.array(f.instruction_constant(k))
             elif name == "INPUT":
-                column[into[0]] = inputs[of[0]][of[1]]
-            elif known is not None:
-                column[into[0]] = known
+                column[into[0]] = inputs[operands[0]][operands[1]]
+            elif angle is not None:
+                column[into[0]] = angle
             elif name in ("SIN", "COS"):
                 second = np.empty(length)
-                if of[0] != into[0]:
-                    other["COS" if name == "SIN" else "SIN", of[0]] = second
+                if operands[0] != into[0]:
+                    sines["COS" if name == "SIN" else "SIN", operands[0]] = second
                 pair = (column[into[0]], second)
                 program.append((_turn, (*values, *(pair if name == "SIN" else pair[::-1]))))
             else:

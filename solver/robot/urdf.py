@@ -87,8 +87,10 @@ class Robot:
 
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
-        each = zip(self.joints, origins, strict=True)
-        return replace(self, joints=tuple(replace(j, origin=Origin.of(own)) for j, own in each))
+        pairs = zip(self.joints, origins, strict=True)
+        return replace(
+            self, joints=tuple(replace(j, origin=Origin.of(numbers)) for j, numbers in pairs)
+        )
 
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
         """Return the robot with one more mass [kg] at a point of the flange, x y z [m].
@@ -142,9 +144,9 @@ def load_robot(
         data = read_bytes(file)
     except OSError as error:
         shipped = ", ".join(shipped_robots())
-        near = get_close_matches(name.lower(), shipped_robots(), n=1)
+        names = get_close_matches(name.lower(), shipped_robots(), n=1)
         reason = (error.strerror or "cannot be read") + "".join(
-            f", did you mean {one!r}?" for one in near
+            f", did you mean {name!r}?" for name in names
         )
         raise ModelError(
             f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"

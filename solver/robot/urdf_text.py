@@ -101,17 +101,17 @@ class UrdfText:
 
 
 def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, Element]:
-    named: dict[str, Element] = {}
+    by_name: dict[str, Element] = {}
     for element in elements:
         if element.tag != tag:
             continue
         name = element.attributes.get("name", "")
         if not name:
             raise ModelError(f"{source}:{element.line}: a <{tag}> without a name")
-        if name in named:
+        if name in by_name:
             raise ModelError(f"{source}:{element.line}: a second <{tag}> is called {name!r}")
-        named[name] = element
-    return named
+        by_name[name] = element
+    return by_name
 
 
 def _origin(source: str, name: str, joint: Element) -> Origin:

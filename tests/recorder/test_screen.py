@@ -45,7 +45,7 @@ def drawn(shown, width=80, height=24, plain=False, colour=None):
         file=io.StringIO(), width=width, height=height, force_terminal=True, color_system=colour
     )
     with console.capture() as capture:
-        console.print(Group(*render(shown, width, height, plain=plain)))
+        console.print(Group(*render(shown, width, height, ascii_only=plain)))
     return capture.get().rstrip("\n").split("\n")
 
 
@@ -67,7 +67,7 @@ def test_it_fits_any_terminal(
 ):
     made = session(count, sockets, tuple(JointLimits(f"j{i}", -1, 1) for i in range(joints)))
     shown = view(made.with_message(message, alarm=True), help=helps, trouble=trouble)
-    lines = render(shown, width, height, plain=plain)
+    lines = render(shown, width, height, ascii_only=plain)
     assert all(line.cell_len <= width for line in lines)
     fits = width >= 60 and height >= joints + 7
     assert len(lines) == (height if fits else 1)

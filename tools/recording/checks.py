@@ -46,37 +46,37 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
         return None
     balls = BallModel(robot, []).points(np.zeros(0), np.array([s.position for s in samples]))
     same = sockets[:-1] == sockets[-1]
-    here, there = balls[:-1][same], balls[:-1][~same]
-    allowed = FAR if len(here) else FAR + distance
-    if len(here) + 1 >= ENOUGH:
-        away = np.linalg.norm(here - np.median(here, axis=0), axis=1)
-        allowed = max(FAR, FAR_SHARE * float(np.median(away)))
-    others = here if len(here) else there
-    off = float(np.linalg.norm(balls[-1] - np.median(others, axis=0)))
-    if off <= allowed:
+    in_socket, elsewhere = balls[:-1][same], balls[:-1][~same]
+    allowed = FAR if len(in_socket) else FAR + distance
+    if len(in_socket) + 1 >= ENOUGH:
+        distances = np.linalg.norm(in_socket - np.median(in_socket, axis=0), axis=1)
+        allowed = max(FAR, FAR_SHARE * float(np.median(distances)))
+    references = in_socket if len(in_socket) else elsewhere
+    gap = float(np.linalg.norm(balls[-1] - np.median(references, axis=0)))
+    if gap <= allowed:
         return None
     socket = samples[-1].socket
-    if off > BEYOND:
-        return f"puts the ball {off:.1f} m away: do the joints read right, and is it this model?"
+    if gap > BEYOND:
+        return f"puts the ball {gap:.1f} m away: do the joints read right, and is it this model?"
     return (
-        f"puts the ball {1e3 * off:.0f} mm from "
-        f"{f'the others of socket {socket}' if len(here) else 'the other socket'}: is it seated, "
-        f"and in socket {socket}?"
+        f"puts the ball {1e3 * gap:.0f} mm from "
+        f"{f'the others of socket {socket}' if len(in_socket) else 'the other socket'}: "
+        f"is it seated, and in socket {socket}?"
     )
 
 
 def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
     """Return a warning where another shipped robot fits some poses far better than a model."""
     q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
-    if len(q) < FIRST_POSES or (own := _scatter(robot, q)) < WRONG_SCATTER:
+    if len(q) < FIRST_POSES or (scatter := _scatter(robot, q)) < WRONG_SCATTER:
         return None
-    scatters = {other.name: _scatter(other, q) for other in _shipped(len(robot.actuated))}
+    scatters = {model.name: _scatter(model, q) for model in _shipped(len(robot.actuated))}
     best = min(scatters, key=lambda name: scatters[name], default=None)
-    if best is None or scatters[best] > own / WRONG_RATIO or best == robot.name:
+    if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
     return (
         f"this moves like a {best}: by its model the ball of one socket scatters by "
-        f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * own:.0f} mm. Is "
+        f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * scatter:.0f} mm. Is "
         "--robot right?"
     )
 
@@ -84,12 +84,12 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
 def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
     """Return the names of the other shipped robots that reach a configuration, or None."""
     names = [
-        other.name
-        for other in _shipped(len(robot.actuated))
-        if other.name != robot.name
+        model.name
+        for model in _shipped(len(robot.actuated))
+        if model.name != robot.name
         and all(
             joint.lower - SLACK <= value <= joint.upper + SLACK
-            for joint, value in zip(other.actuated, position, strict=True)
+            for joint, value in zip(model.actuated, position, strict=True)
         )
     ]
     return " or a ".join(names) or None
@@ -104,8 +104,8 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
 def _scatter(robot: Robot, q: np.ndarray) -> float:
     """Return the ball's mean distance from its mean position over some configurations [m]."""
     points = BallModel(robot, []).points(np.zeros(0), q)
-    away: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    return float(away.mean())
+    distances: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return float(distances.mean())
 
 
 FAILED = 1
@@ -115,27 +115,27 @@ FAILED = 1
 def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     """Return a text on the arm's error in recorded poses, or what is wrong, and exit status."""
     placement = read_placement(folder).for_joints(robot.joint_names)
-    if wrong := wrong_model(robot, placement.samples):
-        return wrong[0].upper() + wrong[1:], FAILED
+    if complaint := wrong_model(robot, placement.samples):
+        return complaint[0].upper() + complaint[1:], FAILED
     measured = measure(placement, robot, sockets=1)
-    known = assessment.repeatability_of(robot, None)
+    repeatability = assessment.repeatability_of(robot, None)
     survey = diagnostics.inspect_all(
         robot,
         [measured],
-        zeros=diagnostics.is_coarse(known),
-        repeatability=known,
+        zeros=diagnostics.is_coarse(repeatability),
+        repeatability=repeatability,
     )
-    found = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
-    if found.status == "fail":
-        return f"Verdict: {found.title}. {found.text}", found.exit_status
+    judgement = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
+    if judgement.status == "fail":
+        return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
     balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
-    away = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
-    error, good = float(away.mean()), limit_for(robot)
-    verdict = "worth calibrating" if error > good else "as good as a calibration would make it"
+    distances = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
+    error, limit = float(distances.mean()), limit_for(robot)
+    verdict = "worth calibrating" if error > limit else "as good as a calibration would make it"
     return (
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
-        f"{len(away)} poses, {1e3 * away.max():.2f} mm at most). A calibrated arm of this kind "
-        f"keeps within {1e3 * good:.2f} mm: {verdict}. Its size was not looked at; that takes two "
-        "sockets.",
+        f"{len(distances)} poses, {1e3 * distances.max():.2f} mm at most). "
+        f"A calibrated arm of this kind keeps within {1e3 * limit:.2f} mm: {verdict}. "
+        "Its size was not looked at; that takes two sockets.",
         0,
     )

@@ -44,7 +44,7 @@ class PoseSelector:
         distance: float,
         goal: float | None = None,
         sockets: int = 2,
-        earlier: Sequence[Placement] = (),
+        parts: Sequence[Placement] = (),
         turn: float = np.inf,
     ) -> None:
         self._robot = robot
@@ -55,7 +55,7 @@ class PoseSelector:
         self._model = self._pool.model
         self._alarms = SessionAlarms(robot)
         self._last_alarms: tuple[object, tuple[Alarm, ...]] = None, ()
-        self._earlier = tuple(earlier)
+        self._earlier = tuple(parts)
         self._history: dict[int, float] = {}
         self._enough = False
         self._route: tuple[list[int], np.ndarray] | None = None
@@ -83,15 +83,15 @@ class PoseSelector:
         alarms = self.alarms(samples, answers)
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
-        known = self._covariance(samples, posterior)
-        where = design.workspace_of(self._model, known.x)
-        rigid = known.error(where)
+        state = self._covariance(samples, posterior)
+        where = design.workspace_of(self._model, state.x)
+        rigid = state.error(where)
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
-        target, gain = self._next(known, where, samples, order, position)
-        here = self._placement(samples, answers)
+        target, gain = self._next(state, where, samples, order, position)
+        placement = self._placement(samples, answers)
         solved = posterior and sufficiency_of(
-            self._model, [*self._earlier, here], zeros=self._alarms.coarse
+            self._model, [*self._earlier, placement], zeros=self._alarms.coarse
         )
         predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
         goal = self._given or goal or self._goal
@@ -99,8 +99,8 @@ class PoseSelector:
         # it is first said with a margin, so that further samples do not take it back
         enough = bool(solved and solved.enough and not alarms and (solved.sized or self._enough))
         reached = enough and predicted <= goal
-        more = goal * rigid / predicted
-        exhausted = fewest >= SHARE and self._exhausted(known, where, samples, gain, more)
+        reserve = goal * rigid / predicted
+        exhausted = fewest >= SHARE and self._exhausted(state, where, samples, gain, reserve)
         # more samples mend no fault that is kept
         kept_fault = bool(answers.kept and solved and solved.fails)
         exhausted |= kept_fault and fewest >= LEAST_SAMPLES
@@ -136,7 +136,7 @@ class PoseSelector:
 
     def _exhausted(
         self,
-        known: design.ParameterCovariance,
+        state: design.ParameterCovariance,
         where: design.Workspace,
         samples: Sequence[Sample],
         gain: float,
@@ -148,8 +148,8 @@ class PoseSelector:
         if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
-            known = known.with_samples(self._pool.candidates(samples, socket)[:MORE], socket)
-        return known.error(where) > goal
+            state = state.with_samples(self._pool.candidates(samples, socket)[:MORE], socket)
+        return state.error(where) > goal
 
     def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
         if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
@@ -158,9 +158,9 @@ class PoseSelector:
 
     def _placement(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> Placement:
         """Return the samples as a solving reads them."""
-        said = tuple(alarm.text for alarm in answers.kept)
+        texts = tuple(alarm.text for alarm in answers.kept)
         names = self._robot.joint_names
-        return Placement("here", tuple(samples), names, self._distance, kept_alarms=said)
+        return Placement("here", tuple(samples), names, self._distance, kept_alarms=texts)
 
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None
@@ -171,35 +171,35 @@ class PoseSelector:
         """
         if posterior is not None:
             return design.from_fit(posterior)
-        known, taken = self._prior([samples, *(part.samples for part in self._earlier)])
+        state, taken = self._prior([samples, *(part.samples for part in self._earlier)])
         for q, socket in taken:
-            known = known.with_samples(q, socket)
-        return known
+            state = state.with_samples(q, socket)
+        return state
 
     def _prior(
         self, recorded: Sequence[Sequence[Sample]]
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
         """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
-        known = design.from_prior(self._model, SEAT, count * len(recorded))
+        state = design.from_prior(self._model, SEAT, count * len(recorded))
         taken: list[tuple[np.ndarray, int]] = []
         for i, some in enumerate(recorded):
             if count > 1:
-                known = self._pool.with_distance(known, some, count * i)
-            own = [(positions_in(some, k), count * i + k) for k in range(count)]
-            taken += [(q, k) for q, k in own if len(q)]
-        return known, taken
+                state = self._pool.with_distance(state, some, count * i)
+            sockets = [(positions_in(some, k), count * i + k) for k in range(count)]
+            taken += [(q, k) for q, k in sockets if len(q)]
+        return state, taken
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
         if self._sockets != 2 or min(counts) == 0:
             return ()
-        known = self._covariance(samples, self._fitted(samples, counts))
+        state = self._covariance(samples, self._fitted(samples, counts))
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
-        here = np.array([c for c in centres if c is not None])
-        where = design.workspace_of(self._model, known.x)
-        lines = design.next_base_advice(known, where, self._pool.reach, here, self._distance)
+        base = np.array([c for c in centres if c is not None])
+        where = design.workspace_of(self._model, state.x)
+        lines = design.next_base_advice(state, where, self._pool.reach, base, self._distance)
         curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
         return (*lines, curves) if curves else lines
 
@@ -211,7 +211,7 @@ class PoseSelector:
 
     def _next(
         self,
-        known: design.ParameterCovariance,
+        state: design.ParameterCovariance,
         where: design.Workspace,
         samples: Sequence[Sample],
         order: list[int],
@@ -226,15 +226,15 @@ class PoseSelector:
         # a socket without a sample is near the others
         pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
         start = None if position is None else np.array(position)
-        rest = self._rest(order)
+        route = self._rest(order)
         if self._curved:
             recorded = [samples, *(placement.samples for placement in self._earlier)]
-            way = design.CurveAnnealing(*self._prior(recorded), pools, order, start).way(rest)
+            way = design.CurveAnnealing(*self._prior(recorded), pools, order, start).way(route)
         else:
-            way = design.plan_poses(known, where, pools, order, start, rest)
+            way = design.plan_poses(state, where, pools, order, start, route)
         self._route = order, way
-        with_scale, without = known.variance_reduction(pools[order[0]], order[0], where)
-        gain = with_scale[int(np.argmax(without))]
+        with_scale, by_shape = state.variance_reduction(pools[order[0]], order[0], where)
+        gain = with_scale[int(np.argmax(by_shape))]
         # of variance; of the deviation it is half as much
         return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))
 
@@ -242,8 +242,8 @@ class PoseSelector:
         """Return the rest of the previous route; None where the sockets to come have changed."""
         before, way = self._route or ([], np.zeros((0, 0)))
         for done in (0, 1):
-            left = before[done:]
-            if left and left == order[: len(left)]:
+            remainder = before[done:]
+            if remainder and remainder == order[: len(remainder)]:
                 return way[done:]
         return None
 

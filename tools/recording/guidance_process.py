@@ -91,8 +91,8 @@ def limit_for(robot: Robot) -> float:
 
     At least as many times the resolution of a printed socket.
     """
-    name, least = assessment.known_arm(robot), assessment.RESOLUTION
-    return GOAL * max(assessment.ARMS[name].repeatability if name else least, least)
+    name, resolution = assessment.known_arm(robot), assessment.RESOLUTION
+    return GOAL * max(assessment.ARMS[name].repeatability if name else resolution, resolution)
 
 
 class BackgroundGuidance(WorkerProcess):
@@ -119,12 +119,12 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
     from .guidance import PoseSelector
     from .zero_guidance import ZeroSelector
 
-    given = dict(settings)
-    held: Path | None = given.pop("calibration", None)
-    if held is None:
-        selector = PoseSelector(load_robot(**robot), **given)
+    options = dict(settings)
+    document: Path | None = options.pop("calibration", None)
+    if document is None:
+        selector = PoseSelector(load_robot(**robot), **options)
     else:
-        selector = ZeroSelector(calibration.load_calibration(held), **given)
+        selector = ZeroSelector(calibration.load_calibration(document), **options)
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()

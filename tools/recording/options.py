@@ -66,8 +66,8 @@ class RecordOptions(RobotOptions):
     @property
     def samples(self) -> int:
         """Samples to take in each socket."""
-        usual = POSES if self.quick else HELD if self.calibration else TARGET
-        return self.target or usual
+        default = POSES if self.quick else HELD if self.calibration else TARGET
+        return self.target or default
 
     def metadata(self, robot: Robot) -> Metadata:
         """Return the placement's metadata by the options and the recording that is continued."""
@@ -76,13 +76,13 @@ class RecordOptions(RobotOptions):
         if sockets is None:
             sockets = read_metadata(file).get("sockets")
         keys = read_keys(file)
-        known = keys.distance is not None and not keys.distance_assumed
+        measured = keys.distance is not None and not keys.distance_assumed
         return Metadata(
             robot=robot.name,
             joints=robot.joint_names,
             units=tuple(joint.unit for joint in joints_of(robot)),
             distance=self.distance or keys.distance,
-            measured=self.distance is not None or known,
+            measured=self.distance is not None or measured,
             sockets=sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
             model_sha256=robot.sha256,
             robot_name=self.robot_name or "",
@@ -104,17 +104,17 @@ def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
             "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
         )
         try:
-            typed = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
+            answer = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
         except EOFError:
-            typed = ""
-        if not typed:
+            answer = ""
+        if not answer:
             return metadata
         try:
-            number = float(typed.replace(",", "."))
+            number = float(answer.replace(",", "."))
         except ValueError:
             number = math.nan
         metres = number if number < 1 else number / 1e3
         if DISTANCES[0] <= metres <= DISTANCES[1]:
             terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
             return replace(metadata, distance=metres, measured=True)
-        terminal.say(f"{typed!r} is no distance in millimetres, for example 100.08")
+        terminal.say(f"{answer!r} is no distance in millimetres, for example 100.08")

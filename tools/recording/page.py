@@ -112,8 +112,8 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Send the page, or the state that it asks for again and again."""
         root, _, name = self.path.removeprefix("/").partition("/")
-        known = secrets.compare_digest(root.encode(), self.server.token.encode())
-        if not known or name not in ("", "state"):
+        authorised = secrets.compare_digest(root.encode(), self.server.token.encode())
+        if not authorised or name not in ("", "state"):
             self.send_error(404)
             return
         body = self.server.state if name else self.server.page

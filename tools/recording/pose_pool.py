@@ -36,14 +36,14 @@ class PosePool:
         return np.asarray(np.median(points, axis=0))
 
     def with_distance(
-        self, known: design.ParameterCovariance, samples: Sequence[Sample], at: int = 0
+        self, state: design.ParameterCovariance, samples: Sequence[Sample], socket: int = 0
     ) -> design.ParameterCovariance:
-        """Return a covariance with the measured distance of a placement's sockets, from ``at``."""
+        """Return a covariance with the measured distance of two sockets, from ``socket`` on."""
         first, second = (self.centre(samples, k) for k in (0, 1))
         if first is None or second is None:
-            return known
+            return state
         along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
-        return known.with_lengths({at: -along, at + 1: along}, CALIPER_DEVIATION)
+        return state.with_lengths({socket: -along, socket + 1: along}, CALIPER_DEVIATION)
 
     def lifted(
         self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
@@ -60,8 +60,8 @@ class PosePool:
             return np.zeros((0, len(self.model.robot.actuated)))
         if socket not in self._poses:
             poses = self.reach.poses(centre, CANDIDATES)
-            near = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
-            self._poses[socket] = poses[near] if near.any() else poses
+            within_turn = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
+            self._poses[socket] = poses[within_turn] if within_turn.any() else poses
         poses, taken = self._poses[socket], np.array([s.position for s in samples])
         new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
         return poses[new] if new.any() else poses

@@ -52,12 +52,12 @@ class SessionAlarms:
         Samples that alarms took back are evidence as well: two that are off by the same vector tell
         of a base, not of a ball. What concerns them alone was answered.
         """
-        *before, here = placements
-        if here.samples and (wrong := wrong_model(self._robot, here.samples)):
-            return (Alarm("other", "WRONG ARM?", wrong),)
+        *before, placement = placements
+        if placement.samples and (complaint := wrong_model(self._robot, placement.samples)):
+            return (Alarm("other", "WRONG ARM?", complaint),)
         numbers = {sample.number for sample in doubted}
-        every = sorted([*here.samples, *doubted], key=lambda sample: sample.number)
-        faults = self._check.faults([*before, replace(here, samples=tuple(every))])
+        samples = sorted([*placement.samples, *doubted], key=lambda sample: sample.number)
+        faults = self._check.faults([*before, replace(placement, samples=tuple(samples))])
         return tuple(
             self._alarm(fault)
             for fault in faults
@@ -84,9 +84,9 @@ class SessionAlarms:
 def _size(hypothesis: Hypothesis) -> float:
     """Return how far off balls come out by a fault [m]."""
     numbers = {k: v for k, v in hypothesis.parameters.items() if isinstance(v, float)}
-    apart = abs(numbers.get("likely", 0.0) - numbers.get("given", 0.0))
+    difference = abs(numbers.get("likely", 0.0) - numbers.get("given", 0.0))
     scatter = 3 * numbers.get("noise", 0.0) if hypothesis.name == "ball_loose" else 0.0
-    return max(numbers.get("size", 0.0), apart, scatter)
+    return max(numbers.get("size", 0.0), difference, scatter)
 
 
 def _rivals(fault: diagnostics.Fault) -> list[Hypothesis]:

@@ -36,29 +36,29 @@ def first_session(
     metadata: recorder.Metadata,
     robot: robots.Robot,
     recording: Recording,
-    moved: Sequence[recorder.Sample],
+    samples: Sequence[recorder.Sample],
 ) -> Session:
     """Return the session as an earlier start left it, with samples of a base that moved."""
     content = recording.content
     first = len(content.samples) + 1
-    moved = [replace(sample, number=i) for i, sample in enumerate(moved, first)]
-    for sample in moved:
+    samples = [replace(sample, number=i) for i, sample in enumerate(samples, first)]
+    for sample in samples:
         recording.capture(sample)
-    socket = moved[-1].socket if moved else recording.socket
+    socket = samples[-1].socket if samples else recording.socket
     session = Session(
         joints_of(robot),
         sockets=metadata.sockets,
         measured=metadata.measured or metadata.sockets == 1,
         target=options.samples,
         socket=min(socket, metadata.sockets - 1),
-        samples=(*content.samples, *moved),
+        samples=(*content.samples, *samples),
         withdrawn=content.withdrawn,
         similar_models=partial(similar_models, robot),
     )
     for remark in recording.remarks:
         session = session.with_message(remark, alarm=True)
-    if moved:
-        text = f"a new placement: {options.out}, with {len(moved)} samples since the base moved"
+    if samples:
+        text = f"a new placement: {options.out}, with {len(samples)} samples since the base moved"
         return session.with_message(text)
     if session.samples:
         session = session.with_message(f"continues a recording of {len(session.live)} samples")
@@ -88,17 +88,19 @@ def with_address(options: RecordOptions, session: Session, url: str) -> Session:
 
 def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
     """Return the other placements in the same folder, recorded with this model, oldest first."""
-    found: list[recorder.Placement] = []
+    placements: list[recorder.Placement] = []
     for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
         same = file.parent / recorder.METADATA
         if file.parent.resolve() == out.resolve() or not same.is_file():
             continue
         try:
             if recorder.read_metadata(same).get("model_sha256") == robot.sha256:
-                found.append(recorder.read_placement(file.parent).for_joints(robot.joint_names))
+                placements.append(
+                    recorder.read_placement(file.parent).for_joints(robot.joint_names)
+                )
         except recorder.RecordingError:
             continue
-    return tuple(sorted(found, key=lambda placement: placement.samples[0].time or 0.0))
+    return tuple(sorted(placements, key=lambda placement: placement.samples[0].time or 0.0))
 
 
 def resume_summary_of(
@@ -110,10 +112,10 @@ def resume_summary_of(
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     last = session.samples[-1].time
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last)) if last else "at an unknown time"
-    apart = "at an unknown distance" if distance is None else f"{1e3 * distance:g} mm apart"
+    distance_text = "at an unknown distance" if distance is None else f"{1e3 * distance:g} mm apart"
     return (
         f"Continues {counts}; the last {when}; in {recording.folder}",
-        f"Sockets {apart}. The ball was last in socket {session.socket}.",
+        f"Sockets {distance_text}. The ball was last in socket {session.socket}.",
         "Is the base where it was?",
     )
 

@@ -27,13 +27,13 @@ def record_session(
     metadata: Metadata,
     robot: Robot,
     terminal: Terminal,
-    moved: Sequence[Sample] | None = None,
+    samples: Sequence[Sample] | None = None,
     page: "PageProcess | None" = None,
     hand: session_start.FollowingHand | None = None,
 ) -> Outcome:
     """Record at one placement until the operator finishes.
 
-    At a further placement of the same run, ``moved`` are the samples since the base moved there;
+    At a further placement of the same run, ``samples`` are the samples since the base moved there;
     the page goes on at its address, and the hand of a simulated arm leads on.
     """
     keys = keys_with(options.key)
@@ -51,7 +51,7 @@ def record_session(
             stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
             stack.callback(log.close)
         live = script is None
-        session = session_start.first_session(options, metadata, robot, recording, moved or ())
+        session = session_start.first_session(options, metadata, robot, recording, samples or ())
         if driver.remark:
             session = session.with_message(driver.remark, alarm=True)
         if page:
@@ -62,7 +62,7 @@ def record_session(
             session = session_start.with_blocks(options, session)
         if hand:
             hand.guided = guidance is not None
-            if moved is not None and not moved:
+            if samples is not None and not samples:
                 hand.move_base()
         return Recorder(
             session=session,
@@ -85,7 +85,7 @@ def record_session(
             plausible=partial(odd_pose, robot, metadata.distance or DEFAULT_DISTANCE),
             keys=keys,
             hands_free=options.auto,
-            moved=moved is not None and not moved,
+            moved=samples is not None and not samples,
             sound=options.sound != "off",
             guidance=guidance,
             observers=[*filter(None, (page, hand and hand.follow))],
@@ -113,8 +113,8 @@ def _guidance(options: RecordOptions, metadata: Metadata, robot: Robot) -> Backg
 def _title(options: RecordOptions, metadata: Metadata) -> str:
     out, distance = str(options.out), metadata.distance
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
-    apart = "unmeasured" if distance is None else f"{1e3 * distance:g} mm"
-    return f"{metadata.robot}  {folder}  sockets {apart}  {options.driver}"
+    distance_text = "unmeasured" if distance is None else f"{1e3 * distance:g} mm"
+    return f"{metadata.robot}  {folder}  sockets {distance_text}  {options.driver}"
 
 
 @contextmanager
@@ -135,7 +135,7 @@ def _undisturbed() -> Generator[None, None, None]:
 
 def _display(terminal: Terminal) -> Screen | Lines:
     console = terminal.console
-    whole = console.is_terminal and not console.is_dumb_terminal
-    if whole and console.file.isatty():
+    full_screen = console.is_terminal and not console.is_dumb_terminal
+    if full_screen and console.file.isatty():
         return Screen(console)
     return Lines(console, brief=terminal.brief)

@@ -49,13 +49,13 @@ def sufficiency_of(
         return None
     verdict = solved.verdict
     failed = verdict.status == "fail" and not verdict.use
-    near = verdict.status_of(NEAR) == "pass"
+    passes_near = verdict.status_of(NEAR) == "pass"
     asked = [r for r in (*verdict.limits, *verdict.reasons) if r.status in ("fail", "not enough")]
-    enough = verdict.use and not any(not (near and r.name == WORKSPACE) for r in asked)
+    enough = verdict.use and not any(not (passes_near and r.name == WORKSPACE) for r in asked)
     enough = enough and np.bincount(placements[-1].sockets)[:2].min() >= LEAST_SAMPLES
     size = solved.document.scale
-    known = size.deviation or 0.0 if size else 0.0
-    sized = size is None or size_level(abs(size.value) + known, known) is None
+    deviation = size.deviation or 0.0 if size else 0.0
+    sized = size is None or size_level(abs(size.value) + deviation, deviation) is None
     why = solved.verdict.text.partition(". ")[0] if failed else ""
     return Sufficiency(row.found, row.limit, bool(enough), sized, why)
 
@@ -87,7 +87,7 @@ def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) ->
 
 def _whole(placements: Sequence[Placement]) -> list[Placement]:
     """Return the last placement, and those before with two sockets, none with a single sample."""
-    *earlier, here = placements
-    counts = [np.bincount(placement.sockets) for placement in earlier]
-    some = zip(earlier, counts, strict=True)
-    return [*(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)), here]
+    *parts, current = placements
+    counts = [np.bincount(placement.sockets) for placement in parts]
+    some = zip(parts, counts, strict=True)
+    return [*(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)), current]

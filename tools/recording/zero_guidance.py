@@ -43,18 +43,20 @@ class ZeroSelector(PoseSelector):
         answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
-        known, order = self._known(samples), self._order(samples, socket)
+        state, order = self._known(samples), self._order(samples, socket)
         pools = {k: self._pool.candidates(samples, k) for k in range(self._sockets)}
         pools = {k: pool for k, pool in pools.items() if len(pool)}
         where, target, gain = identifiable_zeros(self._known(()), pools), None, 0.0
-        after = known
+        after = state
         if order and len(where.slopes):
-            target, gain = self._next(known, where, samples, order, position)
+            target, gain = self._next(state, where, samples, order, position)
             for k, q in zip(*(self._route or ((), ())), strict=True):
                 after = after.with_samples(q[None], k)
         predicted, goal = (
-            float(np.sqrt(np.mean(one.deviations(where) ** 2))) if len(where.slopes) else np.inf
-            for one in (known, after)
+            float(np.sqrt(np.mean(state_of.deviations(where) ** 2)))
+            if len(where.slopes)
+            else np.inf
+            for state_of in (state, after)
         )
         return Advice(
             count=len(samples),
@@ -70,18 +72,18 @@ class ZeroSelector(PoseSelector):
         )
 
     def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
-        known = self._first
+        state = self._first
         if self._sockets > 1:
-            known = self._pool.with_distance(known, samples)
+            state = self._pool.with_distance(state, samples)
         for sample in samples:
-            known = known.with_samples(np.array([sample.position]), sample.socket)
-        return known
+            state = state.with_samples(np.array([sample.position]), sample.socket)
+        return state
 
     def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
         counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
-        others = [k for k in range(self._sockets) if k != socket]
-        return [k for k in (socket, *others) for _ in range(self._target - counts[k])]
+        sockets = [k for k in range(self._sockets) if k != socket]
+        return [k for k in (socket, *sockets) for _ in range(self._target - counts[k])]
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return nothing: the verdict comes at the end."""

@@ -51,8 +51,8 @@ class FollowingHand:
     """
 
     def __init__(self, address: str, robot: Robot, distance: float | None = None) -> None:
-        rest, self._faults = session_faults(address)
-        arm = arm_at(rest)
+        motion_address, self._faults = session_faults(address)
+        arm = arm_at(motion_address)
         names, order = robot.joint_names, slice(None)
         rows = np.array(arm.motion.configurations)
         match_joints(names, rows.shape[1], "the recording")
@@ -97,11 +97,11 @@ class FollowingHand:
 
     def follow(self, view: View) -> None:
         """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
-        session, here = view.session, self.rest
+        session, pose = view.session, self.rest
         arrived = self._motion.phase(self._arm.now()) == (len(self._motion.begun), 0.0)
         if not arrived or view.alarm or view.question:
             return
-        captured = any(session.same(sample.position, here) for sample in session.samples)
+        captured = any(session.same(sample.position, pose) for sample in session.samples)
         same = session.socket == self._labels[-1]
         done = session.turn_done or session.counts[session.socket] >= session.target
         if session.finished or (same and (done or not captured)):
@@ -111,11 +111,11 @@ class FollowingHand:
             return  # the guide is not ready yet
         self._lead(None if target is None else np.array(target), session.socket)
 
-    def _lead(self, near: np.ndarray | None, socket: int) -> None:
+    def _lead(self, reference: np.ndarray | None, socket: int) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
         row = None if self.guided else self._unused(socket)
         if row is None:
-            self._rest_at(self._seated_at(near, socket), socket)
+            self._rest_at(self._seated_at(reference, socket), socket)
         else:
             self._rows_led.add(row)
             self._rest_at(self._session.positions[row], socket, row)
@@ -125,22 +125,22 @@ class FollowingHand:
         """Add a configuration, maybe of a row of the recording, with its torques."""
         self._led.append(q)
         self._labels.append(socket)
-        to = self._with_faults()
+        goal = self._with_faults()
         if self._torques is not None:
-            by_masses = gravity_moments(self._truth, to[None])[0, : len(q)]
+            by_masses = gravity_moments(self._truth, goal[None])[0, : len(q)]
             self._efforts.append((by_masses if row is None else self._torques[row]).tolist())
-        self._poses.append(tuple(to.tolist()))
+        self._poses.append(tuple(goal.tolist()))
 
     def _unused(self, socket: int) -> int | None:
         """Return the first sample of the recording in a socket that was not led to, or None."""
-        every = np.flatnonzero(self._session.sockets == socket).tolist()
-        return next((row for row in every if row not in self._rows_led), None)
+        rows = np.flatnonzero(self._session.sockets == socket).tolist()
+        return next((row for row in rows if row not in self._rows_led), None)
 
-    def _seated_at(self, near: np.ndarray | None, socket: int) -> np.ndarray:
+    def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
         seat = self._sockets[min(socket, 1)] + self._generator.normal(0, SEAT_NOISE, 3)
-        if near is not None:
-            (q,) = seated(self._truth, near[None], seat[None])
+        if reference is not None:
+            (q,) = seated(self._truth, reference[None], seat[None])
             if self._is_seated(q, seat):
                 return q
         return self._reach.reach(seat[None], self._generator)[0]

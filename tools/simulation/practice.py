@@ -112,13 +112,13 @@ class SessionFault:
         kind = re.split(r"[@:]", text)[0]
         if kind not in _KINDS:
             return None
-        unit, usual, _ = _KINDS[kind]
+        unit, default, _ = _KINDS[kind]
         match = _TEXT.fullmatch(text)
         if not match or match[5] not in (None, unit):
             raise ValueError(
                 f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
             )
-        size = usual if match[4] is None else float(match[4]) * _UNITS[unit]
+        size = default if match[4] is None else float(match[4]) * _UNITS[unit]
         count = int(match[3]) if match[3] else 1 if kind == "ball" else None
         return cls(kind, int(match[2] or 1), count, size)
 
@@ -160,8 +160,8 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     The sockets follow from where the balls lie.
     """
     balls = BallModel(robot, []).points(np.zeros(0), q)
-    away = np.linalg.norm(balls - balls[0], axis=1)
-    sockets = (away > max(APART, 0.5 * float(away.max()))).astype(int)
+    distances = np.linalg.norm(balls - balls[0], axis=1)
+    sockets = (distances > max(APART, 0.5 * float(distances.max()))).astype(int)
     arm = RigidModel(robot).fitted(Samples(q, sockets))
     balls = BallModel(arm, []).points(np.zeros(0), q)
     centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
@@ -192,13 +192,13 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     by the nominal one a sample moved to the other socket would miss it by millimetres. A fault
     wrongly written is a DriverError.
     """
-    rest, faults = session_faults(address)
+    motion_address, faults = session_faults(address)
     if not faults:
-        return lambda: Mock(rest, robot.joint_names)
-    arm = arm_at(rest)
+        return lambda: Mock(motion_address, robot.joint_names)
+    arm = arm_at(motion_address)
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
-        return lambda: Mock(rest, robot.joint_names)  # which says what is wrong
+        return lambda: Mock(motion_address, robot.joint_names)  # which says what is wrong
     session = fitted_session(q, robot, arm.seed)
     arm.motion = replace(arm.motion, configurations=with_faults(session, faults).tolist())
     return lambda: Mock(joint_names=robot.joint_names, arm=arm)
@@ -239,8 +239,8 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
         led = record(arm, base, generator, noise=SEAT_NOISE)
         efforts = gravity_moments(arm, led.positions)[:, : len(arm.actuated)].tolist()
         pairs = zip(led.samples, efforts, strict=True)
-        held = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
-        half = len(held) // 2
-        turns = [held[i + k : i + k + TURN] for i in range(0, half, TURN) for k in (0, half)]
+        loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
+        half = len(loaded) // 2
+        turns = [loaded[i + k : i + k + TURN] for i in range(0, half, TURN) for k in (0, half)]
         write_files(folder / base.name, sample_files(replace(led, samples=tuple(chain(*turns)))))
     write_files(keys.parent, {keys.name: b"a*6 s  " * 9 + b"a*6 q\n"})

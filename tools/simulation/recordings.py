@@ -122,17 +122,17 @@ def simulate_recordings(
         UsageError: A number or an option that cannot be.
         SimulationError: The arm reaches too few places for the base.
     """
-    chosen: dict[str, Any] = {"placements": placements, **DEFAULTS, **options}
+    settings: dict[str, Any] = {"placements": placements, **DEFAULTS, **options}
     check_keywords("simulate_recordings", options, ["placements", *DEFAULTS])
-    for name, value in chosen.items():
-        least = LEAST.get(name, 0)
-        if not least <= value < np.inf:
-            raise UsageError(f"{name} {value}: give a number of at least {least}")
-    arms, places, hands = (np.random.default_rng([chosen["seed"], k]) for k in range(3))
-    arm = perturb(robot, arms, chosen["translation"], chosen["rotation"])
-    bases = reachable_bases(arm, places, placements, check_distance(chosen["distance"]))
-    how = Imperfection(chosen["noise"], _deflection(robot, arms, chosen))
-    samples = chosen["samples"]
+    for name, value in settings.items():
+        lowest = LEAST.get(name, 0)
+        if not lowest <= value < np.inf:
+            raise UsageError(f"{name} {value}: give a number of at least {lowest}")
+    arms, places, hands = (np.random.default_rng([settings["seed"], k]) for k in range(3))
+    arm = perturb(robot, arms, settings["translation"], settings["rotation"])
+    bases = reachable_bases(arm, places, placements, check_distance(settings["distance"]))
+    how = Imperfection(settings["noise"], _deflection(robot, arms, settings))
+    samples = settings["samples"]
     return (
         truth_of(robot, arm, how.deflection),
         [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
@@ -149,16 +149,16 @@ def _deflection(
     robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
 ) -> Deflection:
     """Return the effects of extensions of such sizes, without those of size zero."""
-    kept = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
+    active = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
     drawn: list[np.ndarray] = []
-    for effect in kept:
+    for effect in active:
         count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
         if effect is CURVE:
             drawn.append(size * random_curves(len(robot.joint_names), CURVE_LENGTH, generator))
             continue
         draw = generator.random if effect.non_negative else generator.standard_normal
         drawn.append(size * draw(count))
-    return Deflection(tuple(effect.name for effect in kept), tuple(drawn))
+    return Deflection(tuple(effect.name for effect in active), tuple(drawn))
 
 
 def record(
@@ -178,8 +178,10 @@ def record(
     """
     how = imperfection or Imperfection(noise)
     sockets = np.repeat([0, 1], samples)
-    read = lead(arm, np.array(base.sockets)[sockets], generator, how, guide)
-    return Placement.of_arrays(base.name, read, sockets, arm.joint_names, distance=base.distance)
+    readings = lead(arm, np.array(base.sockets)[sockets], generator, how, guide)
+    return Placement.of_arrays(
+        base.name, readings, sockets, arm.joint_names, distance=base.distance
+    )
 
 
 def lead(
@@ -199,13 +201,13 @@ def lead(
     m = true.shape[1]
     if TILT.name in how.deflection.extensions:
         true = _seated(arm, seats, true, moments, how.deflection)
-    read = true
+    readings = true
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        read = true - (how.deflection.true_positions(read, moments)[:, :m] - read)
-    torques, either = moments[:, :m], generator.choice([-1.0, 1.0], read.shape)
+        readings = true - (how.deflection.true_positions(readings, moments)[:, :m] - readings)
+    torques, either = moments[:, :m], generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
-    read = read + 0.5 * how.play * side
-    return how.resolution * np.round(read / how.resolution) if how.resolution else read
+    readings = readings + 0.5 * how.play * side
+    return how.resolution * np.round(readings / how.resolution) if how.resolution else readings
 
 
 def _seated(
@@ -242,8 +244,8 @@ def reachable_bases(
         turn = generator.uniform(-np.pi, np.pi)
         direction = np.array([np.cos(turn), np.sin(turn), 0.0])
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
-        apart = all(np.linalg.norm(centre - other.centre) > 0.2 * reach for other in bases)
-        if apart:
+        separate = all(np.linalg.norm(centre - base.centre) > 0.2 * reach for base in bases)
+        if separate:
             with suppress(SimulationError):  # several ways lead there, as a person would see
                 guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
                 bases.append(base)

@@ -62,13 +62,13 @@ def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None)
         raise Reason.BAD_ADDRESS(f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=..")
     if name is not None and name not in arms:
         raise options.wrong("arm", f"one of {', '.join(arms)}")
-    chosen = _by_ids(options) if "ids" in options else arms[name or ""]
-    chosen = replace(
-        chosen,
-        signs=_numbers(options, "signs", chosen.signs, "1 or -1 for each joint", (1.0, -1.0)),
-        zeros=_numbers(options, "zeros", chosen.zeros, "a position in ticks for each joint"),
+    servo_map = _by_ids(options) if "ids" in options else arms[name or ""]
+    servo_map = replace(
+        servo_map,
+        signs=_numbers(options, "signs", servo_map.signs, "1 or -1 for each joint", (1.0, -1.0)),
+        zeros=_numbers(options, "zeros", servo_map.zeros, "a position in ticks for each joint"),
     )
-    return _calibrated(chosen, options) if "calibration" in options else chosen
+    return _calibrated(servo_map, options) if "calibration" in options else servo_map
 
 
 def _by_ids(options: Options) -> ServoMap:
@@ -83,7 +83,7 @@ def _numbers(
     options: Options,
     name: str,
     default: tuple[float, ...],
-    wanted: str,
+    form: str,
     allowed: tuple[float, ...] = (),
 ) -> tuple[float, ...]:
     """Return an option that is a list with a number for each joint."""
@@ -92,14 +92,14 @@ def _numbers(
     try:
         numbers = tuple(float(part) for part in options[name].split(","))
     except ValueError:
-        raise options.wrong(name, wanted) from None
+        raise options.wrong(name, form) from None
     sound = all(number in allowed if allowed else abs(number) < 1e6 for number in numbers)
     if len(numbers) != len(default) or not sound:
-        raise options.wrong(name, f"{wanted} ({len(default)})")
+        raise options.wrong(name, f"{form} ({len(default)})")
     return numbers
 
 
-def _calibrated(chosen: ServoMap, options: Options) -> ServoMap:
+def _calibrated(servo_map: ServoMap, options: Options) -> ServoMap:
     """Take the zeros from a calibration file of lerobot's."""
     path = Path(options["calibration"]).expanduser()
     try:
@@ -108,16 +108,16 @@ def _calibrated(chosen: ServoMap, options: Options) -> ServoMap:
         }
     except MukcaError as error:
         raise Reason.BAD_ADDRESS(str(error)) from None
-    for joint, servo in zip(chosen.joints, chosen.ids, strict=True):
+    for joint, servo in zip(servo_map.joints, servo_map.ids, strict=True):
         if servo not in motors:
             raise Reason.BAD_ADDRESS(f"{path}: no motor has id {servo} ({joint})")
-    homing = tuple(motors[servo].homing_offset for servo in chosen.ids)
+    homing = tuple(motors[servo].homing_offset for servo in servo_map.ids)
     # The table's own zeros say what the model's angle is at the middle.
     zeros = tuple(
         motors[servo].middle + zero - MIDDLE
-        for servo, zero in zip(chosen.ids, chosen.zeros, strict=True)
+        for servo, zero in zip(servo_map.ids, servo_map.zeros, strict=True)
     )
-    return replace(chosen, zeros=zeros, homing=homing)
+    return replace(servo_map, zeros=zeros, homing=homing)
 
 
 @dataclass(frozen=True, slots=True)

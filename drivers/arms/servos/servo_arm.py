@@ -132,8 +132,8 @@ class ServoArm(PolledDriver):
                 continue
             came = self._line.read(MOST_BYTES, until - clock.now())
             if not came:
-                missing = ", ".join(str(servo) for servo in servos if servo not in answers)
-                raise ValueError(f"no whole answer of servo {missing}")
+                silent = ", ".join(str(servo) for servo in servos if servo not in answers)
+                raise ValueError(f"no whole answer of servo {silent}")
             received += came
         return [answers[servo] for servo in servos]
 
@@ -151,14 +151,16 @@ class ServoArm(PolledDriver):
 
     def _inspect(self) -> None:
         """See that these are the right servos, and that their torque is off."""
-        known = self.make.models
-        models = self._find(self.make.model, lambda found: all(model in known for model in found))
+        numbers = self.make.models
+        models = self._find(
+            self.make.model, lambda replies: all(model in numbers for model in replies)
+        )
         for servo, model in zip(self._map.ids, models, strict=True):
-            if model not in known:
+            if model not in numbers:
                 raise Reason.WRONG_ROBOT(
                     f"servo {servo} on {self._where} is of model {model}, which is not known here"
                 )
-        torques = self._find(self.make.torque, lambda found: not any(found))
+        torques = self._find(self.make.torque, lambda replies: not any(replies))
         if stiff := self._named(torques, [0] * len(torques)):
             raise Reason.WRONG_MODE(
                 f"the torque is on at {stiff}: end the program that uses the arm, or switch its "
@@ -167,26 +169,26 @@ class ServoArm(PolledDriver):
         homing = self._map.homing
         if homing is None:
             return
-        found = self._find(self.make.homing, lambda found: tuple(found) == homing)
-        if moved := self._named(found, homing):
+        offsets = self._find(self.make.homing, lambda offsets: tuple(offsets) == homing)
+        if changes := self._named(offsets, homing):
             raise Reason.WRONG_ROBOT(
-                f"the servos at {moved} have another homing offset than the calibration file: it "
+                f"the servos at {changes} have another homing offset than the calibration file: it "
                 "is another arm's, or not the latest; connect lerobot once, or give the right file"
             )
 
-    def _named(self, numbers: Sequence[int], wanted: Sequence[int]) -> str:
+    def _named(self, numbers: Sequence[int], reference: Sequence[int]) -> str:
         """Return the names of the joints whose numbers are not what is wanted."""
-        rows = zip(self._map.joints, numbers, wanted, strict=True)
-        return ", ".join(joint for joint, number, right in rows if number != right)
+        rows = zip(self._map.joints, numbers, reference, strict=True)
+        return ", ".join(joint for joint, number, expected in rows if number != expected)
 
-    def _find(self, register: Register, right: Callable[[list[int]], bool]) -> list[int]:
+    def _find(self, register: Register, test: Callable[[list[int]], bool]) -> list[int]:
         """Return a register of all joints; what is not right is believed when it comes twice."""
         end = clock.now() + FIRST_ANSWER_SECONDS
         last: list[int] = []
         while True:
             try:
                 before, last = last, [register.decode(a.data) for a in self._ask(register)]
-                if last == before or right(last):
+                if last == before or test(last):
                     return last
             except ValueError as error:
                 if clock.now() > end:

@@ -38,9 +38,9 @@ class CurveFit:
     @cached_property
     def shift(self) -> np.ndarray:
         """[R, c without e], shape (coefficients, d + 1) [rad]; zero where nothing is given."""
-        d, given = self.state.objective.size, self.prior.given
-        if given is not None:
-            return given.shift(self.state.x, d)
+        d, curves = self.state.objective.size, self.prior.given
+        if curves is not None:
+            return curves.shift(self.state.x, d)
         return np.zeros((np.prod(self.samples.shape), d + 1))
 
     @cached_property
@@ -154,11 +154,11 @@ class CurveFit:
     @cached_property
     def projection(self) -> np.ndarray:
         """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
-        rest, rows = self.solved[:, :-1], self.inverse.shape[1]
-        V = -(rest @ self.posterior[1]) @ rest.T
+        unknowns, rows = self.solved[:, :-1], self.inverse.shape[1]
+        V = -(unknowns @ self.posterior[1]) @ unknowns.T
         for k, block in enumerate(self.inverse):
-            own = slice(rows * k, rows * (k + 1))
-            V[own, own] += block
+            rows_of_sample = slice(rows * k, rows * (k + 1))
+            V[rows_of_sample, rows_of_sample] += block
         return V
 
     @cached_property
@@ -189,13 +189,13 @@ def log_evidence(fit: CurveFit) -> float:
         -0.5 * float(y @ precision @ y) - float(gradient @ y),
         -0.5 * sum(float(p @ K @ p) for K in fit.curves[:1]),
     ]
-    for group, free in state.priors:
-        off = (state.x[group.members] - group.mean)[free]
-        terms.append(-0.5 * float(off @ group.precision(group.width, free) @ off))
+    for group, mask in state.priors:
+        offset = (state.x[group.members] - group.mean)[mask]
+        terms.append(-0.5 * float(offset @ group.precision(group.width, mask) @ offset))
     b = np.flatnonzero(state.bounded & state.free)
     if len(b):
-        known = sharp.posterior[1][np.ix_(b, b)]
-        terms.append(expectation_propagation(state.x[b] + y[b], known)[2])
+        marginal = sharp.posterior[1][np.ix_(b, b)]
+        terms.append(expectation_propagation(state.x[b] + y[b], marginal)[2])
     terms.append(-log_prior_share(state))
     return sum(terms) + log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist())
 
@@ -214,9 +214,9 @@ def marginalised(fit: CurveFit) -> CurveFit:
         )
         if max(by_weights, by_scales, by_groups) < SETTLED:
             break
-        left = np.einsum("nij,nji->n", fit.projected_blocks, fit.scales) / fit.weights / 3
+        freedom = np.einsum("nij,nji->n", fit.projected_blocks, fit.scales) / fit.weights / 3
         noises = without_negligible(noises, samples.sources, samples.slopes)
-        noises = with_tails(noises, samples.sources, fit.squares, left)
+        noises = with_tails(noises, samples.sources, fit.squares, freedom)
         state = replace(fit.state, groups=groups, noises=noises)
         fit = replace(fit, state=state, prior=prior, weights=weights)
     return fit
@@ -229,8 +229,8 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     slopes = [(blocks @ p.reshape(-1, 3, 1)).ravel() for blocks in fit.parts_of_noise]
     traces = [float(np.sum(fit.projected_blocks * blocks)) for blocks in fit.parts_of_noise]
     learned = fit.curves if len(fit.curves) == 2 else ()
-    slopes += [one @ p for one in learned]
-    traces += [float(np.vdot(fit.projection, one)) for one in learned]
+    slopes += [slope @ p for slope in learned]
+    traces += [float(np.vdot(fit.projection, slope)) for slope in learned]
     U = np.array(slopes)
     information = 0.5 * U @ fit.projection @ U.T
     information += np.diag(1e-3 * np.diag(information) + 1e-9)
@@ -241,6 +241,8 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
         length = float(np.clip(prior.length * factors[-1] ** 2, SHORTEST, LONGEST))
         counted[-1] = abs(np.log(length / prior.length))
         prior = CurvePrior(prior.amplitude * factors[-2], length)
-    own = zip(noises, factors[::2], factors[1::2], strict=False)
-    updated = [replace(one, space=one.space * s, joint=one.joint * j) for one, s, j in own]
+    triples = zip(noises, factors[::2], factors[1::2], strict=False)
+    updated = [
+        replace(noise, space=noise.space * s, joint=noise.joint * j) for noise, s, j in triples
+    ]
     return float(counted.max()), prior, updated

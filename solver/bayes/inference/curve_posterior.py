@@ -57,11 +57,11 @@ def _by_marginal(fit: CurveFit) -> np.ndarray:
     return covariance
 
 
-def with_curves(fit: CurveFit, given: GivenRest, known: np.ndarray) -> np.ndarray:
+def with_curves(fit: CurveFit, remainder: GivenRest, covariance: np.ndarray) -> np.ndarray:
     """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
-    gain = (given.gain + fit.shift)[:, : len(known)]
-    across = gain @ known
-    return np.block([[known, across.T], [across, given.covariance() + across @ gain.T]])
+    gain = (remainder.gain + fit.shift)[:, : len(covariance)]
+    across = gain @ covariance
+    return np.block([[covariance, across.T], [across, remainder.covariance() + across @ gain.T]])
 
 
 def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,7 +81,7 @@ def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, 
 
 
 def restored_covariance(
-    found: Posterior,
+    result: Posterior,
     scene: MultiRobotObservations,
     frames: tuple[Pose, ...],
     scales: tuple[float, float],
@@ -91,21 +91,21 @@ def restored_covariance(
     That is the covariance of what is found in a scene, frames between unknowns and sockets. Scales
     are amplitude and length of the curves [rad], zero without any.
     """
-    model, size, of_rest = found.model, found.model.scalars, found.covariance
-    x, d, curves = found.x[:size], len(of_rest), found.deflection.curves
-    sockets = np.arange(d - found.centres.size, d)
+    model, size, of_rest = result.model, result.model.scalars, result.covariance
+    x, d, curves = result.x[:size], len(of_rest), result.deflection.curves
+    sockets = np.arange(d - result.centres.size, d)
     if curves is None:
-        kept = np.append(np.arange(size), sockets)
-        return of_rest[np.ix_(kept, kept)]
-    plain = model.with_effects({*model.extensions} - {CURVE.name})
-    objective = Objective((plain,), (), SampleRows(scene))
-    noises = tuple(found.noises[kind] for _, kind in objective.rows.source_kinds)
+        indices = np.append(np.arange(size), sockets)
+        return of_rest[np.ix_(indices, indices)]
+    rigid = model.with_effects({*model.extensions} - {CURVE.name})
+    objective = Objective((rigid,), (), SampleRows(scene))
+    noises = tuple(result.noises[kind] for _, kind in objective.rows.source_kinds)
     linear = linearise(objective, x, frames)
-    state = State(objective, x, found.centres, frames, (), noises, x != x, linear)
-    around = samples_around(state, objective.rows, curves[:, None])
+    state = State(objective, x, result.centres, frames, (), noises, x != x, linear)
+    samples = samples_around(state, objective.rows, curves[:, None])
     nu = state.degrees
-    effective = found.weights * (nu + 3) ** 2 / (nu * (nu + 5))
-    fit = CurveFit(*around, CurvePrior(*scales), effective)
-    whole = with_curves(fit, given_rest(fit), of_rest)
-    picked = np.r_[:size, d : len(whole), sockets]
-    return whole[np.ix_(picked, picked)]
+    effective = result.weights * (nu + 3) ** 2 / (nu * (nu + 5))
+    fit = CurveFit(*samples, CurvePrior(*scales), effective)
+    joint = with_curves(fit, given_rest(fit), of_rest)
+    picked = np.r_[:size, d : len(joint), sockets]
+    return joint[np.ix_(picked, picked)]

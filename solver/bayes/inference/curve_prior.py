@@ -33,8 +33,8 @@ class GivenCurves:
     def shift(self, x: np.ndarray, d: int) -> np.ndarray:
         """Return R, padded to d unknowns, and c without e at x, shape (KNOTS m, d + 1)."""
         size = len(self.known)
-        there = self.mean + self.by_unknowns @ (x[:size] - self.known)
-        return np.column_stack([np.pad(self.by_unknowns, ((0, 0), (0, d - size))), there])
+        values = self.mean + self.by_unknowns @ (x[:size] - self.known)
+        return np.column_stack([np.pad(self.by_unknowns, ((0, 0), (0, d - size))), values])
 
 
 @dataclass(frozen=True)
@@ -82,17 +82,17 @@ def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
     if len(models) > 1 or model.given is None:
         return None
     names = CURVE.coefficient_names(model.robot.joint_names)
-    own, others = model.given.of(names), model.given.of(model.names)
-    if not own.names:
+    of_curves, of_model = model.given.of(names), model.given.of(model.names)
+    if not of_curves.names:
         return None
-    n, S = len(own.names), model.given.of([*own.names, *others.names]).covariance
+    n, S = len(of_curves.names), model.given.of([*of_curves.names, *of_model.names]).covariance
     by_others = S[:n, n:] @ scaled_inverse(S[n:, n:])
-    rows = [names.index(name) for name in own.names]
-    columns = [model.names.index(name) for name in others.names]
-    mean, known = np.zeros(len(names)), np.zeros(model.size)
-    mean[rows], known[columns] = own.mean, others.mean
+    rows = [names.index(name) for name in of_curves.names]
+    columns = [model.names.index(name) for name in of_model.names]
+    mean, center = np.zeros(len(names)), np.zeros(model.size)
+    mean[rows], center[columns] = of_curves.mean, of_model.mean
     by_unknowns, covariance = (np.zeros((len(names), k)) for k in (model.size, len(names)))
     by_unknowns[np.ix_(rows, columns)] = by_others
     covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
-    given = GivenCurves(mean, known, by_unknowns, covariance)
-    return CurvePrior(*model.given.curve_scales, given)
+    curves = GivenCurves(mean, center, by_unknowns, covariance)
+    return CurvePrior(*model.given.curve_scales, curves)

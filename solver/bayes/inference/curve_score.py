@@ -11,7 +11,7 @@ LENGTHS = np.geomspace(SHORTEST, LONGEST, 3)
 """Lengths that are tried [rad]; curves of those between are much like both neighbours."""
 
 
-def promised_gain(plain: CurveFit) -> float:
+def promised_gain(flat: CurveFit) -> float:
     """Return how far curves would raise the logarithm of the evidence, about; below 0 for none.
 
     A fit with curves takes an inverse of M a step, and this a product a length. At no curves, and
@@ -22,11 +22,11 @@ def promised_gain(plain: CurveFit) -> float:
     with p and V of the fit, K the curves' part of M at amplitude 1, and I the information of K and
     of each part of the noise. Beside the noise, K keeps 1 / (I^-1)_00 of it (Rao's test of scores).
     """
-    V, p = plain.projection, plain.pulls
-    by_noise = [_times_blocks(V, blocks) for blocks in plain.parts_of_noise if blocks.any()]
+    V, p = flat.projection, flat.pulls
+    by_noise = [_times_blocks(V, blocks) for blocks in flat.parts_of_noise if blocks.any()]
     gains: list[float] = []
     for length in LENGTHS.tolist():
-        K, _ = replace(plain, prior=CurvePrior(1.0, length)).curves
+        K, _ = replace(flat, prior=CurvePrior(1.0, length)).curves
         products = [V @ K, *by_noise]
         T = 0.5 * float(p @ K @ p - np.trace(products[0]))
         information = [[0.5 * float(np.sum(A * B.T)) for B in products] for A in products]

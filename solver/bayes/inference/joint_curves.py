@@ -32,108 +32,111 @@ CONVERGED = 0.1
 """Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
 
 
-def _may_have_curves(found: JointPosterior) -> bool:
+def _may_have_curves(posterior: JointPosterior) -> bool:
     """Return True where curves are identifiable: by points or two placements, without play."""
-    measured = any((arm.sockets < 0).any() for arm in found.scene.arms)
-    plays = any(g.width for arm in found.arms for g in arm.groups if g.follows_noise)
-    noises = [noise.space for arm in found.arms for noise in arm.noises.values()]
+    measured = any((arm.sockets < 0).any() for arm in posterior.scene.arms)
+    plays = any(g.width for arm in posterior.arms for g in arm.groups if g.follows_noise)
+    noises = [noise.space for arm in posterior.arms for noise in arm.noises.values()]
     exact = min(noises) <= EXACT * SMALLEST
-    return not exact and not plays and (measured or len(found.scene.placements) > 1)
+    return not exact and not plays and (measured or len(posterior.scene.placements) > 1)
 
 
 def with_joint_curves(
-    found: JointPosterior,
-    other: tuple[JointPosterior, float] | None,
+    posterior: JointPosterior,
+    alternative: tuple[JointPosterior, float] | None,
     progress: Callable[[str], None],
 ) -> tuple[JointPosterior, str]:
     """Return a result with error curves of its joints where the data support them, and why.
 
     In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
-    curves. Where none can be found there are no words. ``other`` is the result of another model
-    that may be more probable beside curves, and the logarithm of its odds before the data.
+    curves. Where none can be found there are no words. ``alternative`` is the result of another
+    model that may be more probable beside curves, and the logarithm of its odds before the data.
     """
-    prior = given_curves(found.models)
-    if prior is None and not _may_have_curves(found):
-        return found, ""
+    prior = given_curves(posterior.models)
+    if prior is None and not _may_have_curves(posterior):
+        return posterior, ""
     progress(CURVE.extension)
     try:
-        return _with_joint_curves(found, other, prior)
+        return _with_joint_curves(posterior, alternative, prior)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
-        return found, "not supported by the data (with them, the fit does not settle)"
+        return posterior, "not supported by the data (with them, the fit does not settle)"
 
 
 def _with_joint_curves(
-    found: JointPosterior,
-    other: tuple[JointPosterior, float] | None,
+    posterior: JointPosterior,
+    alternative: tuple[JointPosterior, float] | None,
     prior: CurvePrior | None,
 ) -> tuple[JointPosterior, str]:
-    around = samples_around(found.state, found.objective.rows)
-    n = len(around[1].sources)
+    linear = samples_around(posterior.state, posterior.objective.rows)
+    n = len(linear[1].sources)
     if prior is not None:
         rows = _random_rows(n, MOST_SAMPLES)
-        fitted = marginalised(_fit_of(around, rows, prior))
-        return _converged(found, rows, fitted, found.log_evidence), GIVEN
-    state, fitted = around[0], None
-    for most in (FIRST_SAMPLES, MOST_SAMPLES):
-        rows = _random_rows(n, most)
-        flat = _fit_of(around, rows, CurvePrior(0.0, LONGEST))
-        plain = marginalised(replace(flat, state=state))
-        if promised_gain(plain) < HINT:
-            return found, "not supported by the data (they would not raise the evidence)"
-        state, first = plain.state, fitted or _initial_scales(plain)
-        begun = replace(plain, state=first.state, prior=first.prior, weights=plain.next_weights)
-        fitted = marginalised(begun)
-        before, after = log_evidence(plain), log_evidence(fitted)
+        marginal = marginalised(_fit_of(linear, rows, prior))
+        return _converged(posterior, rows, marginal, posterior.log_evidence), GIVEN
+    state, marginal = linear[0], None
+    for count in (FIRST_SAMPLES, MOST_SAMPLES):
+        rows = _random_rows(n, count)
+        flat = _fit_of(linear, rows, CurvePrior(0.0, LONGEST))
+        gain_fit = marginalised(replace(flat, state=state))
+        if promised_gain(gain_fit) < HINT:
+            return posterior, "not supported by the data (they would not raise the evidence)"
+        state, first = gain_fit.state, marginal or _initial_scales(gain_fit)
+        begun = replace(
+            gain_fit, state=first.state, prior=first.prior, weights=gain_fit.next_weights
+        )
+        marginal = marginalised(begun)
+        before, after = log_evidence(gain_fit), log_evidence(marginal)
         gain = after - before
         if gain <= HINT or len(rows) == n:
             break
     evidence = f"(log evidence {gain:+.1f})"
     if not gain > LOG_EVIDENCE:
-        return found, f"not supported by the data {evidence}"
-    chosen, whole = found, found.log_evidence - before
-    if other is not None:
-        beside = samples_around(other[0].state, found.objective.rows)
-        fit = _fit_of(beside, rows, fitted.prior)
-        near = replace(fit.state, noises=fitted.state.noises)
-        fit = marginalised(replace(fit, state=near, weights=fitted.next_weights))
+        return posterior, f"not supported by the data {evidence}"
+    start, evidence_of_start = posterior, posterior.log_evidence - before
+    if alternative is not None:
+        alternative_samples = samples_around(alternative[0].state, posterior.objective.rows)
+        fit = _fit_of(alternative_samples, rows, marginal.prior)
+        state_beside = replace(fit.state, noises=marginal.state.noises)
+        fit = marginalised(replace(fit, state=state_beside, weights=marginal.next_weights))
         evidence_beside = log_evidence(fit)
-        if evidence_beside + other[1] > after:
-            chosen, fitted, after = other[0], fit, evidence_beside
-    return _converged(chosen, rows, fitted, whole + after), f"kept {evidence}"
+        if evidence_beside + alternative[1] > after:
+            start, marginal, after = alternative[0], fit, evidence_beside
+    return _converged(start, rows, marginal, evidence_of_start + after), f"kept {evidence}"
 
 
-def _fit_of(around: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:
+def _fit_of(linear: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:
     """Return the fit to some of the samples that count alike."""
-    state, samples = around
+    state, samples = linear
     return CurveFit(state, samples.of(rows), prior, np.ones(len(rows)))
 
 
-def _random_rows(count: int, most: int) -> np.ndarray:
+def _random_rows(count: int, size: int) -> np.ndarray:
     """Return the samples of which the evidence is worked out."""
     ranks: np.ndarray = np.random.default_rng(0).random(count).argsort().argsort()
-    return np.flatnonzero(ranks < most)
+    return np.flatnonzero(ranks < size)
 
 
-def _initial_scales(plain: CurveFit) -> CurveFit:
+def _initial_scales(flat: CurveFit) -> CurveFit:
     """Return scales by which curves explain half of the errors, and noise the rest."""
-    samples = plain.samples
+    samples = flat.samples
     square = float(np.median(np.sum(samples.columns[:, :, -1] ** 2, axis=1))) / 2.37  # of chi^2_3
     reaches: np.ndarray = np.sum(samples.slopes**2, axis=(1, 2)) / 3
     half = 0.5**0.5
     noises = tuple(
-        replace(one, space=half * one.space, joint=half * one.joint) for one in plain.state.noises
+        replace(noise, space=half * noise.space, joint=half * noise.joint)
+        for noise in flat.state.noises
     )
     prior = CurvePrior(half * (square / float(reaches.mean())) ** 0.5, FIRST_LENGTH)
-    return replace(plain, state=replace(plain.state, noises=noises), prior=prior)
+    return replace(flat, state=replace(flat.state, noises=noises), prior=prior)
 
 
 def _converged(
-    found: JointPosterior, rows: np.ndarray, fitted: CurveFit, log_evidence: float
+    posterior: JointPosterior, rows: np.ndarray, marginal: CurveFit, log_evidence: float
 ) -> JointPosterior:
     """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
-    readings, prior, state = found.objective.rows, fitted.prior, fitted.state
-    weights, coefficients = np.ones(len(state.errors)), np.zeros(fitted.samples.shape)
-    weights[rows] = fitted.next_weights
+    readings, prior, state = posterior.objective.rows, marginal.prior, marginal.state
+    weights, coefficients = np.ones(len(state.errors)), np.zeros(marginal.samples.shape)
+    weights[rows] = marginal.next_weights
     for _ in range(ROUNDS):
         fit = CurveFit(*samples_around(state, readings, coefficients), prior, weights)
         part = given_rest(fit)
@@ -143,18 +146,18 @@ def _converged(
         weights = fit.weights_at(y, e)
         coefficients = (e + fit.shift @ y).reshape(coefficients.shape)
         state = fit.state.changed(change)
-        moved = np.abs(fit.columns[:, :, :-1] @ change).max()
-        moved /= min(one.space for one in state.noises)
-        if max(moved, np.abs(weights - fit.weights).max()) < CONVERGED:
+        shift = np.abs(fit.columns[:, :, :-1] @ change).max()
+        shift /= min(noise.space for noise in state.noises)
+        if max(shift, np.abs(weights - fit.weights).max()) < CONVERGED:
             break
     state, samples = samples_around(state, readings, coefficients)
     nu = state.degrees
     fit = CurveFit(state, samples, prior, weights * (nu + 3) / (nu + 5))
     part = given_rest(fit)
-    _, known = _within_bounds(fit, part.information, widened=True)
-    whole = with_curves(fit, part, known)
-    fitted = replace(fit, weights=weights * nu / (nu + 3))
-    return _posterior(found, fitted, coefficients, whole, log_evidence)
+    _, covariance = _within_bounds(fit, part.information, widened=True)
+    joint = with_curves(fit, part, covariance)
+    marginal = replace(fit, weights=weights * nu / (nu + 3))
+    return _posterior(posterior, marginal, coefficients, joint, log_evidence)
 
 
 def _within_bounds(
@@ -174,51 +177,53 @@ def _within_bounds(
 
 
 def _posterior(
-    found: JointPosterior,
-    fitted: CurveFit,
+    posterior: JointPosterior,
+    marginal: CurveFit,
     curves: np.ndarray,
-    whole: np.ndarray,
+    joint: np.ndarray,
     log_evidence: float,
 ) -> JointPosterior:
     """Return the result with curves, (KNOTS, robots, m), last in the covariance, in their place."""
-    readings, state, own = found.objective, fitted.state, found.own
-    models = tuple(one.with_effects((*one.extensions, CURVE.name)) for one in found.models)
+    readings, state, members = posterior.objective, marginal.state, posterior.own
+    models = tuple(
+        model.with_effects((*model.extensions, CURVE.name)) for model in posterior.models
+    )
     world = replace(readings, models=models)
-    process = CurvePrior(fitted.prior.amplitude, fitted.prior.length)
+    process = CurvePrior(marginal.prior.amplitude, marginal.prior.length)
     places = readings.size + np.arange(curves.size).reshape(curves.shape)
     order, groups = list[np.ndarray](), list[PriorGroup]()
     for i, model in enumerate(models):
         knots = places[:, i, : len(model.robot.joint_names)]
-        order += [np.arange(own[i].start, own[i].stop), knots.ravel()]
-        groups.append(_curve_group(model, knots, process, whole))
-    picked = np.concatenate([*order, np.arange(int(own[-1].stop), readings.size)])
-    place = np.argsort(np.append(picked, np.setdiff1d(np.arange(len(whole)), picked)))
+        order += [np.arange(members[i].start, members[i].stop), knots.ravel()]
+        groups.append(_curve_group(model, knots, process, joint))
+    picked = np.concatenate([*order, np.arange(int(members[-1].stop), readings.size)])
+    place = np.argsort(np.append(picked, np.setdiff1d(np.arange(len(joint)), picked)))
 
     def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        rest = np.pad(x, (0, readings.size - len(x)))
-        return np.append(rest, coefficients)[picked[: world.model_size]]
+        numbers = np.pad(x, (0, readings.size - len(x)))
+        return np.append(numbers, coefficients)[picked[: world.model_size]]
 
-    iterates = [arranged(each, 0 * curves) for each in found.iterates]
+    iterates = [arranged(iterate, 0 * curves) for iterate in posterior.iterates]
     x = arranged(state.x, curves)
     groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
     return JointPosterior(
         replace(state, objective=world, x=x, groups=tuple(groups)),
-        found.around,
-        fitted.weights,
+        posterior.around,
+        marginal.weights,
         log_evidence,
         [*iterates, x],
-        whole[np.ix_(picked, picked)],
+        joint[np.ix_(picked, picked)],
     )
 
 
 def _curve_group(
-    model: ExtendedModel, knots: np.ndarray, prior: CurvePrior, whole: np.ndarray
+    model: ExtendedModel, knots: np.ndarray, prior: CurvePrior, covariance: np.ndarray
 ) -> PriorGroup:
     """Return the prior of a robot's curves by their places in the covariance, (KNOTS, m)."""
     effective = 0.0
-    for own, joint in zip(knots.T, model.robot.actuated, strict=True):
+    for column, joint in zip(knots.T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":
-            effective += KNOTS - float(np.sum(prior.inverse * whole[np.ix_(own, own)]))
+            effective += KNOTS - float(np.sum(prior.inverse * covariance[np.ix_(column, column)]))
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

@@ -30,23 +30,25 @@ def expectation_propagation(
     P = np.linalg.inv(S)
     h = P @ m
     tau, nu = np.zeros(len(m)), np.zeros(len(m))
-    free, pull, log_half = tau, nu, tau
+    precision, pull, log_half = tau, nu, tau
     for _ in range(SWEEPS):
         now = np.linalg.inv(P + np.diag(tau))
         centre, variance = now @ (h + nu), np.diag(now)
-        free, pull = 1 / variance - tau, centre / variance - nu  # without its own factor
-        z = pull / np.sqrt(free)
-        hazard, excess, log_half = np.array([_half(one) for one in z.tolist()]).T
-        wanted = free / (1 - hazard * excess)  # 1 / variance with the bound
-        change = np.array([wanted - free - tau, wanted * excess / np.sqrt(free) - pull - nu])
+        precision, pull = 1 / variance - tau, centre / variance - nu  # without its own factor
+        z = pull / np.sqrt(precision)
+        hazard, excess, log_half = np.array([_half(value) for value in z.tolist()]).T
+        target = precision / (1 - hazard * excess)  # 1 / variance with the bound
+        change = np.array(
+            [target - precision - tau, target * excess / np.sqrt(precision) - pull - nu]
+        )
         tau, nu = tau + DAMPING * change[0], nu + DAMPING * change[1]
         if np.abs(change).max() < SETTLED * (1 + np.abs([tau, nu]).max()):
             break
     now = np.linalg.inv(P + np.diag(tau))
     share = 0.5 * float((h + nu) @ now @ (h + nu) - m @ h)
     share -= 0.5 * float(np.linalg.slogdet(np.eye(len(m)) + S * tau)[1])
-    share += float(np.sum(log_half + 0.5 * np.log1p(tau / free)))
-    share -= 0.5 * float(np.sum((pull + nu) ** 2 / (free + tau) - pull**2 / free))
+    share += float(np.sum(log_half + 0.5 * np.log1p(tau / precision)))
+    share -= 0.5 * float(np.sum((pull + nu) ** 2 / (precision + tau) - pull**2 / precision))
     return tau / unit**2, nu / unit, share
 
 
@@ -57,10 +59,10 @@ def _half(z: float) -> tuple[float, float, float]:
         share = 0.5 * erfc(-z / sqrt(2))
         hazard = exp(log_density) / share
         return hazard, z + hazard, log(share)
-    rest = -z  # Laplace's continued fraction, where rounding would leave nothing
+    fraction = -z  # Laplace's continued fraction, where rounding would leave nothing
     for k in range(40, 1, -1):
-        rest = -z + k / rest
-    mean = 1 / rest
+        fraction = -z + k / fraction
+    mean = 1 / fraction
     return mean - z, mean, log_density - log(mean - z)
 
 
@@ -72,36 +74,40 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
     (information, gradient), prior = normal_equations(state), state.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
     slope = gradient + state.prior_gradient(prior) + state.linear.by_volume
-    free = state.free[: objective.dense]
+    mask = state.free[: objective.dense]
     hessian = information.plus(prior)
-    covariance = hessian.inverse(free)
-    away = covariance.times(slope)
+    covariance = hessian.inverse(mask)
+    pulls = covariance.times(slope)
     counts = np.bincount(objective.rows.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
-    evidence += 0.5 * float(slope @ away)
+    evidence += 0.5 * float(slope @ pulls)
     evidence -= 0.5 * covariance.log_determinant
     bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
-    pulled, mean, change = bounds.copy(), state, -away
+    pulled, mean, change = bounds.copy(), state, -pulls
     if len(b):
         sigma = covariance.dense[b][:, b]
-        bounds[b], pulled[b], log_share = expectation_propagation((x - away)[b], sigma)
+        bounds[b], pulled[b], log_share = expectation_propagation((x - pulls)[b], sigma)
         evidence += log_share - log_prior_share(state)
-        bounded = hessian.plus(np.diag(bounds[: objective.dense])).inverse(free)
+        bounded = hessian.plus(np.diag(bounds[: objective.dense])).inverse(mask)
         change = bounded.times(pulled - bounds * x - slope)
         if change.any():
             mean = moved(state, change)
             iterates = [*iterates, mean.x]
     # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
-    usual = at_usual_widths(state)
-    P = usual.prior_precision(widened=True) + np.diag(bounds[: objective.dense])
-    inverse = _of_data(state).plus(P).inverse(free)
-    slope = gradient + usual.prior_gradient(usual.prior_precision()) + state.linear.by_volume
-    apart = inverse.times(pulled - bounds * x - slope) - change
-    at_usual = inverse.gaussian(apart[: objective.dense], free)
-    around, groups = over_widths(state, x + change, at_usual)
+    state_at_usual = at_usual_widths(state)
+    P = state_at_usual.prior_precision(widened=True) + np.diag(bounds[: objective.dense])
+    inverse = _of_data(state).plus(P).inverse(mask)
+    slope = (
+        gradient
+        + state_at_usual.prior_gradient(state_at_usual.prior_precision())
+        + state.linear.by_volume
+    )
+    difference = inverse.times(pulled - bounds * x - slope) - change
+    at_usual = inverse.gaussian(difference[: objective.dense], mask)
+    mixture, groups = over_widths(state, x + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     mean = replace(mean, groups=groups)
-    return JointPosterior(mean, inverse.with_centres(around), weights, evidence, iterates)
+    return JointPosterior(mean, inverse.with_centres(mixture), weights, evidence, iterates)
 
 
 def _of_data(state: State) -> ArrowheadMatrix:
@@ -133,7 +139,7 @@ def log_prior_share(state: State) -> float:
     for group in state.groups:
         if group.non_negative and group.width:
             ratios = group.mean / np.sqrt(np.diag(group.covariance(group.width)))
-            result += sum(_half(one)[2] for one in ratios.tolist())
+            result += sum(_half(ratio)[2] for ratio in ratios.tolist())
     return result
 
 
@@ -142,21 +148,21 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
     result = 0.0
     for count, noise in zip(counts, state.noises, strict=True):
         result += count * log_constant(noise.nu) + log_prior(noise.nu)
-    for group, free in state.priors:
-        result += 0.5 * float(np.linalg.slogdet(group.precision(group.width, free))[1])
+    for group, mask in state.priors:
+        result += 0.5 * float(np.linalg.slogdet(group.precision(group.width, mask))[1])
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result
 
 
-def movement_gain(found: JointPosterior, movement: Movement) -> float:
+def movement_gain(result: JointPosterior, movement: Movement) -> float:
     """Return the rise of the logarithm of the evidence by a further movement, to first order.
 
     With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
     all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
     """
-    movements, before = (*found.objective.movements, movement), found.state
-    objective, prior = replace(found.objective, movements=movements), movement.prior(len(before.x))
+    movements, before = (*result.objective.movements, movement), result.state
+    objective, prior = replace(result.objective, movements=movements), movement.prior(len(before.x))
     x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
     linear = linearise(objective, x, before.frames)
     groups = (*before.groups, prior)
@@ -164,7 +170,7 @@ def movement_gain(found: JointPosterior, movement: Movement) -> float:
     information, gradient = normal_equations(state)
     hessian = information.plus(state.prior_precision())
     covariance = hessian.inverse(state.free[: objective.dense]).dense
-    own = slice(len(before.x), len(x))
-    S, g = covariance[own, own], gradient[own]
+    new = slice(len(before.x), len(x))
+    S, g = covariance[new, new], gradient[new]
     logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
     return 0.5 * float(g @ S @ g + logs)

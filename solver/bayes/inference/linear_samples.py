@@ -30,8 +30,8 @@ class LinearSamples:
 
     def of(self, rows: np.ndarray) -> "LinearSamples":
         """Return some of the samples."""
-        own = ("columns", "readings", "slopes", "arms", "sources")
-        return replace(self, **{name: getattr(self, name)[rows] for name in own})
+        arrays = ("columns", "readings", "slopes", "arms", "sources")
+        return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -70,25 +70,27 @@ def samples_around(
     n, d, m = len(readings.source_of), objective.size, state.linear.by_joints.shape[2]
     positions, shifts, turning = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
     robots = np.zeros(n, dtype=np.int64)
-    for i, (own, arm, model) in enumerate(zip(readings.own, arms, objective.models, strict=True)):
+    for i, (rows_of_arm, arm, model) in enumerate(
+        zip(readings.own, arms, objective.models, strict=True)
+    ):
         width = arm.positions.shape[1]
-        positions[own, :width], robots[own] = arm.positions, i
-        turning[own, :width] = [joint.type != "prismatic" for joint in model.robot.actuated]
+        positions[rows_of_arm, :width], robots[rows_of_arm] = arm.positions, i
+        turning[rows_of_arm, :width] = [joint.type != "prismatic" for joint in model.robot.actuated]
         if curves is not None:
-            shifts[own, :width] = curve_values(arm.positions, curves[:, i, :width].ravel())
+            shifts[rows_of_arm, :width] = curve_values(arm.positions, curves[:, i, :width].ravel())
     true = tuple(
-        replace(arm, positions=arm.positions + shifts[own, : arm.positions.shape[1]])
-        for own, arm in zip(readings.own, arms, strict=True)
+        replace(arm, positions=arm.positions + shifts[rows_of_arm, : arm.positions.shape[1]])
+        for rows_of_arm, arm in zip(readings.own, arms, strict=True)
     )
     rows = SampleRows(replace(readings.scene, arms=true))
     objective = replace(objective, rows=rows)
     linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
     slopes = linear.by_joints * turning[:, None]
-    columns, seated = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
+    columns, in_socket = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
     columns[:, :, : objective.dense] = linear.by_unknowns
     centres = objective.dense + 3 * rows.sockets[:, None] + np.arange(3)
-    columns[seated[:, None], np.arange(3), centres] = -1.0
+    columns[in_socket[:, None], np.arange(3), centres] = -1.0
     columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, shifts)
     return state, LinearSamples(columns, positions, slopes, robots, rows.source_of, len(arms))
 
@@ -105,12 +107,12 @@ def priors_of_rest(
 
 
 def posterior_of_rest(
-    state: State, rest: tuple[np.ndarray, np.ndarray], information: np.ndarray
+    state: State, equations: tuple[np.ndarray, np.ndarray], information: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
-    (precision, gradient), d, free = rest, len(state.free), np.ix_(state.free, state.free)
+    (precision, gradient), d, mask = equations, len(state.free), np.ix_(state.free, state.free)
     change, covariance = np.zeros(d), np.zeros((d, d))
-    covariance[free] = scaled_inverse((information[:d, :d] + precision)[free])
+    covariance[mask] = scaled_inverse((information[:d, :d] + precision)[mask])
     slope = information[:d, d] + gradient
-    change[state.free] = -covariance[free] @ slope[state.free]
+    change[state.free] = -covariance[mask] @ slope[state.free]
     return change, covariance

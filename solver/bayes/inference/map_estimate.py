@@ -50,27 +50,27 @@ def estimate(
     data: MultiRobotObservations,
     *,
     joint_noise: bool = True,
-    near: JointPosterior | None = None,
+    start_from: JointPosterior | None = None,
     movements: Sequence[Movement] = (),
 ) -> JointPosterior:
     """Find the most probable unknowns of one robot or several, fitted together.
 
-    It starts from a result ``near`` for the same robots, or else from the nominal ones, of which
-    without ``joint_noise`` that of the joint angles is zero.
+    It starts from a result ``start_from`` for the same robots, or else from the nominal ones.
+    Without ``joint_noise`` the noise of the joint angles is zero.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
     objective = Objective(tuple(models), tuple(movements), SampleRows(data))
-    state: State = start(objective, joint_noise, near)
+    state: State = start(objective, joint_noise, start_from)
     iterates: list[np.ndarray] = [state.x]
-    left = np.zeros(len(state.x), dtype=int)
+    departures = np.zeros(len(state.x), dtype=int)
     try:
         for count in range(MAX_ITERATIONS):
-            held, step = state.at_zero, gauss_newton(state, left < LEAVES)
+            at_bound, step = state.at_zero, gauss_newton(state, departures < LEAVES)
             state, change = _advance(state, step, np.inf if count < RESTLESS else CALM)
-            left += held & ~state.at_zero
+            departures += at_bound & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
             if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
@@ -86,7 +86,7 @@ def estimate(
 
 
 def refit(
-    found: JointPosterior,
+    result: JointPosterior,
     models: Sequence[ExtendedModel] = (),
     data: MultiRobotObservations | None = None,
     movements: Sequence[Movement] | None = None,
@@ -95,10 +95,10 @@ def refit(
 
     Raises as :func:`estimate`.
     """
-    data = found.scene if data is None else data
-    moving = found.objective.movements if movements is None else movements
-    there = [one for one in moving if one.placement in data.placements]
-    return estimate(models or found.models, data, near=found, movements=there)
+    data = result.scene if data is None else data
+    moving = result.objective.movements if movements is None else movements
+    movements_there = [movement for movement in moving if movement.placement in data.placements]
+    return estimate(models or result.models, data, start_from=result, movements=movements_there)
 
 
 def stepped(result: JointPosterior, data: MultiRobotObservations) -> State:
@@ -110,7 +110,9 @@ def stepped(result: JointPosterior, data: MultiRobotObservations) -> State:
     Raises:
         FrameError: Nothing ties a frame to the robot any more.
     """
-    movements = [one for one in result.objective.movements if one.placement in data.placements]
+    movements = [
+        movement for movement in result.objective.movements if movement.placement in data.placements
+    ]
     objective = Objective(result.models, tuple(movements), SampleRows(data))
     state = start(objective, True, result)
     return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
@@ -124,59 +126,63 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    held = state.at_zero & ~(may_leave & bounded[: objective.model_size])
-    released = replace(state, at_zero=held)
-    free, prior = released.free, released.prior_precision()
+    fixed = state.at_zero & ~(may_leave & bounded[: objective.model_size])
+    released = replace(state, at_zero=fixed)
+    mask, prior = released.free, released.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
     gradient = slope + state.prior_gradient(prior) + volume * state.linear.by_volume
-    change, covariance = active_set_step(information.plus(prior), gradient, x, free, bounded & free)
+    change, covariance = active_set_step(information.plus(prior), gradient, x, mask, bounded & mask)
     return Step(change, covariance, spread, volume, float(gradient @ change))
 
 
 def _volume_weight(state: State, spread: np.ndarray) -> float:
     """Return by how much to multiply the volume's slope: as the errors' squares fit the noise."""
     # While the noise is still too large or small, all of it would let size and noise run away.
-    seated = state.objective.rows.seated
-    weights = state.weights[seated]
+    in_socket = state.objective.rows.seated
+    weights = state.weights[in_socket]
     if not state.x.any() or not len(weights):
         return 0.0
-    squares = float(weights @ state.squares[seated])
+    squares = float(weights @ state.squares[in_socket])
     total = 3 * len(weights)
-    left = total - float(np.sum(state.inverse_scales[seated] * spread[seated]))
-    return squares / left if left > 0.5 * total else 1.0
+    freedom = total - float(np.sum(state.inverse_scales[in_socket] * spread[in_socket]))
+    return squares / freedom if freedom > 0.5 * total else 1.0
 
 
-def _advance(state: State, step: Step, most: float) -> tuple[State, float]:
+def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
-    there, step = _downhill(state, step)
-    linear, rows = there.linear, state.objective.rows
+    next_state, step = _downhill(state, step)
+    linear, rows = next_state.linear, state.objective.rows
     groups, change = state.groups, 1.0
-    noises = updated_noises(state, there, step)
+    noises = updated_noises(state, next_state, step)
     # -slope is the step's length squared, in standard deviations of the unknowns
     if -step.slope < state.objective.size:
         groups, change = updated_groups(
-            there, there.x, step.covariance.dense, lambda g: effect_of(there, g) > NEGLIGIBLE, most
+            next_state,
+            next_state.x,
+            step.covariance.dense,
+            lambda g: effect_of(next_state, g) > NEGLIGIBLE,
+            limit,
         )
-        left = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
-        noises = with_tails(noises, rows.source_of, there.squares, left)
+        freedom = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
+        noises = with_tails(noises, rows.source_of, next_state.squares, freedom)
     groups = following_noise(state.objective, groups, noises)
     for source, before, noise in zip(rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
             change = max(change, abs(log(noise.joint / before.joint)))
-    return replace(there, groups=groups, noises=noises), change
+    return replace(next_state, groups=groups, noises=noises), change
 
 
 def _downhill(state: State, step: Step) -> tuple[State, Step]:
     """Return the state after a step, and the step taken."""
     before = state.value(step.volume)
     for _ in range(SHORTER):
-        there = moved(state, step.change)
-        rise = there.value(step.volume) - before
+        next_state = moved(state, step.change)
+        rise = next_state.value(step.volume) - before
         if rise <= RISE * abs(before):
             break
         part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
         step = replace(step, change=part * step.change, slope=part * step.slope)
     else:
-        there = moved(state, step.change)
-    return there, step
+        next_state = moved(state, step.change)
+    return next_state, step

@@ -37,15 +37,15 @@ class ArrowheadMatrix:
         of_x = self.dense @ x + self.centres.T @ of_m
         return np.concatenate([of_x, of_m]) + self.constraints.T @ (self.constraints @ vector)
 
-    def inverse(self, free: np.ndarray) -> "Inverse":
+    def inverse(self, mask: np.ndarray) -> "Inverse":
         """Return the inverse of a positive definite H whose rows have different units."""
-        d = len(free)
+        d = len(mask)
         B_x, B_m = self.constraints[:, :d], self.constraints[:, d:]
         blocks = np.linalg.inv(self.own)
         G = _times(blocks, B_m.T)
         L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
         V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
-        some = np.ix_(free, free)
+        some = np.ix_(mask, mask)
         curvature = self.dense + R.T @ R
         S = curvature[some]
         scale = 1 / np.sqrt(np.diag(S))
@@ -58,7 +58,7 @@ class ArrowheadMatrix:
             -2 * np.log(scale).sum(),
         ]
         log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
-        X = (self.centres + V @ R) * free
+        X = (self.centres + V @ R) * mask
         return Inverse(dense, X, blocks, V, log_determinant, curvature)
 
 
@@ -93,11 +93,11 @@ class Inverse:
         m = _times(self.blocks, m[:, None])[:, 0] - self.V @ (self.V.T @ m)
         return np.concatenate([x, m - self.centres @ x])
 
-    def gaussian(self, mean: np.ndarray, free: np.ndarray) -> Gaussian:
+    def gaussian(self, mean: np.ndarray, mask: np.ndarray) -> Gaussian:
         """Return the Gaussian of x and the frames, the others being zero, around a mean."""
-        some = np.flatnonzero(free)
-        part = Gaussian.of_precision(mean[some], self.S[free][:, free])
-        return part.embedded(some, len(free))
+        some = np.flatnonzero(mask)
+        part = Gaussian.of_precision(mean[some], self.S[mask][:, mask])
+        return part.embedded(some, len(mask))
 
     def with_centres(self, part: Gaussian) -> Gaussian:
         """Return x, the frames and the centres by a Gaussian of x and the frames.
@@ -128,25 +128,25 @@ def active_set_step(
     H: ArrowheadMatrix,
     gradient: np.ndarray,
     x: np.ndarray,
-    free: np.ndarray,
+    mask: np.ndarray,
     bounded: np.ndarray,
 ) -> tuple[np.ndarray, Inverse]:
     """Return the step to the minimum of a quadratic function within the bounds."""
-    held = bounded & (x == 0) & (gradient > 0)
-    change, covariance = np.zeros(len(x)), H.inverse((free & ~held)[: len(H.dense)])
+    at_bound = bounded & (x == 0) & (gradient > 0)
+    change, covariance = np.zeros(len(x)), H.inverse((mask & ~at_bound)[: len(H.dense)])
     for _ in range(3 * int(bounded.sum()) + 1):
-        change = np.where(held, -x, 0.0)
+        change = np.where(at_bound, -x, 0.0)
         for _ in range(REFINEMENTS):
             change -= covariance.times(gradient + H.times(change))
-        below = bounded & ~held & (x + change < 0)
-        slope = np.where(held, gradient + H.times(change), 0.0)
+        below = bounded & ~at_bound & (x + change < 0)
+        slope = np.where(at_bound, gradient + H.times(change), 0.0)
         if not below.any() and not (slope < 0).any():
             break
         if below.any():
-            held |= below
+            at_bound |= below
         else:
-            held[np.argmin(slope)] = False
-        covariance = H.inverse((free & ~held)[: len(H.dense)])
+            at_bound[np.argmin(slope)] = False
+        covariance = H.inverse((mask & ~at_bound)[: len(H.dense)])
     return change, covariance
 
 
@@ -169,25 +169,25 @@ def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     objective = state.objective
     torques, slope = np.cross(state.errors, weighed), np.zeros(objective.size)
     models = zip(objective.own, objective.models, objective.rows.own, strict=True)
-    for i, (own, model, samples) in enumerate(models):
+    for i, (members, model, samples) in enumerate(models):
         torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
         if base is not None:
             begin = objective.of_frame(objective.rows.scene.bases[i]).start
             slope[begin : begin + 3] += torque
             torque = torque @ base.rotation
-        turning = model.ball.turns(model.values(state.x[own]))
-        slope[own.start : own.start + model.geometry] = torque @ turning
+        turning = model.ball.turns(model.values(state.x[members]))
+        slope[members.start : members.start + model.geometry] = torque @ turning
     return slope
 
 
 def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
     """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B."""
     size, rows = state.objective.dense, state.objective.rows
-    own = rows.by_socket(weighted)
-    centres = -np.linalg.inv(own) @ rows.by_socket(weighted @ state.linear.by_unknowns)
+    by_centre = rows.by_socket(weighted)
+    centres = -np.linalg.inv(by_centre) @ rows.by_socket(weighted @ state.linear.by_unknowns)
     J = _along_centres(state, centres)
     information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
-    return ArrowheadMatrix(information, centres.reshape(-1, size), own, state.constraints[0])
+    return ArrowheadMatrix(information, centres.reshape(-1, size), by_centre, state.constraints[0])
 
 
 def _along_centres(state: State, centres: np.ndarray) -> np.ndarray:
@@ -199,10 +199,10 @@ def _along_centres(state: State, centres: np.ndarray) -> np.ndarray:
 
 def leverage(state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T."""
-    own, rows = covariance.own, state.objective.rows
-    J = _along_centres(state, covariance.centres.reshape(len(own), 3, state.objective.dense))
+    dense, rows = covariance.own, state.objective.rows
+    J = _along_centres(state, covariance.centres.reshape(len(dense), 3, state.objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
-    spread[rows.seated] += own[rows.sockets]
+    spread[rows.seated] += dense[rows.sockets]
     return spread
 
 

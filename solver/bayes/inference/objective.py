@@ -29,7 +29,7 @@ class Objective:
     @cached_property
     def model_size(self) -> int:
         """Number of unknowns of all robots and movements."""
-        return sum(one.size for one in (*self.models, *self.movements))
+        return sum(part.size for part in (*self.models, *self.movements))
 
     @cached_property
     def dense(self) -> int:
@@ -53,7 +53,7 @@ class Objective:
     def by_movements(self) -> np.ndarray:
         """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
         none = np.zeros((len(self.rows.every.sockets), 3, 0))
-        slopes = (one.slopes(self.rows.scene) for one in self.movements)
+        slopes = (movement.slopes(self.rows.scene) for movement in self.movements)
         return np.concatenate([none, *slopes], axis=2)
 
     def moved_places(self, x: np.ndarray) -> np.ndarray:
@@ -74,10 +74,10 @@ class Objective:
         """Return the last term of L but for a constant, and its slope by all unknowns, (n,)."""
         total, slope = 0.0, np.zeros(self.size)
         robots = zip(self.own, self.models, self.rows.scene.arms, self.rows.volumes, strict=True)
-        for own, one, arm, count in robots:
+        for members, model, arm, count in robots:
             if count:
-                log_volume, by_unknowns = one.log_volume(x[own], arm.positions)
-                slope[own] = -count * by_unknowns
+                log_volume, by_unknowns = model.log_volume(x[members], arm.positions)
+                slope[members] = -count * by_unknowns
                 total -= count * log_volume
         return total, slope
 
@@ -107,37 +107,37 @@ class Linearization:
 
 def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> Linearization:
     """Return the samples and their derivatives at some unknowns."""
-    rows, every = objective.rows, objective.rows.every
-    n, widest = len(every.sockets), max(arm.positions.shape[1] for arm in rows.scene.arms)
+    rows, sample_rows = objective.rows, objective.rows.every
+    n, widest = len(sample_rows.sockets), max(arm.positions.shape[1] for arm in rows.scene.arms)
     points, places, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
     J, by_joints = np.zeros((n, 3, objective.dense)), np.zeros((n, 3, widest))
     arms = zip(objective.own, rows.own, objective.models, rows.scene.arms, strict=True)
-    for i, (own, samples, one, arm) in enumerate(arms):
+    for i, (members, samples, model, arm) in enumerate(arms):
         q, torques, m = arm.positions, arm.torques, arm.positions.shape[1]
-        points[samples], J[samples, :, own], by_joints[samples, :, :m] = one.linearise(
-            x[own], q, torques
+        points[samples], J[samples, :, members], by_joints[samples, :, :m] = model.linearise(
+            x[members], q, torques
         )
         places[samples] = points[samples]
         turned = samples.start + np.flatnonzero(arm.turned)
         if len(turned):
-            rotations[turned], J[turned, :, own], by_joints[turned, :, :m] = one.linearise(
-                x[own], q[arm.turned], torques[arm.turned], of_turns=True
+            rotations[turned], J[turned, :, members], by_joints[turned, :, :m] = model.linearise(
+                x[members], q[arm.turned], torques[arm.turned], of_turns=True
             )
         base = rows.base(i, frames)
         if base is not None:
             of_base = objective.of_frame(rows.scene.bases[i])
             places[samples] = base.apply(points[samples])
-            J[samples, :, own] = base.rotation @ J[samples, :, own]
+            J[samples, :, members] = base.rotation @ J[samples, :, members]
             J[samples, :, of_base] = base.slopes(points[samples])
             J[turned, :, of_base] = np.eye(3, 6)
             by_joints[samples] = base.rotation @ by_joints[samples]
             rotations[turned] = base.rotation @ rotations[turned]
     for k, frame in enumerate(frames):
-        measured, turned = every.measured_in == k, every.turned_in == k
-        placed = frame.rotation @ every.rotations[turned]
-        places[measured] -= frame.apply(every.points[measured])
-        places[turned] = rotation_vectors(rotations[turned] @ placed.swapaxes(1, 2))
-        J[measured, :, objective.of_frame(k)] = -frame.slopes(every.points[measured])
+        measured, turned = sample_rows.measured_in == k, sample_rows.turned_in == k
+        poses = frame.rotation @ sample_rows.rotations[turned]
+        places[measured] -= frame.apply(sample_rows.points[measured])
+        places[turned] = rotation_vectors(rotations[turned] @ poses.swapaxes(1, 2))
+        J[measured, :, objective.of_frame(k)] = -frame.slopes(sample_rows.points[measured])
         J[turned, :, objective.of_frame(k)] = -np.eye(3, 6)
     if objective.movements:
         places -= objective.moved_places(x)

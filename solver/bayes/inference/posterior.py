@@ -64,9 +64,9 @@ class Posterior:
     @property
     def residuals(self) -> np.ndarray:
         """Predicted ball centre minus its socket's, of samples in sockets, shape (N, 3) [m]."""
-        seated = self.data.sockets >= 0
-        off = self.points if self.moved is None else self.points - self.moved
-        return off[seated] - self.centres[self.data.sockets[seated]]
+        in_socket = self.data.sockets >= 0
+        offsets = self.points if self.moved is None else self.points - self.moved
+        return offsets[in_socket] - self.centres[self.data.sockets[in_socket]]
 
     def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
@@ -142,14 +142,14 @@ class JointPosterior:
         """
         if not self.objective.movements:
             return self.whole
-        kept = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
-        return self.whole[kept[:, None], kept]
+        indices = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
+        return self.whole[indices[:, None], indices]
 
     @cached_property
     def active(self) -> tuple[tuple[str, ...], ...]:
         """Names of each robot's groups that are not held at zero, but curves."""
         names = [[group.name for group in arm.groups if group.width] for arm in self.arms]
-        return tuple(tuple(name for name in own if name != CURVE.name) for own in names)
+        return tuple(tuple(name for name in effects if name != CURVE.name) for effects in names)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
@@ -157,28 +157,28 @@ class JointPosterior:
         return self.covariance[begin : begin + 6, begin : begin + 6]
 
     def _arm(self, robot: int) -> Posterior:
-        objective, state, own = self.objective, self.state, self.own[robot]
+        objective, state, members = self.objective, self.state, self.own[robot]
         rows, base = objective.rows.own[robot], objective.rows.base(robot, state.frames)
         centres = state.centres if base is None else base.inverse().apply(state.centres)
-        mine = [g for g in state.groups if own.start <= g.members[0] < own.stop]
+        mine = [g for g in state.groups if members.start <= g.members[0] < members.stop]
         kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
         noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
-        moved = objective.moved_places(state.x)[rows] if objective.movements else None
-        if moved is not None and base is not None:
-            moved = moved @ base.rotation
+        shifts = objective.moved_places(state.x)[rows] if objective.movements else None
+        if shifts is not None and base is not None:
+            shifts = shifts @ base.rotation
         return Posterior(
             self.models[robot],
             self.scene.arms[robot],
-            state.x[own],
+            state.x[members],
             centres,
             self._covariance_in_base(robot, centres),
-            tuple(replace(g, members=g.members - own.start) for g in mine),
+            tuple(replace(g, members=g.members - members.start) for g in mine),
             noises,
             state.linear.points[rows],
             self.weights[rows],
             self.log_evidence,
-            tuple(x[own] for x in self.iterates),
-            moved,
+            tuple(x[members] for x in self.iterates),
+            shifts,
         )
 
     def _covariance_in_base(self, robot: int, centres: np.ndarray) -> np.ndarray:

@@ -88,39 +88,39 @@ class State:
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective = self.objective
-        known, located = objective.rows.every.known, objective.rows.every.located
-        rows, values = np.zeros((len(known), objective.size)), np.zeros(len(known))
-        for i, k in enumerate(known):
+        distances, coordinates = objective.rows.every.known, objective.rows.every.located
+        rows, values = np.zeros((len(distances), objective.size)), np.zeros(len(distances))
+        for i, k in enumerate(distances):
             offset = self.centres[k.second] - self.centres[k.first]
             length = float(np.linalg.norm(offset))
             for socket, sign in ((k.second, 1), (k.first, -1)):
                 rows[i, objective.of_socket(socket)] = sign * offset / length
             values[i] = length - k.distance
         whitened = [(objective.whiten @ rows, objective.whiten @ values)]
-        for one in located:
-            row, place = np.zeros((3, objective.size)), np.array([one.coordinates])
-            row[:, objective.of_socket(one.socket)] = np.eye(3)
-            if one.frame != WORLD:
-                slopes = self.frames[one.frame].slopes(place)[0]
-                row[:, objective.of_frame(one.frame)] = -slopes
-                place = self.frames[one.frame].apply(place)
-            off = self.centres[one.socket] - place[0]
-            whitened.append((row / one.deviation, off / one.deviation))
+        for located_socket in coordinates:
+            row, place = np.zeros((3, objective.size)), np.array([located_socket.coordinates])
+            row[:, objective.of_socket(located_socket.socket)] = np.eye(3)
+            if located_socket.frame != WORLD:
+                slopes = self.frames[located_socket.frame].slopes(place)[0]
+                row[:, objective.of_frame(located_socket.frame)] = -slopes
+                place = self.frames[located_socket.frame].apply(place)
+            difference = self.centres[located_socket.socket] - place[0]
+            whitened.append((row / located_socket.deviation, difference / located_socket.deviation))
         return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
 
     @cached_property
     def priors(self) -> list[tuple[PriorGroup, np.ndarray]]:
         """The groups that have a width, and which members of each are not held."""
-        kept = [(g, ~self.at_zero[g.members]) for g in self.groups if g.width]
-        return [(group, free) for group, free in kept if free.any()]
+        pairs = [(g, ~self.at_zero[g.members]) for g in self.groups if g.width]
+        return [(group, mask) for group, mask in pairs if mask.any()]
 
     @cached_property
     def free(self) -> np.ndarray:
         """True for all unknowns that are not held at zero, shape (n,)."""
-        free = np.arange(self.objective.size) >= self.objective.model_size
-        for group, kept in self.priors:
-            free[group.members[kept]] = True
-        return free
+        mask = np.arange(self.objective.size) >= self.objective.model_size
+        for group, members in self.priors:
+            mask[group.members[members]] = True
+        return mask
 
     @property
     def bounded(self) -> np.ndarray:
@@ -133,21 +133,21 @@ class State:
     def prior_precision(self, *, widened: bool = False) -> np.ndarray:
         """Return P of x and the frames, shape (dense, dense)."""
         P = np.zeros((self.objective.dense, self.objective.dense))
-        for group, free in self.priors:
-            width, members = group.deviation if widened else group.width, group.members[free]
-            P[members[:, None], members] = group.precision(width, free)
+        for group, mask in self.priors:
+            width, members = group.deviation if widened else group.width, group.members[mask]
+            P[members[:, None], members] = group.precision(width, mask)
         frames = np.arange(self.objective.model_size, self.objective.dense)
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P
 
     def prior_gradient(self, precision: np.ndarray) -> np.ndarray:
         """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
-        apart = np.pad(self.x, (0, self.objective.size - len(self.x)))
+        offset = np.pad(self.x, (0, self.objective.size - len(self.x)))
         for group in self.groups:
             if group.width:
-                apart[group.members] -= group.mean
-        apart[: len(precision)] = precision @ apart[: len(precision)]
-        return apart
+                offset[group.members] -= group.mean
+        offset[: len(precision)] = precision @ offset[: len(precision)]
+        return offset
 
     def value(self, volume: float = 1.0) -> float:
         """Return L of (A1), but for a constant; ``volume`` is a factor of its last term."""
@@ -156,6 +156,6 @@ class State:
         cost += 0.5 * float(np.sum(self.constraints[1] ** 2))
         for group in self.groups:
             if group.width:
-                apart = self.x[group.members] - group.mean
-                cost += 0.5 * float(apart @ group.precision(group.width) @ apart)
+                offset = self.x[group.members] - group.mean
+                cost += 0.5 * float(offset @ group.precision(group.width) @ offset)
         return cost + volume * (self.linear.volume - self.objective.nominal_volume)

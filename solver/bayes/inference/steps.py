@@ -32,34 +32,39 @@ class Step:
     """Slope of L along the change, per whole step."""
 
 
-def start(objective: Objective, joint_noise: bool, near: JointPosterior | None = None) -> State:
+def start(objective: Objective, joint_noise: bool, previous: JointPosterior | None = None) -> State:
     """Return the first state: nominal robots, each socket at the median of its balls."""
     rows = objective.rows
     x, at_zero = np.zeros(objective.model_size), np.zeros(objective.model_size, dtype=bool)
     groups: list[PriorGroup] = []
     arms = zip(objective.own, objective.models, rows.scene.arms, strict=True)
-    for i, (own, one, arm) in enumerate(arms):
-        mine = prior_groups(one, arm)
+    for i, (members, model, arm) in enumerate(arms):
+        mine = prior_groups(model, arm)
         for group in mine:
             if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
-                x[own.start + group.members] = group.mean
-        if near is not None:  # as far as that has them
-            before, place = near.arms[i], {name: k for k, name in enumerate(one.names, own.start)}
+                x[members.start + group.members] = group.mean
+        if previous is not None:  # as far as that has them
+            before, place = (
+                previous.arms[i],
+                {name: k for k, name in enumerate(model.names, members.start)},
+            )
             rows_there = [place[name] for name in before.model.names if name in place]
-            kept = np.array([name in place for name in before.model.names])
-            x[rows_there] = before.x[kept]
+            shared = np.array([name in place for name in before.model.names])
+            x[rows_there] = before.x[shared]
             # what the samples never moved is at zero as well, and yet not held there
-            bounded = near.state.bounded[near.own[i]][kept]
+            bounded = previous.state.bounded[previous.own[i]][shared]
             at_zero[rows_there] = bounded & (x[rows_there] == 0)
-            fitted = {group.name: group for group in before.groups}
-            mine = [_carried_over(group, fitted.get(group.name)) for group in mine]
-        groups += [replace(g, members=g.members + own.start) for g in mine]
+            by_name = {group.name: group for group in before.groups}
+            mine = [_carried_over(group, by_name.get(group.name)) for group in mine]
+        groups += [replace(g, members=g.members + members.start) for g in mine]
     begin = objective.own[-1].stop
-    for one in objective.movements:
-        groups.append(one.prior(begin))
-        begin += one.size
+    for model in objective.movements:
+        groups.append(model.prior(begin))
+        begin += model.size
     nominal = zip(objective.own, objective.models, rows.scene.arms, strict=True)
-    points = [one.predict(x[own], arm.positions, arm.torques) for own, one, arm in nominal]
+    points = [
+        model.predict(x[members], arm.positions, arm.torques) for members, model, arm in nominal
+    ]
     frames = rows.place_frames(np.concatenate(points))
     linear = linearise(objective, x, frames)
     sockets = range(rows.every.socket_count)
@@ -68,8 +73,8 @@ def start(objective: Objective, joint_noise: bool, near: JointPosterior | None =
     state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
     noises = list[Noise]()
     for source, (i, kind) in zip(rows.sources, rows.source_kinds, strict=True):
-        if near is not None:
-            noises.append(near.arms[i].noises.get(kind) or near.arms[i].noise)
+        if previous is not None:
+            noises.append(previous.arms[i].noises.get(kind) or previous.arms[i].noise)
             continue
         # as large as the nominal robot's errors
         typical = float(np.median(np.linalg.norm(state.errors[source], axis=1))) / 1.54
@@ -91,16 +96,16 @@ def moved(state: State, change: np.ndarray) -> State:
 
     Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
-    there, rows = state.changed(change), state.objective.rows
-    linear = linearise(state.objective, there.x, there.frames)
+    next_state, rows = state.changed(change), state.objective.rows
+    linear = linearise(state.objective, next_state.x, next_state.frames)
     tangent = state.errors + state.linear.by_unknowns @ change[: state.objective.dense]
-    off = np.zeros_like(tangent)
-    off[rows.seated] = linear.places[rows.seated] - (
+    residuals = np.zeros_like(tangent)
+    residuals[rows.seated] = linear.places[rows.seated] - (
         tangent[rows.seated] + state.centres[rows.sockets]
     )
-    along = rows.by_socket(off) / np.bincount(rows.sockets)[:, None]
-    along[[one.socket for one in rows.every.located]] = 0.0
-    return replace(there, centres=there.centres + along, linear=linear)
+    along = rows.by_socket(residuals) / np.bincount(rows.sockets)[:, None]
+    along[[socket.socket for socket in rows.every.located]] = 0.0
+    return replace(next_state, centres=next_state.centres + along, linear=linear)
 
 
 def updated_groups(
@@ -108,48 +113,50 @@ def updated_groups(
     x: np.ndarray,
     covariance: np.ndarray,
     counts: Callable[[PriorGroup], bool],
-    most: float = np.inf,
+    largest: float = np.inf,
 ) -> tuple[tuple[PriorGroup, ...], float]:
     """Return the groups after a step of their widths (A4), and the largest relative change."""
     groups: list[PriorGroup] = []
     change = 0.0
     for group in state.groups:
-        new, free = group, ~state.at_zero[group.members]
-        if group.learned and group.width and free.any():
-            members = group.members[free]
-            off = x[members] - group.mean[free]
-            new = group.updated(off, covariance[members[:, None], members], free, most)
+        new, mask = group, ~state.at_zero[group.members]
+        if group.learned and group.width and mask.any():
+            members = group.members[mask]
+            offset = x[members] - group.mean[mask]
+            new = group.updated(offset, covariance[members[:, None], members], mask, largest)
             if counts(new):
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)
     return tuple(groups), change
 
 
-def updated_noises(state: State, there: State, step: Step) -> tuple[Noise, ...]:
+def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, ...]:
     """Return the noises after a step of s_x^2, and of s_q^2 unless it is zero (A5)."""
     # A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
     # likelihood, Harville 1977). The step is Fisher scoring.
     inverse, by_joints = state.inverse_scales, state.linear.by_joints
     u = np.einsum("nij,nj->ni", inverse, predicted_errors(state, step.change))
-    left = inverse - inverse @ step.leverage @ inverse
-    kinds = np.broadcast_to(np.eye(3), left.shape), by_joints @ by_joints.transpose(0, 2, 1)
+    remainder = inverse - inverse @ step.leverage @ inverse
+    kinds = np.broadcast_to(np.eye(3), remainder.shape), by_joints @ by_joints.transpose(0, 2, 1)
     sizes = [state.weights * np.einsum("ni,nij,nj->n", u, V, u) for V in kinds]
     noises: list[Noise] = []
     for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
         some = [0, 1] if noise.joint else [0]
         scaled = [inverse[source] @ kinds[k][source] for k in some]
-        score = [float(np.sum(sizes[k][source]) - np.sum((left * kinds[k])[source])) for k in some]
+        score = [
+            float(np.sum(sizes[k][source]) - np.sum((remainder * kinds[k])[source])) for k in some
+        ]
         fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
-        effect = noise.joint_effect(there.linear.by_joints[source])
+        effect = noise.joint_effect(next_state.linear.by_joints[source])
         noises.append(noise.updated(np.linalg.solve(fisher, score), effect))
     return tuple(noises)
 
 
 def with_tails(
-    noises: Sequence[Noise], sources: np.ndarray, squares: np.ndarray, left: np.ndarray
+    noises: Sequence[Noise], sources: np.ndarray, squares: np.ndarray, freedom: np.ndarray
 ) -> tuple[Noise, ...]:
     """Return the noises with tails by the squares of (A2), of which a fit left some shares."""
-    squares = squares / left.clip(min=1 - MOST_HIDDEN)
+    squares = squares / freedom.clip(min=1 - MOST_HIDDEN)
     return tuple(
         replace(noise, nu=degrees_of_freedom(squares[sources == k]))
         for k, noise in enumerate(noises)
@@ -160,9 +167,9 @@ def without_negligible(
     noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
 ) -> tuple[Noise, ...]:
     """Return the noises without that of joints where it does hardly anything."""
-    effects = [one.joint_effect(by_joints[sources == k]) for k, one in enumerate(noises)]
+    effects = [noise.joint_effect(by_joints[sources == k]) for k, noise in enumerate(noises)]
     pairs = zip(noises, effects, strict=True)
-    return tuple(replace(one, joint=0.0) if e < NEGLIGIBLE else one for one, e in pairs)
+    return tuple(replace(noise, joint=0.0) if e < NEGLIGIBLE else noise for noise, e in pairs)
 
 
 def following_noise(
@@ -172,10 +179,10 @@ def following_noise(
     noisy = np.zeros(len(objective.own))
     for (robot, _), noise in zip(objective.rows.source_kinds, noises, strict=True):
         noisy[robot] = max(noisy[robot], noise.joint)
-    of = np.repeat(noisy, [one.size for one in objective.models])  # of movements none
+    robot_of = np.repeat(noisy, [model.size for model in objective.models])  # of movements none
     return tuple(
-        group.following(float(of[group.members[0]]))
-        if group.follows_noise and group.width and of[group.members[0]]
+        group.following(float(robot_of[group.members[0]]))
+        if group.follows_noise and group.width and robot_of[group.members[0]]
         else group
         for group in groups
     )
@@ -184,8 +191,8 @@ def following_noise(
 def effect_of(state: State, group: PriorGroup) -> float:
     """Return how far a group's width moves the ball, relative to the noise."""
     members = group.members[~state.at_zero[group.members]]
-    least = min(noise.space for noise in state.noises)
-    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / least
+    precision = min(noise.space for noise in state.noises)
+    return group.width * float(np.sum(state.linear.reach[members])) ** 0.5 / precision
 
 
 def prune_groups(state: State) -> State:

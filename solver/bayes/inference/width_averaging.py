@@ -50,11 +50,11 @@ def over_widths(
         change: The posterior at the usual widths, as changes from the estimate.
     """
     groups = list(state.groups)
-    for own in state.objective.own:
+    for members in state.objective.own:
         uncertain = [
             k
             for k, group in enumerate(groups)
-            if has_uncertain_width(group) and own.start <= group.members[0] < own.stop
+            if has_uncertain_width(group) and members.start <= group.members[0] < members.stop
         ]
         if uncertain:
             mixture = WidthMixture([groups[k] for k in uncertain])
@@ -89,11 +89,11 @@ class WidthMixture:
     @cached_property
     def directions(self) -> np.ndarray:
         """B, shape (n, r): each member by itself, then the changes that members share."""
-        common = np.zeros((len(self.members), len(self.groups)))
+        shared = np.zeros((len(self.members), len(self.groups)))
         for k, group in enumerate(self.groups):
             if group.common is not None:
-                common[np.isin(self.members, group.members), k] = group.common
-        return np.column_stack([np.eye(len(common)), common[:, common.any(axis=0)]])
+                shared[np.isin(self.members, group.members), k] = group.common
+        return np.column_stack([np.eye(len(shared)), shared[:, shared.any(axis=0)]])
 
     @cached_property
     def deviations(self) -> np.ndarray:
@@ -108,11 +108,11 @@ class WidthMixture:
         blocks = [group.covariance(usual_width(group)) for group in self.groups]
         C, begin = np.zeros((len(self.members),) * 2), 0
         for block in blocks:
-            own = slice(begin, begin + len(block))
-            C[own, own], begin = block, own.stop
+            block_of = slice(begin, begin + len(block))
+            C[block_of, block_of], begin = block, block_of.stop
         return np.linalg.cholesky(C)
 
-    def posterior(self, x: np.ndarray, usual: Gaussian) -> tuple[Gaussian, np.ndarray]:
+    def posterior(self, x: np.ndarray, gaussian: Gaussian) -> tuple[Gaussian, np.ndarray]:
         """Return the posterior of all unknowns, and the root mean square of each group's widths.
 
         With the root of the members' posterior at the usual widths L_0 Q s V^T, their information
@@ -120,22 +120,22 @@ class WidthMixture:
 
         Args:
             x: The estimate.
-            usual: Posterior of all unknowns at the usual widths, as changes from it.
+            gaussian: Posterior of all unknowns at the usual widths, as changes from it.
         """
-        L, own = self.usual_root, usual.marginal(self.members)
+        L, marginal = self.usual_root, gaussian.marginal(self.members)
         offset = x[self.members] - np.concatenate([group.mean for group in self.groups])
-        Q, s, V = np.linalg.svd(np.linalg.solve(L, own.root))
+        Q, s, V = np.linalg.svd(np.linalg.solve(L, marginal.root))
         s = s.clip(LEAST, 1.0)
         axes = np.linalg.solve(L.T, Q)
         H = (axes * (1 / s**2 - 1)) @ axes.T
-        h = (axes / s**2) @ (axes.T @ (offset + own.mean))
+        h = (axes / s**2) @ (axes.T @ (offset + marginal.mean))
         off_mean, odds = self.moments(H, h)
         k = len(s)
-        gain = (usual.root @ V[:k].T / s) @ axes.T
+        gain = (gaussian.root @ V[:k].T / s) @ axes.T
         members = gain @ off_mean.root
-        moved = gain @ (off_mean.mean - offset - own.mean)
-        root = np.column_stack([members, usual.root @ V[k:].T])
-        return Gaussian(usual.mean + moved, root), np.sqrt(odds @ self.widths**2)
+        mean = gain @ (off_mean.mean - offset - marginal.mean)
+        root = np.column_stack([members, gaussian.root @ V[k:].T])
+        return Gaussian(gaussian.mean + mean, root), np.sqrt(odds @ self.widths**2)
 
     def moments(self, H: np.ndarray, h: np.ndarray) -> tuple[Gaussian, np.ndarray]:
         """Return mean and spread of the members' distance from mu, and each node's probability.
@@ -152,8 +152,8 @@ class WidthMixture:
         L, pulls = np.linalg.cholesky(N), d * (B.T @ h)
         whitened = np.linalg.solve(L, pulls[:, :, None])[:, :, 0]
         sizes = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
-        usual = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
-        logs = 0.5 * (np.sum(whitened**2, axis=1) - usual) - sizes
+        penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
+        logs = 0.5 * (np.sum(whitened**2, axis=1) - penalty) - sizes
         odds = np.exp(logs - logs.max())
         odds /= odds.sum()
         likely = np.flatnonzero(odds > NEGLIGIBLE)

@@ -19,8 +19,8 @@ def design_matrix(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
     m = int(q.shape[1])
-    own: np.ndarray = np.arange(m)
-    turned = [own[:0], *(m * axis + own for e in effects for axis in e.axes.values())]
+    columns: np.ndarray = np.arange(m)
+    turned = [columns[:0], *(m * axis + columns for e in effects for axis in e.axes.values())]
     parts = [np.zeros((len(q), 0)), *(effect.derivatives(q, moments) for effect in effects)]
     return np.concatenate(turned), np.concatenate(parts, axis=1)
 
@@ -60,19 +60,19 @@ class Deflection:
     def without(self, name: str) -> "Deflection":
         """Return all effects but one."""
         pairs = zip(self.extensions, self.coefficients, strict=True)
-        others = {own: values for own, values in pairs if own != name}
-        return Deflection(tuple(others), tuple(others.values()))
+        coefficients = {extension: values for extension, values in pairs if extension != name}
+        return Deflection(tuple(coefficients), tuple(coefficients.values()))
 
     def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
         """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
 
         Arguments are those of :func:`design_matrix`.
         """
-        own = dict(zip(self.extensions, self.coefficients, strict=True))
-        effects = [EFFECTS[name] for name in own if EFFECTS[name].shift is None]
-        coefficients = np.concatenate([np.zeros(0), *(own[e.name] for e in effects)])
+        by_extension = dict(zip(self.extensions, self.coefficients, strict=True))
+        effects = [EFFECTS[name] for name in by_extension if EFFECTS[name].shift is None]
+        coefficients = np.concatenate([np.zeros(0), *(by_extension[e.name] for e in effects)])
         true = deflected(q, *design_matrix(effects, q, moments), coefficients)
-        for name, values in own.items():
+        for name, values in by_extension.items():
             shift = EFFECTS[name].shift
             if shift is not None:
                 true[:, : q.shape[1]] += shift(q, values)
@@ -145,7 +145,7 @@ class ExtendedModel:
 
     def deflection(self, x: np.ndarray) -> Deflection:
         """Return the elasticity and transmission errors for unknowns x, shape (size,)."""
-        return Deflection(self.extensions, tuple(x[own] for own in self.slices))
+        return Deflection(self.extensions, tuple(x[members] for members in self.slices))
 
     def predict(self, x: np.ndarray, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
@@ -207,18 +207,22 @@ class ExtendedModel:
         the same. A zero or curve makes no link longer, nor does an origin turned about its joint.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
-        rest = self.with_effects({*self.extensions} - {CURVE.name})
-        points, slopes, _ = rest.linearise(np.zeros(rest.size), q, np.tile(0 * q, 3))
+        model = self.with_effects({*self.extensions} - {CURVE.name})
+        points, slopes, _ = model.linearise(np.zeros(model.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
-        free = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
-        for effect, own in zip(rest.effects, rest.slices, strict=True):
-            free += range(own.start, own.stop) if effect is JOINT_OFFSET else ()
-        moved = slopes[:, :, free]
+        columns = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
+        for effect, members in zip(model.effects, model.slices, strict=True):
+            columns += range(members.start, members.stop) if effect is JOINT_OFFSET else ()
+        shifts = slopes[:, :, columns]
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
-        others = np.concatenate([moved - moved.mean(axis=0), turns], axis=2).reshape(cloud.size, -1)
-        radial = cloud.ravel() - others @ np.linalg.lstsq(others, cloud.ravel(), rcond=None)[0]
+        directions = np.concatenate([shifts - shifts.mean(axis=0), turns], axis=2).reshape(
+            cloud.size, -1
+        )
+        radial = (
+            cloud.ravel() - directions @ np.linalg.lstsq(directions, cloud.ravel(), rcond=None)[0]
+        )
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        return np.pad(by_scale, (0, self.size - rest.size))
+        return np.pad(by_scale, (0, self.size - model.size))
 
 
 def extend(

@@ -106,5 +106,5 @@ def check(covariance: np.ndarray) -> None:
     try:
         np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
-        least = np.linalg.eigvalsh(shifted)[0] - ROUNDING
-        raise AssertionError(f"a correlation matrix has the eigenvalue {least:.3g}") from None
+        eigenvalue = np.linalg.eigvalsh(shifted)[0] - ROUNDING
+        raise AssertionError(f"a correlation matrix has the eigenvalue {eigenvalue:.3g}") from None

@@ -76,17 +76,19 @@ class Movement:
 def movements_of(data: Observations, placement: str) -> list[Movement]:
     """Return the movements that a placement's samples could tell, from its clocks."""
     rows = data.rows_of(placement)
-    found: list[Movement] = []
+    movements: list[Movement] = []
     for clock, values in (("time", data.time), ("temperature", data.temperature)):
         t = values[rows]
         waves = min(WAVES, len(t) // EACH)
         if not len(t) or not np.isfinite(t).all() or not np.ptp(t) or waves < 1:
             continue
         if clock == "time":
-            found += [Movement(placement, "step", at=at) for at in _changes(t, data.sockets[rows])]
-            found.append(Movement(placement, "drift"))
-        found.append(Movement(placement, "slow", clock, waves=waves))
-    return found
+            movements += [
+                Movement(placement, "step", at=rank) for rank in _changes(t, data.sockets[rows])
+            ]
+            movements.append(Movement(placement, "drift"))
+        movements.append(Movement(placement, "slow", clock, waves=waves))
+    return movements
 
 
 def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:

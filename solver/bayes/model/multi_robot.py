@@ -110,27 +110,27 @@ class SampleRows:
     def _seen(self, robot: int, rows: slice, points: np.ndarray) -> data.FrameObservations:
         """Return the places that a robot visited: sockets, then measured balls by their row."""
         arm, name = self.scene.arms[robot], self.scene.names[robot]
-        there: list[int] = np.unique(arm.sockets[arm.sockets >= 0]).tolist()
-        centres = [np.median(points[arm.sockets == k], axis=0) for k in there]
+        sockets: list[int] = np.unique(arm.sockets[arm.sockets >= 0]).tolist()
+        centres = [np.median(points[arm.sockets == k], axis=0) for k in sockets]
         measured = np.flatnonzero((arm.sockets < 0) & ~arm.turned)
-        wheres = [f"{name}: socket {arm.labels[k][0]}:{arm.labels[k][1]}" for k in there]
+        wheres = [f"{name}: socket {arm.labels[k][0]}:{arm.labels[k][1]}" for k in sockets]
         return data.FrameObservations(
             f"the base of {name or 'the robot'}",
-            np.array([*there, *arm.socket_count + rows.start + measured], dtype=np.int64),
+            np.array([*sockets, *arm.socket_count + rows.start + measured], dtype=np.int64),
             np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
             [*wheres, *arm.wheres[measured].tolist()],
         )
 
     def _measured(self, frame: int, name: str) -> data.FrameObservations:
         """Return the places whose coordinates in a frame were measured."""
-        every = self.every
-        located = [one for one in every.located if one.frame == frame]
-        rows = np.flatnonzero((every.measured_in == frame) & (frame != data.WORLD))
-        coordinates = np.reshape([one.coordinates for one in located], (-1, 3))
-        sockets = [one.socket for one in located]
+        scene = self.every
+        coordinates_here = [socket for socket in scene.located if socket.frame == frame]
+        rows = np.flatnonzero((scene.measured_in == frame) & (frame != data.WORLD))
+        coordinates = np.reshape([socket.coordinates for socket in coordinates_here], (-1, 3))
+        sockets = [socket.socket for socket in coordinates_here]
         return data.FrameObservations(
             name,
-            np.array([*sockets, *every.socket_count + rows], dtype=np.int64),
-            np.concatenate([coordinates, every.points[rows]]),
-            [*(one.where for one in located), *every.wheres[rows].tolist()],
+            np.array([*sockets, *scene.socket_count + rows], dtype=np.int64),
+            np.concatenate([coordinates, scene.points[rows]]),
+            [*(socket.where for socket in coordinates_here), *scene.wheres[rows].tolist()],
         )

@@ -54,8 +54,8 @@ class Noise:
         s_x is kept from zero, since no ball sits without any play.
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
-        moved = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
-        scales = np.sqrt(moved).tolist()
+        updated = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
+        scales = np.sqrt(updated).tolist()
         s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
         reach = effect * self.space / self.joint if self.joint else 0.0
         return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
@@ -65,14 +65,16 @@ def sample_scales(
     noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
 ) -> np.ndarray:
     """Return C_i of samples, by the index of each one's noise and its Jq_i, (N, 3, 3) [m^2]."""
-    squares = np.array([(one.space, one.joint) for one in noises])[sources, :, None, None] ** 2
+    squares = (
+        np.array([(noise.space, noise.joint) for noise in noises])[sources, :, None, None] ** 2
+    )
     spread = by_joints @ by_joints.transpose(0, 2, 1)
     return squares[:, 0] * np.eye(3) + squares[:, 1] * spread
 
 
 def sample_degrees(noises: Sequence[Noise], sources: np.ndarray) -> np.ndarray:
     """Return nu of samples, by the index of each one's noise, shape (N,)."""
-    return np.array([one.nu for one in noises])[sources]
+    return np.array([noise.nu for noise in noises])[sources]
 
 
 def degrees_of_freedom(squares: np.ndarray) -> float:
@@ -85,7 +87,7 @@ def degrees_of_freedom(squares: np.ndarray) -> float:
         factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
         errors, grown = errors * factor[:, None], grown + np.log(factor)
     sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
-    tried = [len(squares) * log_constant(one) + log_prior(one) for one in TAILS.tolist()]
+    tried = [len(squares) * log_constant(nu) + log_prior(nu) for nu in TAILS.tolist()]
     plausible = 1.5 * len(squares) * grown - sizes + tried
     best, aside = int(np.argmax(plausible)), 0.0
     if 0 < best < len(TAILS) - 1:  # the top of the parabola through three

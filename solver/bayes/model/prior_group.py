@@ -79,14 +79,14 @@ class PriorGroup:
         D = np.diag(self._variances(width))
         return D if self.common is None else D + np.outer(self.common, self.common)
 
-    def precision(self, width: float, free: np.ndarray | slice = EVERY) -> np.ndarray:
+    def precision(self, width: float, mask: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision of some members (Sherman and Morrison), the others held."""
         if self.shape is not None:
-            return scaled_inverse(self.shape[free][:, free]) / width**2
-        inverse = 1 / self._variances(width)[free]
+            return scaled_inverse(self.shape[mask][:, mask]) / width**2
+        inverse = 1 / self._variances(width)[mask]
         if self.common is None:
             return np.diag(inverse)
-        t = self.common[free]
+        t = self.common[mask]
         scaled = inverse * t
         return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
 
@@ -96,8 +96,8 @@ class PriorGroup:
         return np.zeros(len(self.members)) if self.expected is None else self.expected[0]
 
     def _variances(self, width: float) -> np.ndarray:
-        own = 0.0 if self.expected is None else self.expected[1] ** 2
-        return np.full(len(self.members), width**2) + own
+        variance = 0.0 if self.expected is None else self.expected[1] ** 2
+        return np.full(len(self.members), width**2) + variance
 
     @property
     def deviation(self) -> float:
@@ -116,18 +116,18 @@ class PriorGroup:
 
         All members may differ from it together, and each by itself.
         """
-        ones, around = np.ones(len(self.members)), max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
-        return replace(self, width=around, common=around * ones, expected=(noise * ones, 0 * ones))
+        ones, width = np.ones(len(self.members)), max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
+        return replace(self, width=width, common=width * ones, expected=(noise * ones, 0 * ones))
 
     def updated(
-        self, x: np.ndarray, covariance: np.ndarray, free: np.ndarray, most: float = np.inf
+        self, x: np.ndarray, covariance: np.ndarray, mask: np.ndarray, largest: float = np.inf
     ) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
         That is the root mean square of the free members' distances x from their mean, over those
-        that the data decide. Its logarithm changes by ``most`` at most.
+        that the data decide. Its logarithm changes by ``largest`` at most.
         """
-        P = self.width**2 * self.precision(self.width, free)
+        P = self.width**2 * self.precision(self.width, mask)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
         squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
         square = squares / gamma
@@ -136,11 +136,11 @@ class PriorGroup:
             ratio = squares / self.width**2
             step = (ratio - gamma - slope) / (2 * ratio + 1 / TYPICAL_SPREAD**2)
             square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
-        wanted = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
+        target = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
         now = float(np.log(self.width))
-        step = float(np.clip(self._step(now, wanted - now), -most, most))
+        step = float(np.clip(self._step(now, target - now), -largest, largest))
         width = max(float(np.exp(now + step)), SMALLEST_WIDTH)
-        return replace(self, width=width, effective=effective, trail=(now, wanted - now))
+        return replace(self, width=width, effective=effective, trail=(now, target - now))
 
     def _step(self, now: float, change: float) -> float:
         """Return by how much to change the logarithm of the width."""
@@ -169,8 +169,8 @@ class GivenPrior:
         """Return what it says of those that are among some names, in their order (marginal)."""
         place = {name: i for i, name in enumerate(self.names)}
         rows = [place[name] for name in names if name in place]
-        kept, sigma = tuple(self.names[i] for i in rows), self.covariance[np.ix_(rows, rows)]
-        return GivenPrior(kept, self.mean[rows], sigma, self.curve_scales)
+        subset, sigma = tuple(self.names[i] for i in rows), self.covariance[np.ix_(rows, rows)]
+        return GivenPrior(subset, self.mean[rows], sigma, self.curve_scales)
 
     def without(self, names: Collection[str]) -> "GivenPrior":
         """Return what it says of all but some names, and but what it holds."""

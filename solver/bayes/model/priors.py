@@ -46,14 +46,14 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected),
     ]
     groups = [group for group in geometry if len(group.members)]
-    for effect, own in zip(model.effects, model.slices, strict=True):
+    for effect, members_of_effect in zip(model.effects, model.slices, strict=True):
         widths = effect.geometry_widths
         groups = [
             replace(g, width=widths[g.name], typical=widths[g.name]) if g.name in widths else g
             for g in groups
         ]
         of_type = model.of_type.get(effect.name)
-        members = np.arange(own.start, own.stop, dtype=np.int64)
+        members = np.arange(members_of_effect.start, members_of_effect.stop, dtype=np.int64)
         shifts = effect.derivatives(data.positions, data.torques)
         groups.append(_prior_of_effect(effect, members, shifts, of_type))
     return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
@@ -68,14 +68,14 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     rows: list[int] = turned.tolist()
     names = set(data.recorded_at[rows].tolist())
     balls: list[int] = np.flatnonzero(data.measured_in == frame).tolist()
-    placed = [i for i in balls if data.recorded_at[i] in names]
+    seats = [i for i in balls if data.recorded_at[i] in names]
     q, ball = data.positions[turned], model.ball
     R, p = ball.rotations(ball.nominal, q).points, ball.points(ball.nominal, q)
     where = str(data.wheres[rows[0]]).rpartition(":")[0]
-    found = hand_eye(R, p, data.rotations[turned], data.points[placed], where)
-    tool = found.tool
-    off = float(np.linalg.norm(tool.translation))
-    if off > FARTHEST or float(np.median(found.distances)) > MOST_OFF:
+    calibrated = hand_eye(R, p, data.rotations[turned], data.points[seats], where)
+    tool = calibrated.tool
+    length = float(np.linalg.norm(tool.translation))
+    if length > FARTHEST or float(np.median(calibrated.distances)) > MOST_OFF:
         tool = replace(tool, translation=np.zeros(3))
     origins = ball.origins(ball.nominal)
     k = -1  # the ball's joint is the last
@@ -85,26 +85,26 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
 
 
 def _with_given(
-    model: ExtendedModel, given: GivenPrior, groups: list[PriorGroup]
+    model: ExtendedModel, prior: GivenPrior, groups: list[PriorGroup]
 ) -> tuple[PriorGroup, ...]:
     """Return the groups, with what is given of some unknowns in place of their own priors."""
-    known = given.of(model.names)
+    marginal = prior.of(model.names)
     place = {name: i for i, name in enumerate(model.names)}
-    members = np.array([place[name] for name in known.names], dtype=np.int64)
-    rest: list[PriorGroup] = []
+    members = np.array([place[name] for name in marginal.names], dtype=np.int64)
+    remainder: list[PriorGroup] = []
     for group in groups:
-        free = ~np.isin(group.members, members)
-        common = None if group.common is None else group.common[free]
-        expected = group.expected and (group.expected[0][free], group.expected[1][free])
-        if free.any():
-            own = group.members[free]
-            rest.append(replace(group, members=own, common=common, expected=expected))
+        mask = ~np.isin(group.members, members)
+        mean = None if group.common is None else group.common[mask]
+        expected = group.expected and (group.expected[0][mask], group.expected[1][mask])
+        if mask.any():
+            remaining = group.members[mask]
+            remainder.append(replace(group, members=remaining, common=mean, expected=expected))
     if not len(members):
-        return tuple(rest)
-    expected = known.mean, 0 * known.mean
-    shape = known.covariance
-    own = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
-    return (*rest, own)
+        return tuple(remainder)
+    expected = marginal.mean, 0 * marginal.mean
+    shape = marginal.covariance
+    remaining = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
+    return (*remainder, remaining)
 
 
 def _prior_of_effect(

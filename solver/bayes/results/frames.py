@@ -14,7 +14,7 @@ def frame_poses(world: JointPosterior) -> tuple[FramePose, ...]:
         for k, (name, pose) in enumerate(world.frames.items())
         if k not in world.scene.bases
     ]
-    if any(one.frame == WORLD for one in world.scene.arms[0].located):
+    if any(socket.frame == WORLD for socket in world.scene.arms[0].located):
         poses.append(_frame_pose(world, WORLD, "base", IDENTITY, np.zeros((6, 6))))
     return tuple(poses)
 
@@ -24,20 +24,20 @@ def _frame_pose(
 ) -> FramePose:
     """Return a frame by its index, its name, its pose and the covariance of that."""
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
-    located = [one for one in world.scene.arms[0].located if one.frame == k]
+    sockets = [socket for socket in world.scene.arms[0].located if socket.frame == k]
     error = None
-    if located:
-        places = pose.apply(np.array([one.coordinates for one in located]))
+    if sockets:
+        places = pose.apply(np.array([socket.coordinates for socket in sockets]))
         # the first robot's base is the world
-        off = world.arms[0].centres[[one.socket for one in located]] - places
-        error = float(np.sum(off**2, axis=1).mean()) ** 0.5
+        offsets = world.arms[0].centres[[socket.socket for socket in sockets]] - places
+        error = float(np.sum(offsets**2, axis=1).mean()) ** 0.5
     return FramePose(
         name=name,
         xyz=pose.origin.xyz,
         rpy=pose.origin.rpy,
         xyz_deviation=as_point(deviation[3:]),
         turn_deviation=as_point(deviation[:3]),
-        sockets=len(located),
+        sockets=len(sockets),
         points=sum(int((arm.measured_in == k).sum()) for arm in world.scene.arms if k != WORLD),
         socket_error=error,
     )

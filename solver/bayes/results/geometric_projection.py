@@ -54,19 +54,19 @@ class Use:
         return form
 
 
-def project_to_geometry(full: Posterior, load: Load) -> np.ndarray:
+def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
     """Return the rigid geometry of least expected loss (A12), shape (geometry,) [m, rad].
 
     It is that of the fit where nothing beyond the geometry was found.
     """
-    start = with_joint_offsets(full)
-    if not full.deflection.without(JOINT_OFFSET.name).extensions:
+    start = with_joint_offsets(posterior)
+    if not posterior.deflection.without(JOINT_OFFSET.name).extensions:
         return start
-    uses, change = _uses(full, load), np.zeros(len(start))
-    L = np.linalg.cholesky(prior_covariance(full)[: len(start), : len(start)])
+    uses, change = _uses(posterior, load), np.zeros(len(start))
+    L = np.linalg.cholesky(prior_covariance(posterior)[: len(start), : len(start)])
     for _ in range(ROUNDS):
         values = start + L @ change
-        change = _least([use.form(full.model.ball, values, change, L) for use in uses])
+        change = _least([use.form(posterior.model.ball, values, change, L) for use in uses])
     return start + L @ change
 
 
@@ -84,59 +84,59 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
     return x[:-1]
 
 
-def _uses(full: Posterior, load: Load) -> list[Use]:
+def _uses(posterior: Posterior, load: Load) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
-    robot = full.model.robot
-    away = AWAY * arm_length(robot)
-    near, places = poses_near(robot, full.data.positions, (PLACES, POSTURES), away)
+    robot = posterior.model.robot
+    margin = AWAY * arm_length(robot)
+    neighbourhood, places = poses_near(robot, posterior.data.positions, (PLACES, POSTURES), margin)
 
     def point(errors: np.ndarray) -> np.ndarray:
         return _rows(without_mean(errors, places))
 
     uses = [
-        *_recorded(full),
-        _simulated(full, load, near, point),
-        _distances(full, load, near),
-        _distances(full, load, workspace(robot, 2 * PAIRS)),
+        *_recorded(posterior),
+        _simulated(posterior, load, neighbourhood, point),
+        _distances(posterior, load, neighbourhood),
+        _distances(posterior, load, workspace(robot, 2 * PAIRS)),
     ]
     return [use for use in uses if use.variance]
 
 
-def _recorded(full: Posterior) -> list[Use]:
+def _recorded(posterior: Posterior) -> list[Use]:
     """Return the uses that samples in sockets are: a point, and distances between bases."""
-    data, rows = full.data, np.flatnonzero(full.data.sockets >= 0)
+    data, rows = posterior.data, np.flatnonzero(posterior.data.sockets >= 0)
     rows = rows[np.argsort(data.sockets[rows], kind="stable")]
-    sockets, weights = data.sockets[rows], full.weights[rows]
+    sockets, weights = data.sockets[rows], posterior.weights[rows]
     recorded: np.ndarray = np.unique(sockets)
     members = recorded[:, None] == sockets
     shares = members * weights / np.sum(members * weights, axis=1, keepdims=True)
     bases = np.array([name for name, _ in data.labels])[recorded]
     first, second = np.nonzero(np.triu(bases[:, None] != bases))
-    directions = _directions(full.centres[recorded], first, second)
+    directions = _directions(posterior.centres[recorded], first, second)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        apart = without_mean(errors, sockets)
-        return _rows(apart * np.sqrt(weights).reshape(-1, *[1] * (errors.ndim - 1)))
+        differences = without_mean(errors, sockets)
+        return _rows(differences * np.sqrt(weights).reshape(-1, *[1] * (errors.ndim - 1)))
 
     def distance(errors: np.ndarray) -> np.ndarray:
         means = np.tensordot(shares, errors, axes=1)
         return np.einsum("ni,ni...->n...", directions, means[second] - means[first])
 
     q, torques = data.positions[rows], data.torques[rows]
-    uses = [_use(full, q, torques, difference) for difference in (point, distance)]
-    return [replace(use, targets=full.centres[sockets]) for use in uses]
+    uses = [_use(posterior, q, torques, difference) for difference in (point, distance)]
+    return [replace(use, targets=posterior.centres[sockets]) for use in uses]
 
 
-def _distances(full: Posterior, load: Load, q: np.ndarray) -> Use:
+def _distances(posterior: Posterior, load: Load, q: np.ndarray) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
-    points = full.predict(q, load.moments(full.model.robot, q, None))
+    points = posterior.predict(q, load.moments(posterior.model.robot, q, None))
     first, second = np.arange(len(q) // 2 * 2).reshape(2, -1)
     directions = _directions(points, first, second)
 
     def difference(errors: np.ndarray) -> np.ndarray:
         return np.einsum("ni,ni...->n...", directions, errors[second] - errors[first])
 
-    return _simulated(full, load, q, difference)
+    return _simulated(posterior, load, q, difference)
 
 
 def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -145,16 +145,16 @@ def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np
     return offsets / np.linalg.norm(offsets, axis=1)[:, None]
 
 
-def _simulated(full: Posterior, load: Load, q: np.ndarray, difference: Difference) -> Use:
-    return _use(full, q, load.moments(full.model.robot, q, None), difference)
+def _simulated(posterior: Posterior, load: Load, q: np.ndarray, difference: Difference) -> Use:
+    return _use(posterior, q, load.moments(posterior.model.robot, q, None), difference)
 
 
-def _use(full: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
+def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
     """Return a use at poses at which the full model says where the ball is, and how surely."""
-    model = full.model
-    points, slopes, _ = model.linearise(full.x, q, torques)
+    model = posterior.model
+    points, slopes, _ = model.linearise(posterior.x, q, torques)
     rows = difference(slopes)
-    covariance = full.covariance[: model.size, : model.size]
+    covariance = posterior.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
     parts = np.array_split(rows, PLACES)
     variance = sum(sum_of_variances(part, covariance) for part in parts) / max(len(rows), 1)

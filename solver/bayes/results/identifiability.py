@@ -39,20 +39,24 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
     prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])
     whiten = np.linalg.inv(prior)
     whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    named = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]
+    vectors_by_text = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]
     if posterior.data.anchored:
         # A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
-        others = [u for text, u in named if text != BASE]
-        basis = np.linalg.qr(np.array(others).T)[0] if others else np.zeros((n, 0))
-        cleared = ((t, u - basis @ (basis.T @ u) if t == BASE else u) for t, u in named)
-        named = [(text, _unit(u)) for text, u in cleared]
+        remainder = [u for text, u in vectors_by_text if text != BASE]
+        basis = np.linalg.qr(np.array(remainder).T)[0] if remainder else np.zeros((n, 0))
+        cleared = ((t, u - basis @ (basis.T @ u) if t == BASE else u) for t, u in vectors_by_text)
+        vectors_by_text = [(text, _unit(u)) for text, u in cleared]
     by_scale = prior.T @ model.by_scale()[:n]
     if by_scale.any():
-        named.append((SCALE, _unit(by_scale)))
-    directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in named]
-    basis = np.linalg.qr(np.array([u for _, u in named]).T)[0] if named else np.zeros((n, 0))
-    rest = np.eye(n) - basis @ basis.T
-    values, vectors = np.linalg.eigh(rest @ whitened @ rest)
+        vectors_by_text.append((SCALE, _unit(by_scale)))
+    directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in vectors_by_text]
+    basis = (
+        np.linalg.qr(np.array([u for _, u in vectors_by_text]).T)[0]
+        if vectors_by_text
+        else np.zeros((n, 0))
+    )
+    complement = np.eye(n) - basis @ basis.T
+    values, vectors = np.linalg.eigh(complement @ whitened @ complement)
     names = model.names
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
@@ -76,7 +80,9 @@ def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, 
     """Return what recordings like these cannot tell, beside what these in particular do not."""
     base, flange = UNOBSERVABLE
     if posterior.data.anchored:
-        return (BASE_TURNS, flange) if any(one.text == BASE for one in weak) else (flange,)
+        return (
+            (BASE_TURNS, flange) if any(direction.text == BASE for direction in weak) else (flange,)
+        )
     return (base if posterior.data.labels else BASE_OF_POINTS, flange)
 
 
@@ -84,42 +90,46 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
     """Return changes of the free geometry that no ball can show, with their names."""
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
-    free = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
+    joints = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
     frames = model.ball.frames(posterior.values)
-    named: list[tuple[str, np.ndarray]] = []
+    directions: list[tuple[str, np.ndarray]] = []
 
     def add(text: str, changes: dict[int, np.ndarray]) -> None:
         vector = np.zeros(model.geometry)
         for joint, change in changes.items():
             vector[[place[6 * joint + k] for k in range(6)]] = change
-        named.append((text, vector))
+        directions.append((text, vector))
 
-    if free and robot.joints[free[0]].actuated:
+    if joints and robot.joints[joints[0]].actuated:
         for k in range(6):
-            add(BASE, {free[0]: np.eye(6)[k]})
+            add(BASE, {joints[0]: np.eye(6)[k]})
     ball = len(robot.joints) - 1
-    if ball in free:
+    if ball in joints:
         for k in (3, 4, 5):
             add("the ball's orientation", {ball: np.eye(6)[k]})
-    for one, other in pairwise(free):
-        joint = robot.joints[one]
-        if not joint.actuated or any(j.actuated for j in robot.joints[one + 1 : other]):
+    for joint_index, next_index in pairwise(joints):
+        joint = robot.joints[joint_index]
+        if not joint.actuated or any(
+            j.actuated for j in robot.joints[joint_index + 1 : next_index]
+        ):
             continue
-        against = "the ball" if other == ball else robot.joints[other].name
-        between = [Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[one + 1 : other]]
+        against = "the ball" if next_index == ball else robot.joints[next_index].name
+        between = [
+            Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[joint_index + 1 : next_index]
+        ]
         to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
-        own, axis = frames[one, :, 1:4], np.array(joint.axis)
-        away = -to_other.rotation @ axis
+        R, axis = frames[joint_index, :, 1:4], np.array(joint.axis)
+        outward = -to_other.rotation @ axis
         slide, back = np.zeros(6), np.zeros(6)
-        slide[:3], back[:3] = own @ axis, away
-        add(f"sliding along {joint.name}'s axis", {one: slide, other: back})
+        slide[:3], back[:3] = R @ axis, outward
+        add(f"sliding along {joint.name}'s axis", {joint_index: slide, next_index: back})
         if joint.type == "prismatic":
             continue
-        turn = np.concatenate([np.zeros(3), _rates(frames[one], own @ axis)])
-        lever = frames[other, :, 0] - to_other.translation
-        back = np.concatenate([np.cross(away, lever), _rates(frames[other], away)])
-        add(f"{joint.name}'s offset against {against}", {one: turn, other: back})
-    return named
+        turn = np.concatenate([np.zeros(3), _rates(frames[joint_index], R @ axis)])
+        lever = frames[next_index, :, 0] - to_other.translation
+        back = np.concatenate([np.cross(outward, lever), _rates(frames[next_index], outward)])
+        add(f"{joint.name}'s offset against {against}", {joint_index: turn, next_index: back})
+    return directions
 
 
 def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:

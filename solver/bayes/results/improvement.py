@@ -56,9 +56,9 @@ def better_than_nominal(
         held_out: Placements whose samples and distances bear on the arm, too.
     """
     robot = posterior.model.robot
-    near = [poses_near(robot, rows, (NEARBY, 1), NEAR)[0] for rows in recorded]
-    near = [q[: len(q) // 2 * 2] for q in near if len(q) > 1]
-    q = [workspace(robot, 2 * PAIRS), *near]
+    neighbourhoods = [poses_near(robot, rows, (NEARBY, 1), NEAR)[0] for rows in recorded]
+    neighbourhoods = [q[: len(q) // 2 * 2] for q in neighbourhoods if len(q) > 1]
+    q = [workspace(robot, 2 * PAIRS), *neighbourhoods]
     mean, root = _updated(posterior, load, held_out)
     draws = mean + np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
     parts: list[Improvement] = []
@@ -68,7 +68,7 @@ def better_than_nominal(
         parts.append(_improvement(models, rows, lengths, lengths + draws @ slopes.T))
     return Better(
         workspace=parts[0],
-        recorded_places=max(parts[1:], key=lambda one: one.now.value, default=None),
+        recorded_places=max(parts[1:], key=lambda place: place.now.value, default=None),
     )
 
 
@@ -129,8 +129,8 @@ def _updated(
         return np.zeros(len(root)), root
     A = np.concatenate([rows for rows, _ in evidence])
     r = np.concatenate([errors for _, errors in evidence])
-    seen = A @ root
-    precision = np.linalg.cholesky(np.eye(len(root)) + seen.T @ seen)
+    whitened = A @ root
+    precision = np.linalg.cholesky(np.eye(len(root)) + whitened.T @ whitened)
     root = np.linalg.solve(precision, root.T).T
     along = root.T @ (A.T @ r)
     grown = max(float(r @ r - along @ along) / (INDEPENDENT * len(r)), 1.0)
@@ -161,12 +161,12 @@ def _evidence(
         if len(some) < 2:
             continue
         white = np.linalg.inv(np.linalg.cholesky(scale[some]))
-        off = np.concatenate([(points[some] - centres[-1])[:, :, None], J[some]], axis=2)
-        off = (white @ off).reshape(3 * len(some), -1)
+        offsets = np.concatenate([(points[some] - centres[-1])[:, :, None], J[some]], axis=2)
+        offsets = (white @ offsets).reshape(3 * len(some), -1)
         of_centre = np.linalg.qr(white.reshape(-1, 3))[0]
-        off = INDEPENDENT**0.5 * (off - of_centre @ (of_centre.T @ off))
-        rows.append(off[:, 1:])
-        errors.append(off[:, 0])
+        offsets = INDEPENDENT**0.5 * (offsets - of_centre @ (of_centre.T @ offsets))
+        rows.append(offsets[:, 1:])
+        errors.append(offsets[:, 0])
     if measured.has_distance:
         offset = centres[1] - centres[0]
         length = float(np.linalg.norm(offset))

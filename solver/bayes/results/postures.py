@@ -19,7 +19,7 @@ def arm_length(robot: Robot) -> float:
 
 
 def poses_near(
-    robot: Robot, recorded: np.ndarray, counts: tuple[int, int], away: float
+    robot: Robot, recorded: np.ndarray, counts: tuple[int, int], margin: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return configurations like those recorded, with the ball at places near theirs.
 
@@ -27,38 +27,38 @@ def poses_near(
         robot: The nominal robot, which puts the ball there; that is near enough.
         recorded: Joint positions, shape (N, m) [rad].
         counts: Number of places, and of postures at each; those out of limits or reach are left.
-        away: Standard deviation of a place from a recorded one, per axis [m].
+        margin: Standard deviation of a place from a recorded one, per axis [m].
 
     Returns:
         Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
     """
     generator = np.random.default_rng(0)
-    around = recorded[generator.integers(len(recorded), size=counts[0])]
-    centres = BallModel(robot, []).points(np.empty(0), around)
-    centres = centres + generator.normal(0, away, centres.shape)
+    starts = recorded[generator.integers(len(recorded), size=counts[0])]
+    centres = BallModel(robot, []).points(np.empty(0), starts)
+    centres = centres + generator.normal(0, margin, centres.shape)
     places = np.repeat(np.arange(counts[0]), counts[1])
     q = recorded[generator.integers(len(recorded), size=len(places))]
     q = q + generator.normal(0, SWAY, q.shape)
     ball = BallModel(robot, [])
     for _ in range(ROUNDS):
         linear = ball.linearise(np.empty(0), q)
-        off = (centres[places] - linear.points)[:, :, None]
-        q = q + _back(linear.by_joints, off).clip(-SWAY, SWAY)
-    off = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
+        gaps = (centres[places] - linear.points)[:, :, None]
+        q = q + _back(linear.by_joints, gaps).clip(-SWAY, SWAY)
+    gaps = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
     # Some controllers count whole turns, by which readings are beyond a joint's limits.
     middle: np.ndarray = np.median(recorded, axis=0)
     upper_turns = np.ceil(np.maximum(middle - robot.upper, 0) / TURN)
     lower_turns = np.ceil(np.maximum(robot.lower - middle, 0) / TURN)
     inside = q - TURN * (upper_turns - lower_turns)
-    kept = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
-    kept &= off < OFF * arm_length(robot)
-    return q[kept], places[kept]
+    within = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
+    within &= gaps < OFF * arm_length(robot)
+    return q[within], places[within]
 
 
-def _back(slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
+def _back(slopes: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """Return damped steps of the joints that shift the balls, shape (N, m)."""
     across = slopes.swapaxes(1, 2)
     squares = slopes @ across
     damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
-    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), off)
+    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), gaps)
     return (across @ forces).reshape(len(slopes), -1)

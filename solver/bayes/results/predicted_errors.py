@@ -43,16 +43,16 @@ def predicted_errors(
     """Return the predicted errors of distances between pairs of poses."""
     torque = load.moments(posterior.model.robot, q, None)
     distances, deviation = distance_deviations(posterior, q, torque)
-    alone = None
+    export_errors = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
         gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
-        alone = float(np.median(likely_errors(gap, deviation)))
+        export_errors = float(np.median(likely_errors(gap, deviation)))
     return DistanceDeviation(
         median=float(np.median(deviation)),
         worst=float(deviation.max()),
         length=float(np.median(distances)),
-        alone=alone,
+        alone=export_errors,
     )
 
 
@@ -75,13 +75,13 @@ def errors_near(
     Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
     distance are near one place. Each placement has joint positions of shape (N, m) [rad].
     """
-    found: list[DistanceDeviation] = []
+    deviations: list[DistanceDeviation] = []
     for rows in recorded:
         q, _ = poses_near(posterior.model.robot, rows, (NEARBY, 1), NEAR)
         if len(q) > 1:
             even = q[: len(q) // 2 * 2]
-            found.append(predicted_errors(posterior, load, even, exported))
-    return max(found, key=lambda one: one.alone or one.median, default=None)
+            deviations.append(predicted_errors(posterior, load, even, exported))
+    return max(deviations, key=lambda deviation: deviation.alone or deviation.median, default=None)
 
 
 def between(world: JointPosterior, robot: int) -> BaseToBase:
@@ -93,18 +93,18 @@ def between(world: JointPosterior, robot: int) -> BaseToBase:
     origin, covariance = world.frames[frame].origin, world.frame_covariance(frame)
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     variances, axes = np.linalg.eigh(covariance[:3, :3])
-    known = bool(variances[-1] <= UNSEEN**2)
-    found = BaseToBase(
-        xyz=origin.xyz if known else None,
-        rpy=origin.rpy if known else None,
-        xyz_deviation=as_point(deviation[3:]) if known else None,
-        turn_deviation=as_point(deviation[:3]) if known else None,
-        tool_deviation=_tool_deviation(world, robot, frame, shared) if known else None,
+    is_known = bool(variances[-1] <= UNSEEN**2)
+    base_to_base = BaseToBase(
+        xyz=origin.xyz if is_known else None,
+        rpy=origin.rpy if is_known else None,
+        xyz_deviation=as_point(deviation[3:]) if is_known else None,
+        turn_deviation=as_point(deviation[:3]) if is_known else None,
+        tool_deviation=_tool_deviation(world, robot, frame, shared) if is_known else None,
         shared_sockets=len(shared),
         text="",
     )
-    text = _words(names, found) if known else _turned(names, len(shared), axes[:, -1])
-    return replace(found, text=text)
+    text = _words(names, base_to_base) if is_known else _turned(names, len(shared), axes[:, -1])
+    return replace(base_to_base, text=text)
 
 
 def _tool_deviation(
@@ -114,10 +114,10 @@ def _tool_deviation(
     pose = world.frames[frame]
     region = world.arms[0].centres[shared] if shared else _recorded_by_both(world, robot, pose)
     first, places = _inside(world, 0, IDENTITY, region)
-    second, others = _inside(world, robot, pose, region)
+    second, points_beside = _inside(world, robot, pose, region)
     if not len(first) or not len(second):
         return None
-    nearest = np.argmin(np.linalg.norm(places[:, None] - others, axis=2), axis=1)
+    nearest = np.argmin(np.linalg.norm(places[:, None] - points_beside, axis=2), axis=1)
     arm = world.arms[robot]
     rigid = PoseModel.of(arm.model.robot, arm.model.ball.origins(arm.values))
     limits = arm.model.robot.lower, arm.model.robot.upper
@@ -130,10 +130,10 @@ def _tool_deviation(
         return None
     _, by_first, _ = _linear(world, 0, first[met.reached])
     points, by_second, _ = _linear(world, robot, met.positions[met.reached])
-    own, begin = world.own, world.own[-1].stop + 6 * list(world.frames).index(frame)
+    members, begin = world.own, world.own[-1].stop + 6 * list(world.frames).index(frame)
     slopes = np.zeros((len(points), 3, len(world.covariance)))
-    slopes[:, :, own[0]] = -by_first
-    slopes[:, :, own[robot]] = pose.rotation @ by_second
+    slopes[:, :, members[0]] = -by_first
+    slopes[:, :, members[robot]] = pose.rotation @ by_second
     slopes[:, :, begin : begin + 6] = pose.slopes(points)
     squares: np.ndarray = np.sum((slopes @ world.covariance) * slopes, axis=(1, 2))
     return max(float(squares.mean()), 0.0) ** 0.5
@@ -142,11 +142,11 @@ def _tool_deviation(
 def _recorded_by_both(world: JointPosterior, robot: int, pose: Pose) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
     balls = [
-        at.apply(_linear(world, i, world.scene.arms[i].positions)[0])
-        for i, at in ((0, IDENTITY), (robot, pose))
+        frame_pose.apply(_linear(world, i, world.scene.arms[i].positions)[0])
+        for i, frame_pose in ((0, IDENTITY), (robot, pose))
     ]
-    least, most = (np.array([end(b, axis=0) for b in balls]) for end in (np.min, np.max))
-    return np.array([least.max(axis=0), most.min(axis=0)])
+    lowest, highest = (np.array([end(b, axis=0) for b in balls]) for end in (np.min, np.max))
+    return np.array([lowest.max(axis=0), highest.min(axis=0)])
 
 
 def _linear(
@@ -167,15 +167,15 @@ def _inside(
     return q[inside][:MEETINGS], places[inside][:MEETINGS]
 
 
-def _words(names: tuple[str, str], one: BaseToBase) -> str:
+def _words(names: tuple[str, str], base: BaseToBase) -> str:
     """Return a known pose for people."""
-    (first, second), tools = names, one.tool_deviation
-    assert one.xyz and one.rpy and one.xyz_deviation and one.turn_deviation
-    off, turn = 1e3 * max(one.xyz_deviation), np.degrees(max(one.turn_deviation))
-    place = " ".join(f"{1e3 * value:+.2f}" for value in one.xyz)
-    turned = " ".join(f"{np.degrees(value):+.3f}" for value in one.rpy)
+    (first, second), tools = names, base.tool_deviation
+    assert base.xyz and base.rpy and base.xyz_deviation and base.turn_deviation
+    offset, turn = 1e3 * max(base.xyz_deviation), np.degrees(max(base.turn_deviation))
+    place = " ".join(f"{1e3 * value:+.2f}" for value in base.xyz)
+    turned = " ".join(f"{np.degrees(value):+.3f}" for value in base.rpy)
     frames = (
-        f"{second}'s base stands at {place} mm (+- {off:.2f}), turned "
+        f"{second}'s base stands at {place} mm (+- {offset:.2f}), turned "
         f"{turned} deg (+- {turn:.2f}) in {first}'s: no better, since "
         "each base frame hangs on its own joint 1 zero, which no ball shows"
     )
@@ -195,9 +195,9 @@ def _turned(names: tuple[str, str], shared: int, axis: np.ndarray) -> str:
     count = {0: "no socket", 1: "one socket", 2: "two sockets"}.get(
         shared, f"{shared} sockets on one line"
     )
-    left = "about their line" if shared > 1 else "about it"
+    freedom = "about their line" if shared > 1 else "about it"
     return (
         f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "
-        f"{left} (along {along} in {first}'s base). Let both record one more placement, off that "
-        "line: two placements cure it, three are better."
+        f"{freedom} (along {along} in {first}'s base). Let both record one more placement, "
+        "off that line: two placements cure it, three are better."
     )

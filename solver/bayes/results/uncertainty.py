@@ -38,22 +38,22 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     slopes[:, :, :size] = by_unknowns
     centres = size + 3 * data.sockets[rows, None] + np.arange(3)
     slopes[np.arange(N)[:, None], np.arange(3), centres] = -1
-    left = points - posterior.centres[data.sockets[rows]]
+    residuals = points - posterior.centres[data.sockets[rows]]
     root = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
-    white = np.linalg.solve(root, np.concatenate([left[:, :, None], slopes], axis=2))
-    apart = np.sum((q[:, None] - q) ** 2, axis=2)
-    kernels = np.exp(-0.5 * apart / np.square(LENGTHS)[:, None, None])
+    white = np.linalg.solve(root, np.concatenate([residuals[:, :, None], slopes], axis=2))
+    squares = np.sum((q[:, None] - q) ** 2, axis=2)
+    kernels = np.exp(-0.5 * squares / np.square(LENGTHS)[:, None, None])
     some = np.unique(np.linspace(0, N - 1, min(N, MOST)).astype(int))
     shared = _shared_variance(
         white[some, :, 0], white[some, :, 1:], P, kernels[:, some[:, None], some]
     )
     R = Gaussian.of(np.zeros(len(P)), P).root
     W = (white[:, :, 1:] @ R).transpose(1, 2, 0)
-    common = W @ np.tensordot(shared, kernels, axes=1) @ W.transpose(0, 2, 1)
+    correlated = W @ np.tensordot(shared, kernels, axes=1) @ W.transpose(0, 2, 1)
     # P is wider than the samples alone would leave it, where widths were averaged over.
-    alone, axes = np.linalg.eigh(np.sum(W @ W.transpose(0, 2, 1), axis=0))
-    left = axes * (1 - shared.sum() * alone.clip(max=1.0)) @ axes.T
-    return R[:size] @ (left + common.sum(axis=0)) @ R[:size].T
+    eigenvalues, axes = np.linalg.eigh(np.sum(W @ W.transpose(0, 2, 1), axis=0))
+    residuals = axes * (1 - shared.sum() * eigenvalues.clip(max=1.0)) @ axes.T
+    return R[:size] @ (residuals + correlated.sum(axis=0)) @ R[:size].T
 
 
 def _shared_variance(
@@ -61,9 +61,9 @@ def _shared_variance(
 ) -> np.ndarray:
     """Return the share of errors that is alike over each length, its mean by the evidence."""
     n, flat = 3 * len(u), A.transpose(1, 0, 2).reshape(3 * len(u), -1)
-    left, axes = np.linalg.eigh(np.eye(n) - flat @ P @ flat.T)
-    axes = axes[:, left > DECIDED]
-    errors = axes.T @ u.T.ravel() / left[left > DECIDED]
+    eigenvalues, axes = np.linalg.eigh(np.eye(n) - flat @ P @ flat.T)
+    axes = axes[:, eigenvalues > DECIDED]
+    errors = axes.T @ u.T.ravel() / eigenvalues[eigenvalues > DECIDED]
     by_axis = axes.reshape(3, len(u), -1)
     logs: list[np.ndarray] = []
     for K in kernels:
@@ -94,21 +94,21 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
         return group.effective
     before = np.diag(group.covariance(group.deviation))
     after = np.diag(posterior.covariance)[group.members]
-    there = before > 0
-    return max(float(np.sum(1 - after[there] / before[there])), 0.0)
+    positive = before > 0
+    return max(float(np.sum(1 - after[positive] / before[positive])), 0.0)
 
 
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
     deviation, prior = deviations(posterior)[:size], np.diag(prior_covariance(posterior)) ** 0.5
-    known = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
-    covariance = posterior.covariance[:size, :size][np.ix_(known, known)]
-    matrix = covariance / np.outer(deviation[known], deviation[known])
-    names = [posterior.model.names[i] for i in known.tolist()]
+    decided = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
+    covariance = posterior.covariance[:size, :size][np.ix_(decided, decided)]
+    matrix = covariance / np.outer(deviation[decided], deviation[decided])
+    names = [posterior.model.names[i] for i in decided.tolist()]
     pairs = np.argwhere(np.triu(np.abs(matrix) > STRONG, k=1)).tolist()
-    found = [Correlation(names[i], names[j], float(matrix[i, j])) for i, j in pairs]
-    return tuple(sorted(found, key=lambda pair: -abs(pair.value)))
+    pairs_of_names = [Correlation(names[i], names[j], float(matrix[i, j])) for i, j in pairs]
+    return tuple(sorted(pairs_of_names, key=lambda pair: -abs(pair.value)))
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -131,8 +131,8 @@ def observability_index(posterior: Posterior) -> float:
     for k in range(len(data.frames)):
         rows = data.measured_in == k
         slopes = IDENTITY.slopes(points[rows]).reshape(-1, 6)
-        shown = scaled[rows].reshape(-1, model.geometry)
-        parts.append(shown - slopes @ np.linalg.lstsq(slopes, shown, rcond=None)[0])
+        visible = scaled[rows].reshape(-1, model.geometry)
+        parts.append(visible - slopes @ np.linalg.lstsq(slopes, visible, rcond=None)[0])
     centred = np.concatenate([rows.reshape(-1, model.geometry) for rows in parts])
     values = np.linalg.svd(centred, compute_uv=False)
     values = values[values > 1e-6 * values[0]]
@@ -198,9 +198,9 @@ def predicted_deviation(
 
 def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
     """Return the sum of rows' variances; of a curve, a sample has but four coefficients."""
-    there = np.flatnonzero(rows.any(axis=0))
-    few = rows[:, there]
-    return float(np.sum((few @ covariance[there[:, None], there]) * few))
+    columns = np.flatnonzero(rows.any(axis=0))
+    few = rows[:, columns]
+    return float(np.sum((few @ covariance[columns[:, None], columns]) * few))
 
 
 def length_deviation(

@@ -28,8 +28,8 @@ fit for each placement would take too long where there are many."""
 def log_odds(model: JointPosterior) -> float:
     """Return the logarithm of a model's odds before the data, by ALSO_TILTS."""
     pair = {COMPLIANCE.name, TILT.name}
-    both = sum(pair <= {*names} for names in model.active)
-    return both * log(ALSO_TILTS)
+    count = sum(pair <= {*names} for names in model.active)
+    return count * log(ALSO_TILTS)
 
 
 def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
@@ -40,26 +40,30 @@ def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
 
 
 def beside_curves(
-    found: JointPosterior, models: Sequence[JointPosterior]
+    posterior: JointPosterior, models: Sequence[JointPosterior]
 ) -> tuple[JointPosterior, float] | None:
     """Return the model that may be more probable beside curves, and the logarithm of its odds."""
     # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
-    elastic, harmonics = {COMPLIANCE.name, TILT.name}, {one.name for one in HARMONICS}
-    own, *others = ({*chain(*one.active)} for one in (found, *models))
-    pairs = zip(models, others, strict=True)
+    elastic, harmonics = {COMPLIANCE.name, TILT.name}, {harmonic.name for harmonic in HARMONICS}
+    effects, *effects_of_models = (
+        {*chain(*posterior_of.active)} for posterior_of in (posterior, *models)
+    )
+    pairs = zip(models, effects_of_models, strict=True)
     bent = [model for model, names in pairs if names & elastic and not names & harmonics]
-    if not bent or (own & elastic and not own & harmonics):
+    if not bent or (effects & elastic and not effects & harmonics):
         return None
     best = bent[int(np.argmax(model_probabilities(bent)))]
-    odds = log_odds(best) - log_odds(found)
-    return best, odds + HARMONICS_BESIDE_CURVES if own & harmonics else odds
+    odds = log_odds(best) - log_odds(posterior)
+    return best, odds + HARMONICS_BESIDE_CURVES if effects & harmonics else odds
 
 
 def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
     """Return the mean of results of models with different extensions, weighted by probabilities."""
     best = results[int(np.argmax(probabilities))]
     effects = [{e for r in results for e in r.models[i].extensions} for i in range(len(best.own))]
-    models = tuple(one.with_effects(own) for one, own in zip(best.models, effects, strict=True))
+    models = tuple(
+        model.with_effects(names) for model, names in zip(best.models, effects, strict=True)
+    )
     objective = replace(best.objective, models=models)
     groups: dict[tuple[int, str], PriorGroup] = {}
     parts: list[Gaussian] = []
@@ -73,7 +77,7 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
         parts.append(replace(result.around, mean=place).embedded(rows, objective.size))
         weights += share * result.weights
         for group in result.state.groups:
-            robot = sum(own.start <= group.members[0] for own in result.own)
+            robot = sum(members.start <= group.members[0] for members in result.own)
             groups[robot, group.name] = replace(group, members=rows[group.members])
     mixture = Gaussian.averaged(parts, shares)
     ordered = tuple(sorted(groups.values(), key=lambda group: int(group.members[0])))
@@ -88,25 +92,25 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
     iterates = [*before[:, : objective.model_size], state.x]
-    around = replace(mixture, mean=np.zeros(objective.size))
-    return JointPosterior(state, around, weights, best.log_evidence, iterates)
+    centred = replace(mixture, mean=np.zeros(objective.size))
+    return JointPosterior(state, centred, weights, best.log_evidence, iterates)
 
 
-def _rows(whole: Objective, part: Objective) -> np.ndarray:
+def _rows(objective: Objective, part: Objective) -> np.ndarray:
     """Return the places of all unknowns among those of models with more extensions."""
     rows = list[int]()
-    for own, model, less in zip(whole.own, whole.models, part.models, strict=True):
-        place = {name: i for i, name in enumerate(model.names, own.start)}
+    for members, model, less in zip(objective.own, objective.models, part.models, strict=True):
+        place = {name: i for i, name in enumerate(model.names, members.start)}
         rows += [place[name] for name in less.names]
-    return np.array([*rows, *range(whole.own[-1].stop, whole.size)], dtype=np.int64)
+    return np.array([*rows, *range(objective.own[-1].stop, objective.size)], dtype=np.int64)
 
 
-def _places(result: JointPosterior, near: JointPosterior) -> np.ndarray:
+def _places(result: JointPosterior, reference: JointPosterior) -> np.ndarray:
     """Return the frames, as changes from another result, and then the sockets."""
     changes: list[np.ndarray] = []
-    for pose, there in zip(result.state.frames, near.state.frames, strict=True):
-        (turn,) = rotation_vectors((pose.rotation @ there.rotation.T)[None])
-        changes += [turn, pose.translation - there.translation]
+    for pose, frame in zip(result.state.frames, reference.state.frames, strict=True):
+        (turn,) = rotation_vectors((pose.rotation @ frame.rotation.T)[None])
+        changes += [turn, pose.translation - frame.translation]
     return np.concatenate([*changes, result.state.centres.ravel()])
 
 
@@ -117,32 +121,34 @@ def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
-def held_out_errors(whole: JointPosterior) -> np.ndarray:
+def held_out_errors(posterior: JointPosterior) -> np.ndarray:
     """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
-    names = whole.scene.placements
+    names = posterior.scene.placements
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
         held_out = names[part::PARTS]
         try:
-            state = stepped(whole, whole.scene.without(held_out))
+            state = stepped(posterior, posterior.scene.without(held_out))
         except FrameError:
             continue
-        errors[part::PARTS] = [_mean_error(whole, state.x, name) for name in held_out]
+        errors[part::PARTS] = [_mean_error(posterior, state.x, name) for name in held_out]
     return errors
 
 
-def _mean_error(whole: JointPosterior, x: np.ndarray, placement: str) -> float:
+def _mean_error(posterior: JointPosterior, x: np.ndarray, placement: str) -> float:
     """Return the mean distance of balls from their socket's mean or measured place [m]."""
     distances: list[np.ndarray] = []
-    for model, members, arm in zip(whole.models, whole.own, whole.scene.arms, strict=True):
-        here = arm.rows_of(placement)
-        points = model.predict(x[members], arm.positions[here], arm.torques[here])
-        sockets = arm.sockets[here]
+    for model, members, arm in zip(
+        posterior.models, posterior.own, posterior.scene.arms, strict=True
+    ):
+        rows = arm.rows_of(placement)
+        points = model.predict(x[members], arm.positions[rows], arm.torques[rows])
+        sockets = arm.sockets[rows]
         for socket in np.unique(sockets[sockets >= 0]):
             balls = points[sockets == socket]
             distances.append(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
         if (sockets < 0).any():
-            balls, measured = points[sockets < 0], arm.points[here][sockets < 0]
-            placed = fit_pose(measured, balls).apply(measured)
-            distances.append(np.linalg.norm(balls - placed, axis=1))
+            balls, measured = points[sockets < 0], arm.points[rows][sockets < 0]
+            fitted_places = fit_pose(measured, balls).apply(measured)
+            distances.append(np.linalg.norm(balls - fitted_places, axis=1))
     return float(np.concatenate(distances).mean())

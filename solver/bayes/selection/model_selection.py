@@ -74,10 +74,12 @@ def select_models(
         NotConverged: The fit of the geometry did not settle.
     """
     progress("geometry")
-    given, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
+    prior, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
-    plain = [extend(*free, (*first, *_effects_of(free[0], given))) for free in robots]
-    models = [replace(one, given=given) for one in plain]
+    bases = [
+        extend(*parameters, (*first, *_effects_of(parameters[0], prior))) for parameters in robots
+    ]
+    models = [replace(base, given=prior) for base in bases]
     geometric = estimate(models, data, joint_noise=joint_noise)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
@@ -90,16 +92,16 @@ def select_models(
     models, words = _supported([*tried.models, *_by_type(tried.fits, types, progress)])
     probabilities = model_probabilities(models)
     mean = averaged(models, probabilities) if len(models) > 1 else models[0]
-    full, note = mean, ""
+    result, note = mean, ""
     if CURVE.extension in stages:
-        full, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
-    if full.active != mean.active:
-        models, probabilities, words = [full], np.ones(1), "; beside curves"
+        result, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
+    if result.active != mean.active:
+        models, probabilities, words = [result], np.ones(1), "; beside curves"
     notes = _notes(tried, types, models, probabilities, words)
-    for own, arm in zip(notes, full.arms, strict=True):
-        own += [f"{CURVE.extension}: {note}"] if note else []
-        own += [joint_offsets_in_words(arm)] if zeros else []
-    return Selected(full, tuple(map(tuple, notes)), reported)
+    for lines, arm in zip(notes, result.arms, strict=True):
+        lines += [f"{CURVE.extension}: {note}"] if note else []
+        lines += [joint_offsets_in_words(arm)] if zeros else []
+    return Selected(result, tuple(map(tuple, notes)), reported)
 
 
 def _evidence(model: JointPosterior) -> float:
@@ -124,22 +126,22 @@ def _notes(
     """Return for each robot what became of each extension, and of what is known of its type."""
     notes: list[list[str]] = [[] for _ in models[0].arms]
     for (stage, i), gain in tried.gains.items():
-        there = [bool({*EXTENSIONS[stage]} & {*model.active[i]}) for model in models]
-        note = _note(gain, float(probabilities[there].sum()), words)
+        active = [bool({*EXTENSIONS[stage]} & {*model.active[i]}) for model in models]
+        note = _note(gain, float(probabilities[active].sum()), words)
         if not models[0].scene.arms[i].torques.any() and _needs_load(stage):
             note = NO_MASSES
         notes[i].append(f"{stage}: {note}")
-    for i, own in enumerate(notes if any(types) else ()):
+    for i, lines in enumerate(notes if any(types) else ()):
         if types[i]:
             by_type = [bool(model.models[i].of_type) for model in models]
             share = 100 * float(probabilities[by_type].sum())
-            own.append(f"type prior: counts by {share:.0f} %")
+            lines.append(f"type prior: counts by {share:.0f} %")
     return notes
 
 
-def _effects_of(robot: Robot, given: GivenPrior | None) -> tuple[str, ...]:
+def _effects_of(robot: Robot, prior: GivenPrior | None) -> tuple[str, ...]:
     """Return the effects but curves that a prior tells of."""
-    names = {*(given.names if given is not None else ())}
+    names = {*(prior.names if prior is not None else ())}
     effects = (e for e in EFFECTS.values() if e is not CURVE)
     return tuple(e.name for e in effects if names & {*e.coefficient_names(robot.joint_names)})
 
@@ -166,14 +168,16 @@ def _search(
     best, gains = geometric, dict[tuple[str, int], float | None]()
     models, tried, fits = {best.active: best}, {_kept(best.models)}, list[JointPosterior]()
     for stage, robot in 2 * stages:
-        own = list(best.models)
-        own[robot] = own[robot].with_effects((*own[robot].extensions, *EXTENSIONS[stage]))
-        if _kept(own) in tried:
+        extended = list(best.models)
+        extended[robot] = extended[robot].with_effects(
+            (*extended[robot].extensions, *EXTENSIONS[stage])
+        )
+        if _kept(extended) in tried:
             continue
-        tried.add(_kept(own))
+        tried.add(_kept(extended))
         progress(f"{stage} {best.scene.names[robot]}".strip())
         try:
-            candidate = refit(best, own)
+            candidate = refit(best, extended)
         except NotConverged:
             gains.setdefault((stage, robot))
             continue
@@ -192,15 +196,15 @@ def _by_type(
 ) -> list[JointPosterior]:
     """Return the fits again, with all that other arms of a type tell of, as they tell it."""
     models: dict[tuple[tuple[str, ...], ...], JointPosterior] = {}
-    for found in fits if any(types) else ():
-        own = [
-            replace(one.with_effects({*one.extensions, *of_type}), of_type=of_type)
-            for one, of_type in zip(found.models, types, strict=True)
+    for fit in fits if any(types) else ():
+        models_of_type = [
+            replace(model.with_effects({*model.extensions, *of_type}), of_type=of_type)
+            for model, of_type in zip(fit.models, types, strict=True)
         ]
-        if _kept(own) not in models:
+        if _kept(models_of_type) not in models:
             progress("type prior")
             with suppress(NotConverged):
-                models[_kept(own)] = refit(found, own)
+                models[_kept(models_of_type)] = refit(fit, models_of_type)
     return list({model.active: model for model in models.values()}.values())
 
 
@@ -212,14 +216,14 @@ def _supported(models: list[JointPosterior]) -> tuple[list[JointPosterior], str]
 
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
-        own = [model for model in models if not any(one.of_type for one in model.models)]
-        alone = max(own, key=_evidence)
+        candidates = [model for model in models if not any(part.of_type for part in model.models)]
+        best_alone = max(candidates, key=_evidence)
         try:
             after = held_out_errors(best)
-            if best is not alone:  # a type's prior has to lower errors, too
-                before = held_out_errors(alone)
+            if best is not best_alone:  # a type's prior has to lower errors, too
+                before = held_out_errors(best_alone)
                 if mean_fall(before, after)[0] <= 0:
-                    models, after = own, before
+                    models, after = candidates, before
             helps, spread = mean_fall(held_out_errors(geometric), after)
         except NotConverged:
             return [geometric], "; the fit does not settle without each placement"
@@ -244,4 +248,4 @@ def _note(gain: float | None, probability: float, words: str) -> str:
 
 
 def _kept(models: Sequence[ExtendedModel]) -> tuple[tuple[str, ...], ...]:
-    return tuple(one.extensions for one in models)
+    return tuple(model.extensions for model in models)

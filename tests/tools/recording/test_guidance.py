@@ -71,7 +71,7 @@ def test_error_curves_are_known_of_types_that_have_them(name, curves, monkeypatc
     q = Reach(robot).poses(np.array([0.5, 0.0, 0.1]), 5).tolist()
     some = tuple(Sample(tuple(pose), k % 2, number=k) for k, pose in enumerate(q))
     earlier = Placement("front", some, robot.joint_names, 0.05)
-    PoseSelector(robot, 0.05, earlier=[earlier]).advise(some[:3], 0)
+    PoseSelector(robot, 0.05, parts=[earlier]).advise(some[:3], 0)
     assert len(seen) == curves
     if curves:
         known, taken, *_ = seen[0]
@@ -164,7 +164,7 @@ def test_another_placement_is_weighed(coach, samples):
 
 
 def test_a_second_placement_is_watched_from_before_its_first_sample(panda, session):
-    second = PoseSelector(panda, 0.05, earlier=[read(session / "front")])
+    second = PoseSelector(panda, 0.05, parts=[read(session / "front")])
     here = read(session / "left").samples
     assert not any(second.alarms(here[:taken]) for taken in (0, 1, 3, 6))
 

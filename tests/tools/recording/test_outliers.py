@@ -83,4 +83,4 @@ def screen_after(out):
     advice = Advice(len(samples), 1, 1e-3, 9e-4, alarms=alarms)
     facts = {"advice": advice, "alarm": alarms[0], "rate": 250, "age": 0.004}
     view = View(made, samples[-1].position, "panda", **facts)
-    return [line.plain.rstrip() for line in render(view, 80, 24, plain=True)]
+    return [line.plain.rstrip() for line in render(view, 80, 24, ascii_only=True)]

@@ -12,8 +12,8 @@ EFFECTS: dict[str, Effect] = {
 }
 """Every effect by its name; the first one alone can be held by the geometry."""
 EXTENSIONS: dict[str, tuple[str, ...]] = {
-    one.extension: tuple(e.name for e in EFFECTS.values() if e.extension == one.extension)
-    for one in EFFECTS.values()
-    if one.extension
+    effect.extension: tuple(e.name for e in EFFECTS.values() if e.extension == effect.extension)
+    for effect in EFFECTS.values()
+    if effect.extension
 }
 """Extensions in the order in which they are tried, each with its effects."""
