@@ -110,7 +110,7 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
     ):
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
         arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
-        data = observe_all([arm], known=also, deviation=OFF)
+        data = observe_all([arm], lengths=also, deviation=OFF)
         found = select_models([(robot, parameters)], data, stages=()).full.arms[0]
         truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)

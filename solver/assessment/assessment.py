@@ -62,8 +62,8 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
     causes, proved = document.hypotheses or (), held_out[0].found is not None
-    held = document.summary.test if proved else None
-    verdict = conclude(rows, document.better, held, rests_on(document), causes)
+    held_out_summary = document.summary.test if proved else None
+    verdict = conclude(rows, document.better, held_out_summary, rests_on(document), causes)
     summary = role_summaries(predictions, options.tolerance)
     placements = placement_reports(predictions, options.tolerance)
     figures = limits, between, summary, placements, covered, verdict
@@ -84,8 +84,8 @@ def rows_since(
     ``new`` are the errors of ``data``, None where all were trained on. Where explanations were
     ``compared`` by their evidence, few samples, or an arm of unknown limits, need not keep limits.
     """
-    full = None if new is None or new.geometric is None else new.calibrated
-    rows = error_rows(None if new is None else new.loaded, full, limits, TRAINED)
+    corrected = None if new is None or new.geometric is None else new.calibrated
+    rows = error_rows(None if new is None else new.loaded, corrected, limits, TRAINED)
     if new is not None:
         rows = rows if new.loaded.distance_error is not None else rows[:1]
         rows = [row for row in rows if not compared or row.limit is not None]

@@ -72,7 +72,7 @@ def conclude(
         scope=scope,
         title=_title(stamp_of(status, kind), scope, rests_on),
         text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
-        answer=tuple(_answer(better, first, scope, use=use, shown=bool(is_better))),
+        answer=tuple(_answer(better, first, scope, use=use, certain=bool(is_better))),
         use=use,
         better=better,
         limits=tuple(row for row in rows if is_limit(row)),
@@ -92,11 +92,11 @@ def _is_better(better: Better | None, held_out: Summary | None) -> bool | None:
 
 def _held_back(rows: Sequence[LimitResult]) -> list[LimitResult]:
     """Return the rows that keep a better model from a PASS, near the recorded places at least."""
-    near = _is_kept(rows, NEAR)
+    near_is_kept = _is_kept(rows, NEAR)
     missed = [row for row in rows if row.status in ("fail", "not enough")]
-    missed = [row for row in missed if not (near and row.name == WORKSPACE)]
-    missing = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
-    return [*missed, *(row for row in missing if row.reason != INSTRUMENT)]
+    missed = [row for row in missed if not (near_is_kept and row.name == WORKSPACE)]
+    unknown = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
+    return [*missed, *(row for row in unknown if row.reason != INSTRUMENT)]
 
 
 def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:
@@ -107,7 +107,7 @@ def _title(stamp: str, scope: Scope | None, rests_on: Sequence[Premise]) -> str:
     if scope is None:
         return stamp
     title = stamp if scope == "workspace" else f"{stamp} near the recorded places"
-    return f"{title}, if {joined([one.text for one in rests_on])}" if rests_on else title
+    return f"{title}, if {joined([premise.text for premise in rests_on])}" if rests_on else title
 
 
 def _answer(
@@ -116,13 +116,13 @@ def _answer(
     scope: Scope | None,
     *,
     use: bool,
-    shown: bool,
+    certain: bool,
 ) -> list[str]:
     """Return the two lines: what the errors were and are, and whether to load the model."""
     odds = "" if better is None else f" ({percent(better.probability)})"
-    than = f"{URDF} is {'' if shown else 'not shown to be '}better than the nominal model{odds}"
+    than = f"{URDF} is {'' if certain else 'not shown to be '}better than the nominal model{odds}"
     words = f"{_LOAD if use else _NOT} {than}."
-    if not use and shown:
+    if not use and certain:
         words = f"{_NOT} {sentence(first[0].text)}"
     elif first:
         words += f" {sentence(first[0].text)}"
@@ -131,28 +131,28 @@ def _answer(
     elif scope == "workspace":
         words += " It is within all limits."
     corrected = None if better is None else better.corrected_probability
-    if not use and not shown and corrected is not None and corrected >= SURE:
+    if not use and not certain and corrected is not None and corrected >= SURE:
         words += f" With corrected joint positions it is better ({percent(corrected)})."
     return [*([] if better is None else [figures_in_words(better)]), words]
 
 
 def figures_in_words(better: Better) -> str:
     """Return the errors of distances before and now."""
-    everywhere, near = better.workspace, better.recorded_places
+    everywhere, recorded = better.workspace, better.recorded_places
     now = everywhere.now
     interval = f"68 %: {_mm(now.low)} to {_mm(now.high)}"
     words = f"Distances in the workspace were wrong by {_mm(everywhere.before.value)} mm "
     words += f"and are now by {_mm(now.value)} ({interval})"
-    words += "" if near is None else f"; near the recorded places by {_mm(near.now.value)}"
-    return words + _corrected(everywhere, near)
+    words += "" if recorded is None else f"; near the recorded places by {_mm(recorded.now.value)}"
+    return words + _corrected(everywhere, recorded)
 
 
-def _corrected(everywhere: Improvement, near: Improvement | None) -> str:
+def _corrected(everywhere: Improvement, recorded: Improvement | None) -> str:
     if everywhere.corrected is None:
         return "."
     words = f"; with corrected joint positions by {_mm(everywhere.corrected.value)}"
-    there = near and near.corrected
-    return f"{words} and {_mm(there.value)}." if there else f"{words}."
+    correction = recorded and recorded.corrected
+    return f"{words} and {_mm(correction.value)}." if correction else f"{words}."
 
 
 def _mm(metres: float) -> str:

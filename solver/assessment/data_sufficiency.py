@@ -70,12 +70,16 @@ def accuracy_rows(
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return [limit_row("known", "fail", words, text=words)]
-    near, everywhere = uncertainty.near, uncertainty.distance_deviation
-    rows = [] if near is None else [_row(NEAR, near, better and better.recorded_places, limit)]
+    at_recorded, everywhere = uncertainty.near, uncertainty.distance_deviation
+    rows = (
+        []
+        if at_recorded is None
+        else [_row(NEAR, at_recorded, better and better.recorded_places, limit)]
+    )
     rows.append(_row(WORKSPACE, everywhere, better and better.workspace, limit))
-    more = f"record more varied samples{_least_travel(coverage)}, and a second placement far from"
+    advice = f"record more varied samples{_least_travel(coverage)}, and a second placement far from"
     return [
-        row if row.status != "not enough" else replace(row, text=f"{row.text}; {more} the first")
+        row if row.status != "not enough" else replace(row, text=f"{row.text}; {advice} the first")
         for row in rows
     ]
 
@@ -87,22 +91,22 @@ def _row(
 
     Older files have a standard deviation in its place.
     """
-    found = predicted.median if predicted.alone is None else predicted.alone
-    full = None if predicted.alone is None else predicted.median
+    median = predicted.median if predicted.alone is None else predicted.alone
+    by_full_model = None if predicted.alone is None else predicted.median
     if improvement is not None:
-        found, corrected = improvement.now.high, improvement.corrected
-        full = None if corrected is None else corrected.high
+        median, corrected = improvement.now.high, improvement.corrected
+        by_full_model = None if corrected is None else corrected.high
     if limit.value is None:
-        return limit_row(name, "not evaluated", limit.source, found)
+        return limit_row(name, "not evaluated", limit.source, median)
     allowed = predicted_limit(limit.value)
     words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
     if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
         allowed = LENGTH_TOLERANCE * predicted.length
         words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
-    status: Status = "pass" if found <= allowed else "not enough"
-    text = f"{TITLES[name]} are right to {mm(found)} only, where {mm(allowed)} is asked"
-    row = limit_row(name, status, words, found, allowed, text=text)
-    return with_full(row, full, "not enough")
+    status: Status = "pass" if median <= allowed else "not enough"
+    text = f"{TITLES[name]} are right to {mm(median)} only, where {mm(allowed)} is asked"
+    row = limit_row(name, status, words, median, allowed, text=text)
+    return with_full(row, by_full_model, "not enough")
 
 
 def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
@@ -121,8 +125,8 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
 
 def _least_travel(coverage: Coverage) -> str:
     turned = travels(coverage)
-    least, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
-    return f" ({name} turned by {math.degrees(least):.0f} deg only)" * (least < WELL_TURNED)
+    smallest, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
+    return f" ({name} turned by {math.degrees(smallest):.0f} deg only)" * (smallest < WELL_TURNED)
 
 
 def rows_of_the_fit(
@@ -132,11 +136,11 @@ def rows_of_the_fit(
     document = predictions.document
     proved = [row.name for row in held_out if "pass" in (row.status, row.full_status)]
     doubted = {"mean_absolute_error", "distance_error"} <= set(proved)
-    trained, tested = (
+    training, tested = (
         [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
     )
     recordings = Recordings(
-        trained,
+        training,
         tested,
         document.scale,
         assumed=assumed_distances(document),
@@ -193,46 +197,48 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
     errors, warnings = ([c for c in checks if c.level == level] for level in ("error", "warning"))
     reason = f"{plural(len(errors), 'error')} and {plural(len(warnings), 'warning')}"
     reason += " in the recordings"
-    drifts = tuple(one.where for one in errors if one.code == "drift" and drift_doubted)
-    if not all(drifts and one.where.startswith(drifts) for one in errors):
+    drifts = tuple(error.where for error in errors if error.code == "drift" and drift_doubted)
+    if not all(drifts and error.where.startswith(drifts) for error in errors):
         return limit_row(name, "fail", reason)
-    doubts = [*errors, *(one for one in warnings if one.code in OF_THE_MODEL)]
+    doubts = [*errors, *(warning for warning in warnings if warning.code in OF_THE_MODEL)]
     if not doubts:
         return limit_row(name, "pass", reason)
-    text = "; ".join(dict.fromkeys(f"{one.text}; {one.advice}" for one in doubts))
+    text = "; ".join(dict.fromkeys(f"{doubt.text}; {doubt.advice}" for doubt in doubts))
     return limit_row(name, "not enough", reason, text=text)
 
 
 def samples_row(
-    trained: Sequence[Measurement], held_out: Sequence[Measurement] = (), *, tied: bool
+    training: Sequence[Measurement], held_out: Sequence[Measurement] = (), *, tied: bool
 ) -> LimitResult:
     """Return whether enough samples lie in each socket, or an instrument measured enough points.
 
     With ``tied`` sockets, distances between placements were given, so that any two count.
     """
-    by_socket = any(m.kind == "sockets" for m in trained)
+    by_socket = any(m.kind == "sockets" for m in training)
     what, part = "sample", "in a socket "
     advice = f"record at least {{}} in each, better {SAMPLES_ADVISED}"
     if not by_socket:
         what, part, advice = "measured point", "", "measure {} or more"
 
-    def most(placements: Sequence[Measurement], *, together: bool) -> int:
+    def most(placements: Sequence[Measurement], *, tied: bool) -> int:
         counts = _counts(placements)
-        every = tuple(n for own in counts for n in own)
+        numbers = tuple(n for counts_there in counts for n in counts_there)
         if not by_socket:
-            return sum(every)
+            return sum(numbers)
         # two sockets, at the best placement
-        return max((sorted(n)[-2] for n in ([every] if together else counts) if n[1:]), default=0)
+        return max((sorted(n)[-2] for n in ([numbers] if tied else counts) if n[1:]), default=0)
 
-    found = most(trained, together=tied), most(held_out, together=False)
+    largest = most(training, tied=tied), most(held_out, tied=False)
     leasts, roles = (LEAST_SAMPLES, LEAST_HELD_OUT), ("trained on", "held out")
-    for placements, count, one, role in zip((trained, held_out), found, leasts, roles, strict=True):
-        least = one if by_socket else 2 * one
-        if placements and count < least:
-            text = f"only {plural(count, what)} {part}{role}; {advice.format(least)}"
+    for placements, count, limit, role in zip(
+        (training, held_out), largest, leasts, roles, strict=True
+    ):
+        smallest = limit if by_socket else 2 * limit
+        if placements and count < smallest:
+            text = f"only {plural(count, what)} {part}{role}; {advice.format(smallest)}"
             return limit_row("samples", "not enough", text)
-    more = " or more in each socket" if by_socket else ""
-    text = f"{plural(found[0], what)}{more} trained on"
+    addition = " or more in each socket" if by_socket else ""
+    text = f"{plural(largest[0], what)}{addition} trained on"
     return limit_row("samples", "pass", text)
 
 
@@ -242,7 +248,7 @@ def _counts(placements: Sequence[Measurement]) -> list[tuple[int, ...]]:
     for m in placements:
         of_sockets = dict(zip(m.sockets, m.counts, strict=True))
         counts.setdefault(whole_name(m.name), Counter()).update(of_sockets)
-    return [tuple(own.values()) for own in counts.values()]
+    return [tuple(by_number.values()) for by_number in counts.values()]
 
 
 def _bound(predictions: Predictions) -> list[str]:
@@ -254,18 +260,19 @@ def _bound(predictions: Predictions) -> list[str]:
     J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
     bound = np.einsum("nij,nji->ni", np.linalg.pinv(J, rcond=1e-3), J)
     pairs = zip(predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True)
-    return [name for name, free in pairs if free < LEAST_FREEDOM]
+    return [name for name, freedom in pairs if freedom < LEAST_FREEDOM]
 
 
-def travel_row(coverage: Coverage, held: Sequence[str] = ()) -> LimitResult:
+def travel_row(coverage: Coverage, exact: Sequence[str] = ()) -> LimitResult:
     """Return whether each joint turned enough, but those that a socket holds."""
-    turned = {name: travel for name, travel in travels(coverage).items() if name not in held}
+    turned = {name: travel for name, travel in travels(coverage).items() if name not in exact}
     still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
-    least = math.degrees(min(turned.values(), default=0.0))
+    smallest = math.degrees(min(turned.values(), default=0.0))
     if not still:
-        return limit_row("travel", "pass", f"each joint turned {least:.0f} deg or more")
+        return limit_row("travel", "pass", f"each joint turned {smallest:.0f} deg or more")
     text = (
-        f"{joined(still)} turned by {least:.0f} deg or little more; record samples in which each "
+        f"{joined(still)} turned by {smallest:.0f} deg or little more; "
+        "record samples in which each "
         f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
     )
     return limit_row("travel", "not enough", text)

@@ -90,21 +90,21 @@ def quantiles(errors: np.ndarray) -> Quantiles:
 def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
     """Return the file's summaries, and quantiles over all samples of each role."""
 
-    def of(role: Role, given: Summary | None) -> RoleSummary | None:
+    def of(role: Role, summary: Summary | None) -> RoleSummary | None:
         placements = predictions.of_role(role)
-        if given is None or not placements:
+        if summary is None or not placements:
             return None
         errors = _by_model(placements)
         return RoleSummary.filled(
-            given,
+            summary,
             placements=len(placements),
             samples=len(errors.nominal),
             quantiles=errors.each(quantiles),
             within_tolerance=errors.each(lambda those: float(np.mean(those <= tolerance))),
         )
 
-    given = predictions.document.summary
-    return RoleSummaries(train=of("train", given.train), test=of("test", given.test))
+    summary = predictions.document.summary
+    return RoleSummaries(train=of("train", summary.train), test=of("test", summary.test))
 
 
 def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
@@ -116,11 +116,11 @@ def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
 def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
     """Return each placement's errors, and its position."""
 
-    def report(given: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
+    def report(row: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
         errors = _by_model([placement])
         centres = zip(placement.measured.sockets, placement.centres(), strict=True)
         return PlacementReport.filled(
-            given,
+            row,
             position=as_point(placement.position),
             sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
             quantiles=errors.each(quantiles),
@@ -139,7 +139,7 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
         for i, (sample, rank) in enumerate(zip(placement.samples, ranks, strict=True)):
             place = recorded[rank].place
             number = f"sample {sample.number}, " * bool(sample.number)
-            one = SampleErrors.filled(
+            row = SampleErrors.filled(
                 placement.deviations.each(lambda rows, i=i: as_point(rows[i].round(8))),
                 placement=index,
                 socket=sample.socket,
@@ -147,7 +147,7 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
                 where=number + short_where(sample.where),
                 weight=sample.weight,
             )
-            rows.append(one)
+            rows.append(row)
     return tuple(rows[:: -(-len(rows) // DRAWN)])
 
 
@@ -176,31 +176,35 @@ class KnownDistanceErrors(Document, kw_only=True, frozen=True):
 
 
 def known_distance_errors(
-    predictions: Predictions, known: Sequence[KnownDistance]
+    predictions: Predictions, lengths: Sequence[KnownDistance]
 ) -> tuple[KnownDistanceErrors, ...]:
     """Return the errors of all models at each known distance; raises KnownError."""
     placements = predictions.placements
-    sockets = [(one, socket) for one in placements for socket in one.measured.sockets]
-    labels = [(one.name, socket) for one, socket in sockets]
+    sockets = [
+        (placement, socket) for placement in placements for socket in placement.measured.sockets
+    ]
+    labels = [(placement.name, socket) for placement, socket in sockets]
     centres = placements[0].points.by_name(
-        lambda model: np.concatenate([one.centres(model) for one in placements])
+        lambda model: np.concatenate([placement.centres(model) for placement in placements])
     )
     # A distance that was fitted proves nothing; only sockets trained on can be fitted to.
-    fitted = bool(predictions.document.settings.get("known"))
+    in_fit = bool(predictions.document.settings.get("known"))
 
-    def errors(each: KnownDistance) -> KnownDistanceErrors:
-        ends = each.first, each.second
+    def errors(length: KnownDistance) -> KnownDistanceErrors:
+        ends = length.first, length.second
         a, b = (find_socket(labels, end, where="known distance: ") for end in ends)
-        off = centres.each(lambda of: float(np.linalg.norm(of[b] - of[a])) - each.distance)
+        errors = centres.each(
+            lambda centre: float(np.linalg.norm(centre[b] - centre[a])) - length.distance
+        )
         return KnownDistanceErrors(
             a="{}:{}".format(*labels[a]),
             b="{}:{}".format(*labels[b]),
-            distance=each.distance,
-            standard_deviation=each.deviation,
-            in_fit=fitted and sockets[a][0].role == sockets[b][0].role == "train",
-            nominal_error=off.nominal,
-            calibrated_error=off.calibrated,
-            geometric_error=off.geometric,
+            distance=length.distance,
+            standard_deviation=length.deviation,
+            in_fit=in_fit and sockets[a][0].role == sockets[b][0].role == "train",
+            nominal_error=errors.nominal,
+            calibrated_error=errors.calibrated,
+            geometric_error=errors.geometric,
         )
 
-    return tuple(map(errors, known))
+    return tuple(map(errors, lengths))

@@ -49,8 +49,8 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 def area(position: Sequence[float], *, brief: bool = False) -> str:
     """Return where a point [m] lies as the robot sees it: its x is ahead, its y to the left."""
-    unit, own, below = ("", "", "down") if brief else (" m", "to its ", "below")
-    ways = (("ahead", "behind"), (f"{own}left", f"{own}right"), ("up", below))
+    unit, side, below = ("", "", "down") if brief else (" m", "to its ", "below")
+    ways = (("ahead", "behind"), (f"{side}left", f"{side}right"), ("up", below))
     words = [
         f"{abs(v):.2f}{unit} {way[v < 0]}"
         for v, way in zip(position, ways, strict=True)

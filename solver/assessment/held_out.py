@@ -35,105 +35,114 @@ LEAST_FREEDOM = 10
 
 def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
     """Return the names of independent held-out placements, and in words why others are not."""
-    proving, others = list[str](), list[str]()
-    for held in predictions.of_role("test"):
-        words = (_trained_already(held, one) for one in predictions.of_role("train"))
+    proving, neighbours = list[str](), list[str]()
+    for prediction in predictions.of_role("test"):
+        words = (
+            _trained_already(prediction, training) for training in predictions.of_role("train")
+        )
         why = next(filter(None, words), "")
-        (others if why else proving).append(why or held.name)
-    return proving, others
+        (neighbours if why else proving).append(why or prediction.name)
+    return proving, neighbours
 
 
-def _trained_already(held: PlacementPrediction, trained: PlacementPrediction) -> str:
+def _trained_already(prediction: PlacementPrediction, training: PlacementPrediction) -> str:
     """Return why a held-out placement is not independent of one trained on; empty if it is."""
-    rows = held.measured.positions
+    rows = prediction.measured.positions
     rows = rows[:: -(-len(rows) // COMPARED)]
-    gaps = abs(rows[:, None] - trained.measured.positions).max(axis=2)
+    gaps = abs(rows[:, None] - training.measured.positions).max(axis=2)
     if np.mean(gaps.min(axis=1) < SAME_CONFIGURATION) > COPIED_SHARE:
-        return f"{held.name} is a copy of {trained.name}"
-    if held.measured.kind == "points" or trained.measured.kind == "points":
+        return f"{prediction.name} is a copy of {training.name}"
+    if prediction.measured.kind == "points" or training.measured.kind == "points":
         return ""
-    away = float(np.linalg.norm(held.position - trained.position))
-    if away >= NEAREST:
+    distance = float(np.linalg.norm(prediction.position - training.position))
+    if distance >= NEAREST:
         return ""
-    return f"{held.name} is at the place of {trained.name}, or a part of it ({mm(away, 0)} away)"
+    return (
+        f"{prediction.name} is at the place of {training.name}, "
+        f"or a part of it ({mm(distance, 0)} away)"
+    )
 
 
 def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the errors at placements that were not trained on are within their limits."""
-    document, (proving, others) = predictions.document, held_out(predictions)
+    document, (proving, neighbours) = predictions.document, held_out(predictions)
     rows = [row for row in document.placements if row.role == "test" and row.name in proving]
     by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
-    full = mean_metrics([row.calibrated for row in rows]) if rows else None
-    if document.summary.test is not None and not others:
-        loaded, full = document.summary.test.loaded, document.summary.test.calibrated
-    full = None if full == loaded else full
-    words = f"{joined(others)}, which proves nothing"
-    missing = f"{words}; record another {NEAREST:g} m away" if others else NOTHING_HELD_OUT
-    proved = [one for one in predictions.of_role("test") if one.name in proving]
-    known = _deviations_of(proved, rows)
-    found = error_rows(loaded, full, limits, missing, by_instrument=by_instrument, known=known)
-    if others:
+    corrected = mean_metrics([row.calibrated for row in rows]) if rows else None
+    if document.summary.test is not None and not neighbours:
+        loaded, corrected = document.summary.test.loaded, document.summary.test.calibrated
+    corrected = None if corrected == loaded else corrected
+    words = f"{joined(neighbours)}, which proves nothing"
+    reason = f"{words}; record another {NEAREST:g} m away" if neighbours else NOTHING_HELD_OUT
+    proved = [
+        prediction for prediction in predictions.of_role("test") if prediction.name in proving
+    ]
+    deviations = _deviations_of(proved, rows)
+    results = error_rows(
+        loaded, corrected, limits, reason, by_instrument=by_instrument, deviations=deviations
+    )
+    if neighbours:
         status = "warning" if proving else "not evaluated"
-        found.append(limit_row("held_out", status, words, text=words))
-    return [*found, *_distance_deviations(rows)]
+        results.append(limit_row("held_out", status, words, text=words))
+    return [*results, *_distance_deviations(rows)]
 
 
 def _deviations_of(
-    held: Sequence[PlacementPrediction], rows: Sequence[PlacementErrors]
+    predictions: Sequence[PlacementPrediction], rows: Sequence[PlacementErrors]
 ) -> dict[str, float]:
     """Return the standard deviations of held-out means: of the error, and of the distances [m]."""
-    if not held:
+    if not predictions:
         return {}
-    errors = np.concatenate([one.errors("geometric") for one in held])
-    found = {"mean_absolute_error": float(errors.std() / len(errors) ** 0.5)}
+    errors = np.concatenate([prediction.errors("geometric") for prediction in predictions])
+    deviations = {"mean_absolute_error": float(errors.std() / len(errors) ** 0.5)}
     lengths = [row.distance_deviation for row in rows if row.distance_deviation]
     if lengths:
-        found["distance_error"] = float(np.linalg.norm(lengths)) / len(lengths)
-    return found
+        deviations["distance_error"] = float(np.linalg.norm(lengths)) / len(lengths)
+    return deviations
 
 
 def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     """Return whether the errors of held-out distances agree with their standard deviations."""
-    known = [
-        (abs(off) / row.distance_deviation, abs(off), row.distance_deviation, row.name)
+    candidates = [
+        (abs(error) / row.distance_deviation, abs(error), row.distance_deviation, row.name)
         for row in rows
-        if row.distance_deviation and (off := row.calibrated.distance_error) is not None
+        if row.distance_deviation and (error := row.calibrated.distance_error) is not None
     ]
-    if not known:
+    if not candidates:
         return []
     name = "distance_deviations"
-    allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(known))
-    z, off, deviation, worst = max(known)
+    allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(candidates))
+    z, error, deviation, worst = max(candidates)
     words = f"at most {allowed:.1f} standard deviations"
     if z <= allowed:
-        return [limit_row(name, "pass", words, off, allowed * deviation)]
+        return [limit_row(name, "pass", words, error, allowed * deviation)]
     text = (
-        f"at {worst} the sockets come out {mm(off)} from what was said, {z:.1f} standard "
+        f"at {worst} the sockets come out {mm(error)} from what was said, {z:.1f} standard "
         "deviations: the data cannot tell which base's distance is wrong, or moved between its "
         "sockets, there or where it was trained; measure each again"
     )
-    return [limit_row(name, "not enough", text, off, allowed * deviation)]
+    return [limit_row(name, "not enough", text, error, allowed * deviation)]
 
 
 def error_rows(
     loaded: Metrics | None,
-    full: Metrics | None,
+    corrected: Metrics | None,
     limits: Limits,
-    missing: str,
+    reason: str,
     *,
     by_instrument: bool = False,
-    known: Mapping[str, float] = MappingProxyType({}),
+    deviations: Mapping[str, float] = MappingProxyType({}),
 ) -> list[LimitResult]:
-    """Return rows on the errors of ``calibrated.urdf``; ``missing`` says why there are none.
+    """Return rows on the errors of ``calibrated.urdf``; ``reason`` says why there are none.
 
-    ``known`` has standard deviations of the errors by the rows' names [m].
+    ``deviations`` has standard deviations of the errors by the rows' names [m].
     """
-    no_distance = missing if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
+    no_distance = reason if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
-    for name, why in (("mean_absolute_error", missing), ("distance_error", no_distance)):
-        by_urdf, by_full = (metrics and getattr(metrics, name) for metrics in (loaded, full))
-        limit, deviation = getattr(limits, name), known.get(name, 0.0)
+    for name, why in (("mean_absolute_error", reason), ("distance_error", no_distance)):
+        by_urdf, by_full = (metrics and getattr(metrics, name) for metrics in (loaded, corrected))
+        limit, deviation = getattr(limits, name), deviations.get(name, 0.0)
         rows.append(_length_row(name, limit, by_urdf, by_full, why, deviation))
     return rows
 
@@ -141,38 +150,38 @@ def error_rows(
 def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitResult:
     """Return whether distances between placements, measured from outside, come out right."""
     rows = [row for row in between if not row.in_fit]
-    missing = "no distance between placements is known; measure one and add it by --known"
+    reason = "no distance between placements is known; measure one and add it by --known"
     if between:
-        missing = "all distances known were used in the fit; add others by --known"
+        reason = "all distances known were used in the fit; add others by --known"
     loaded = fmean(abs(row.errors.loaded) for row in rows) if rows else None
-    apart = bool(rows) and rows[0].geometric_error is not None
-    full = fmean(abs(row.errors.calibrated) for row in rows) if apart else None
-    return _length_row("between_placements", limit, loaded, full, missing)
+    separate = bool(rows) and rows[0].geometric_error is not None
+    corrected = fmean(abs(row.errors.calibrated) for row in rows) if separate else None
+    return _length_row("between_placements", limit, loaded, corrected, reason)
 
 
 def _length_row(
     name: str,
     limit: Limit,
     reached: float | None,
-    full: float | None,
-    missing: str,
+    corrected: float | None,
+    gap: str,
     deviation: float = 0.0,
 ) -> LimitResult:
     """Return whether a limit is kept; it is missed only beyond the figure's own deviation."""
     if reached is None or limit.value is None:
-        reason = missing if reached is None else limit.source
+        reason = gap if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)
-    own = f" (+- {mm(deviation, 3)})" if deviation else ""
-    text = f"{TITLES[name]} {mm(reached, 3)}{own}, limit {mm(limit.value, 3)}"
-    if full is not None:
-        text += f" (with corrected joint positions {mm(full, 3)})"
+    interval = f" (+- {mm(deviation, 3)})" if deviation else ""
+    text = f"{TITLES[name]} {mm(reached, 3)}{interval}, limit {mm(limit.value, 3)}"
+    if corrected is not None:
+        text += f" (with corrected joint positions {mm(corrected, 3)})"
     status: Status = "fail" if reached > limit.value + deviation else "pass"
     if reached > limit.value and deviation > limit.value:
         status, text = "not enough", f"{text}: record more samples in each socket"
     row = limit_row(
         name, status, limit.source, reached, limit.value, text=text, deviation=deviation or None
     )
-    return with_full(row, full, "fail")
+    return with_full(row, corrected, "fail")
 
 
 def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
@@ -185,8 +194,10 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     limit, largest = limits.mean_absolute_error.value, 0.0
     for placement in predictions.placements:
         measured = placement.measured
-        known = modelled and placement.role == "train" and np.isfinite(measured.clock("time")).all()
-        if measured.kind == "sockets" and not known:
+        in_model = (
+            modelled and placement.role == "train" and np.isfinite(measured.clock("time")).all()
+        )
+        if measured.kind == "sockets" and not in_model:
             evidence, length = steady_drift(placement)
             if evidence > 0:
                 drifts[placement.role].append(f"{placement.name} by {mm(length)}")
@@ -223,8 +234,8 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     if freedom < LEAST_FREEDOM or along == 0:
         return 0.0, 0.0
     v: np.ndarray = (weights * t) @ e / along
-    left = e - np.outer(t, v)
-    scatter: np.ndarray = (weights[:, None] * left).T @ left
+    residuals = e - np.outer(t, v)
+    scatter: np.ndarray = (weights[:, None] * residuals).T @ residuals
     scatter /= weights.sum() - len(measured.sockets) - 1
     V = scatter / along + (1e-3 * USUAL_DRIFT) ** 2 * np.eye(3)  # of exact data, too
     chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL_DRIFT**2, v)) * (freedom - 1) / (freedom + 3)

@@ -93,7 +93,7 @@ def limit_row(
     name: str,
     status: Status,
     reason: str,
-    found: float | None = None,
+    value: float | None = None,
     limit: float | None = None,
     *,
     text: str = "",
@@ -107,18 +107,18 @@ def limit_row(
         title=title,
         status=status,
         reason=reason,
-        found=found,
+        found=value,
         limit=limit,
         deviation=deviation,
         text=text,
     )
 
 
-def with_full(row: LimitResult, full: float | None, beyond: Status) -> LimitResult:
+def with_full(row: LimitResult, corrected: float | None, beyond: Status) -> LimitResult:
     """Return a row with the full model's value, if any, and its status beyond the limit."""
-    if full is None or row.limit is None:
+    if corrected is None or row.limit is None:
         return row
-    return replace(row, full=full, full_status="pass" if full <= row.limit else beyond)
+    return replace(row, full=corrected, full_status="pass" if corrected <= row.limit else beyond)
 
 
 @dataclass(frozen=True)
@@ -144,19 +144,19 @@ RESOLUTION = 1e-4
 def known_arm(model: Robot | Model) -> str | None:
     """Return the shipped robot that a model's names stand for, if exactly one of ARMS does."""
     for name in (model.name, Path(model.source).stem):
-        plain = _plain(name)
+        letters = _plain(name)
         # no longer number either: a ur30 is no ur3
-        named = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", plain)]
-        longest = [r for r in named if not any(r != other and r in other for other in named)]
+        matches = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", letters)]
+        longest = [r for r in matches if not any(r != match and r in match for match in matches)]
         if len(longest) == 1:
             return longest[0] if longest[0] in ARMS else None
     return None
 
 
-def repeatability_of(robot: Robot, given: float | None) -> float | None:
+def repeatability_of(robot: Robot, repeatability: float | None) -> float | None:
     """Return the repeatability of a robot [m], as given [mm] or known of it; None for neither."""
-    if given is not None:
-        return given / 1e3
+    if repeatability is not None:
+        return repeatability / 1e3
     name = known_arm(robot)
     return None if name is None else ARMS[name].repeatability
 
@@ -201,8 +201,8 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
         DocumentError: Its settings hold no number where one belongs.
     """
     name = known_arm(document.model)
-    given = setting(document, source, "repeatability_mm")
-    repeatability = options.repeatability or (None if given is None else given / 1e3)
+    stored = setting(document, source, "repeatability_mm")
+    repeatability = options.repeatability or (None if stored is None else stored / 1e3)
     arm: Arm | None = None
     if repeatability is not None:
         arm = Arm(repeatability, "given by --repeatability-mm")
@@ -222,17 +222,17 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
 
 def _scatter(document: CalibrationDocument) -> float | None:
     """Return how far an arm of servos was off over two placements [m]; None where that is much."""
-    trained = document.summary.train
+    summary = document.summary.train
     placements = sum(p.role == "train" and p.kind == "sockets" for p in document.placements)
-    error = None if trained is None else trained.calibrated.mean_absolute_error
+    error = None if summary is None else summary.calibrated.mean_absolute_error
     if error is None or error > LARGEST_PREDICTED or placements < 2:
         return None
     return round(max(error, RESOLUTION), 5)
 
 
-def _limit(arm: Arm | None, margin: int, given: float | None, option: str) -> Limit:
-    if given is not None:
-        return Limit(value=given, source=f"given by {option}")
+def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Limit:
+    if size is not None:
+        return Limit(value=size, source=f"given by {option}")
     if arm is None:
         words = f"give --repeatability-mm (your arm's data sheet), or {option} to mukca report"
         return Limit(value=None, source=words)

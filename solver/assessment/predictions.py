@@ -140,8 +140,8 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     models = calibration.models.items()
     points = [ByModel(**{name: model.predict(m) for name, model in models}) for m in measured]
     rows = list(zip(document.data, measured, points, strict=True))
-    trained = [(p, m) for row, m, p in rows if row.role == "train"]
-    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in trained]) for name in MODELS}
+    training = [(p, m) for row, m, p in rows if row.role == "train"]
+    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS}
     placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
     _check(document, placements, source)
     return Predictions(document, source, calibration, tuple(placements))
@@ -154,7 +154,7 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
         DocumentError: A sample has not one number a joint; the line names the key.
         MeasurementError: A placement cannot be used.
     """
-    joints, found = len(robot.joint_names), list[Measurement]()
+    joints, measurements = len(robot.joint_names), list[Measurement]()
     for i, row in enumerate(document.data):
         if not row.samples:
             raise misfit(source, f"data[{i}].samples", "none; calibrate again")
@@ -164,9 +164,9 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
                     path = f"data[{i}].samples[{k}].{key}"
                     raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
         measured = measure(row.placement(robot.joint_names), robot, sockets=1, whole=True)
-        moved = np.array([sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket])
-        found.append(replace(measured, moved=moved) if np.any(moved) else measured)
-    return found
+        shifts = np.array([sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket])
+        measurements.append(replace(measured, moved=shifts) if np.any(shifts) else measured)
+    return measurements
 
 
 def _check(
@@ -238,15 +238,15 @@ def coverage(predictions: Predictions) -> Coverage:
     ]
     sockets = [
         SocketCoverage(
-            placement=one.name,
-            role=one.role,
+            placement=placement.name,
+            role=placement.role,
             socket=k,
             low=tuple(rows.min(axis=0).tolist()),
             high=tuple(rows.max(axis=0).tolist()),
             positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // DRAWN)], 4).tolist())),
         )
-        for one in predictions.placements
-        for k, rows in zip(one.measured.sockets, one.measured.by_socket, strict=True)
+        for placement in predictions.placements
+        for k, rows in zip(placement.measured.sockets, placement.measured.by_socket, strict=True)
     ]
     return Coverage(joints=tuple(joints), sockets=tuple(sockets))
 
@@ -256,12 +256,12 @@ def travels(coverage: Coverage) -> dict[str, float]:
 
     The least arc that holds all positions, for a joint that can go all round.
     """
-    trained = [socket for socket in coverage.sockets if socket.role == "train"]
+    sockets = [socket for socket in coverage.sockets if socket.role == "train"]
     turned: dict[str, float] = {}
-    for i, joint in enumerate(coverage.joints if trained else ()):
-        low, high = min(s.low[i] for s in trained), max(s.high[i] for s in trained)
+    for i, joint in enumerate(coverage.joints if sockets else ()):
+        low, high = min(s.low[i] for s in sockets), max(s.high[i] for s in sockets)
         if joint.lower is None or joint.upper is None or joint.upper - joint.lower >= ALL_ROUND:
-            low, high = arc((s.low[i], s.high[i]) for s in trained)
+            low, high = arc((s.low[i], s.high[i]) for s in sockets)
         if joint.unit == "rad":
             turned[joint.name] = high - low
     return turned

@@ -28,10 +28,10 @@ _SOURCES = {
 
 def distance_text(placements: Sequence[PlacementErrors]) -> str:
     """Return which distances between sockets the scale rests on, and where they are from."""
-    trained = [row for row in placements if row.role == "train" and len(row.samples) > 1]
+    rows = [row for row in placements if row.role == "train" and len(row.samples) > 1]
     points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
-    for name, row in zip(short_names([row.name for row in trained]), trained, strict=True):
+    for name, row in zip(short_names([row.name for row in rows]), rows, strict=True):
         key = f"{1e3 * (row.distance or 0.0):.5g}", row.distance_source
         kinds.setdefault(key, []).append(name)
     parts: list[str] = []
@@ -49,8 +49,8 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
 def scale_text(scale: Scale) -> str:
     """Return by how much the arm came out larger or smaller, in words."""
     size = f"{abs(100 * scale.value):.2f} % {'longer' if scale.value > 0 else 'shorter'}"
-    known = "" if scale.deviation is None else f" (+- {100 * scale.deviation:.2f} %)"
-    return f"the arm came out {size}{known} than its model"
+    interval = "" if scale.deviation is None else f" (+- {100 * scale.deviation:.2f} %)"
+    return f"the arm came out {size}{interval} than its model"
 
 
 def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
@@ -60,21 +60,23 @@ def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
 
 def rests_on(document: CalibrationDocument) -> list[Premise]:
     """Return the premises of a PASS that no recording can test."""
-    trained = [row for row in document.placements if row.role == "train"]
+    rows = [row for row in document.placements if row.role == "train"]
     premises: list[Premise] = []
-    for each in trained:
-        source = _source(each, document)
-        if each.distance is None or source not in _TYPED:
+    for placement in rows:
+        source = _source(placement, document)
+        if placement.distance is None or source not in _TYPED:
             continue
-        effect = STEP / each.distance
-        twice = ", read twice" if (each.distance_readings or 1) > 1 else ""
-        text = f"the sockets are {1e3 * each.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
+        effect = STEP / placement.distance
+        twice = ", read twice" if (placement.distance_readings or 1) > 1 else ""
+        text = f"the sockets are {1e3 * placement.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
         text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
-        one = Premise(name="distance", text=text, value=each.distance, source=source, effect=effect)
-        premises += [one] if one not in premises else []
-    if any(each.kind == "points" for each in trained):
+        premise = Premise(
+            name="distance", text=text, value=placement.distance, source=source, effect=effect
+        )
+        premises += [premise] if premise not in premises else []
+    if any(row.kind == "points" for row in rows):
         premises.append(Premise(name="instrument", text="the instrument measures lengths rightly"))
-    if any(each.kind == "sockets" for each in trained):
+    if any(row.kind == "sockets" for row in rows):
         premises.append(Premise(name="firm", text="ball, base and table were firm"))
     return premises
 
@@ -93,23 +95,23 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
 def assumed_distances(document: CalibrationDocument) -> list[float]:
     """Return the distances trained on that neither a person nor a recording said [m]."""
     return [
-        each.distance or 0.0
-        for each in document.placements
-        if each.role == "train" and each.kind == "sockets" and len(each.samples) > 1
-        if _source(each, document) not in _TYPED
+        row.distance or 0.0
+        for row in document.placements
+        if row.role == "train" and row.kind == "sockets" and len(row.samples) > 1
+        if _source(row, document) not in _TYPED
     ]
 
 
 def most_readings(placements: Sequence[PlacementErrors]) -> int:
     """Return how many readings agree on the distance of a placement trained on, at the most."""
-    trained = (row.distance_readings or 1 for row in placements if row.role == "train")
-    return max(trained, default=1)
+    readings = (row.distance_readings or 1 for row in placements if row.role == "train")
+    return max(readings, default=1)
 
 
 def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | None:
     """Return where a placement's distance is from; older files say it in their settings alone."""
-    given = document.settings.get("distance") is not None
-    return placement.distance_source or ("given" if given else None)
+    typed_by_user = document.settings.get("distance") is not None
+    return placement.distance_source or ("given" if typed_by_user else None)
 
 
 def distortion_row(document: CalibrationDocument) -> LimitResult:
@@ -138,9 +140,9 @@ def scale_row(
     level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    moved = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
-    if status == "pass" and moved:
-        reason = f"{_MOVED[moved[0]]} while it was recorded, so nothing is known of it"
+    codes = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
+    if status == "pass" and codes:
+        reason = f"{_MOVED[codes[0]]} while it was recorded, so nothing is known of it"
         return limit_row("scale", "not evaluated", reason)
     if status != "pass" and joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
@@ -158,6 +160,6 @@ def scale_row(
             f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
             f"is {abs(100 * scale.value):.1f} % off"
         )
-        again = "measure the distance a second time, and give each reading by --distance"
-        text += ", though the distance was read twice" if readings > 1 else f": {again}"
+        cure = "measure the distance a second time, and give each reading by --distance"
+        text += ", though the distance was read twice" if readings > 1 else f": {cure}"
     return limit_row("scale", status, f"{text[0].upper()}{text[1:]}", text=text)

@@ -84,12 +84,12 @@ class Verdict(Document, kw_only=True, frozen=True):
     def as_said(self) -> dict[str, Any]:
         """Return the verdict by name without its rows, as the command line's JSON has it."""
         names = ("status", "kind", "scope", "title", "text", "answer", "use")
-        said: dict[str, Any] = {name: getattr(self, name) for name in names}
+        document: dict[str, Any] = {name: getattr(self, name) for name in names}
         better = msgspec.to_builtins(self.better)
         if self.better is not None:
-            more = "probability", "corrected_probability"
-            better |= {name: getattr(self.better, name) for name in more}
-        return {**said, "better": better}
+            properties = "probability", "corrected_probability"
+            better |= {name: getattr(self.better, name) for name in properties}
+        return {**document, "better": better}
 
 
 def stamp_of(status: str, kind: str | None) -> str:
@@ -99,8 +99,8 @@ def stamp_of(status: str, kind: str | None) -> str:
 
 def worst(statuses: Iterable[int]) -> int:
     """Return the exit status that stands for several: any failure first, then what is open."""
-    found = set(statuses)
-    return next((status for status in (1, 3) if status in found), 0)
+    present = set(statuses)
+    return next((status for status in (1, 3) if status in present), 0)
 
 
 def judge(rows: Sequence[LimitResult], causes: Sequence[Hypothesis] = ()) -> Verdict:
@@ -152,12 +152,12 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
         status: [row for row in rows if row.status == status]
         for status in ("pass", "warning", "fail", "not enough", "not evaluated")
     }
-    kept = [row.title for row in by_status["pass"] if is_limit(row)]
-    words = [f"Within its limit: {joined(kept)}."] if kept and status == "pass" else []
+    limits_met = [row.title for row in by_status["pass"] if is_limit(row)]
+    words = [f"Within its limit: {joined(limits_met)}."] if limits_met and status == "pass" else []
     broken = by_status["fail"] or by_status["not enough"]
     words += [sentence(row.text) for row in broken]
-    needed = [row.text for row in by_status["not evaluated"] if row.name in NEEDED]
+    gaps = [row.text for row in by_status["not evaluated"] if row.name in NEEDED]
     if status != "pass" and not broken:
-        words += [sentence(text) for text in needed[:1]]
+        words += [sentence(text) for text in gaps[:1]]
     words += [sentence(row.text) for row in by_status["warning"]]
     return " ".join(words) or "Nothing was held against a limit."

@@ -244,7 +244,7 @@ def _stored(
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
     scene = observe_all(
         [arm],
-        known=arm.options.distances,
+        lengths=arm.options.distances,
         sockets_at=arm.options.located,
         require_scale=False,
     )

@@ -80,7 +80,7 @@ def fit_robots(
     begin = time.perf_counter()
     data = observe_all(
         robots,
-        known=options.distances,
+        lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
         require_scale=require_scale,

@@ -77,19 +77,19 @@ def measure(
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
-    typed = [check_distance(reading) for reading in readings_of(distance)]
-    given = agreed_length(typed) if typed else None
-    if given is not None and recorded not in (None, given):
+    typed_readings = [check_distance(reading) for reading in readings_of(distance)]
+    length = agreed_length(typed_readings) if typed_readings else None
+    if length is not None and recorded not in (None, length):
         warnings.append(
-            f"{placement.name}: distance {given:.7g} m as given, not the recording's "
+            f"{placement.name}: distance {length:.7g} m as given, not the recording's "
             f"{placement.distance} m"
         )
-    source = "given" if given is not None else "recording" if recorded is not None else "default"
+    source = "given" if length is not None else "recording" if recorded is not None else "default"
     where = f"{placement.path or placement.name}: " if source == "recording" else ""
-    chosen = check_distance(given or placement.distance or DEFAULT_DISTANCE, where)
+    used = check_distance(length or placement.distance or DEFAULT_DISTANCE, where)
     before = () if recorded is None else placement.readings or (recorded,)
-    readings = agreeing(chosen, [*typed, *(d for d in before if d not in typed)])
-    measured = Measurement(ordered, chosen, source, readings, warnings=tuple(warnings))
+    readings = agreeing(used, [*typed_readings, *(d for d in before if d not in typed_readings)])
+    measured = Measurement(ordered, used, source, readings, warnings=tuple(warnings))
     _check_sockets(measured, sockets)
     with order_said([placement], robot.joint_names):
         _check_poses(measured, robot, poses_of)
@@ -133,18 +133,18 @@ def check_distance(distance: float, where: str = "") -> float:
 
 def check_distinct(measurements: Sequence[Measurement]) -> None:
     """Refuse a placement, or a socket's samples, that is given twice."""
-    earlier: dict[bytes, Placement] = {}
-    for b in (one.placement for one in measurements):
-        if (rows := _rows_of(b).tobytes()) in earlier:
-            a = earlier[rows]
+    by_samples: dict[bytes, Placement] = {}
+    for b in (measurement.placement for measurement in measurements):
+        if (rows := _rows_of(b).tobytes()) in by_samples:
+            a = by_samples[rows]
             raise MeasurementError(
                 f"{a.path or a.name} and {b.path or b.name} are the same placement; "
                 "name each only once"
             )
-        earlier[rows] = b
-    for first, again in copied_sockets(earlier.values()):
+        by_samples[rows] = b
+    for first, copy in copied_sockets(by_samples.values()):
         raise MeasurementError(
-            f"{first} and {again} are identical, so one is a copy: record that socket anew"
+            f"{first} and {copy} are identical, so one is a copy: record that socket anew"
         )
 
 
@@ -154,14 +154,14 @@ def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]
     for placement in placements:
         rows = np.round(_rows_of(placement) / SAME_ROW) + 0.0
         for socket in np.unique(placement.sockets).tolist():
-            here = _samples_of(placement, socket)
+            samples = _samples_of(placement, socket)
             rounded = [row.tobytes() for row in rows[placement.sockets == socket]]
             counts = Counter(file for row in rounded for file in holders.get(row, ()))
             for file, count in counts.most_common(1):
                 if count > COPIED * len(rounded):
-                    yield file, here
+                    yield file, samples
             for row in set(rounded):
-                holders.setdefault(row, []).append(here)
+                holders.setdefault(row, []).append(samples)
 
 
 def _rows_of(placement: Placement) -> np.ndarray:
@@ -200,7 +200,7 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         check_orientations(R, measured.quaternions, str(where))
 
 
-def _check_sockets(measured: Measurement, least: int) -> None:
+def _check_sockets(measured: Measurement, minimum: int) -> None:
     where = measured.placement.path or measured.name
     if measured.kind == "points":
         if sum(measured.counts) < LEAST_POINTS:
@@ -213,7 +213,7 @@ def _check_sockets(measured: Measurement, least: int) -> None:
                 f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
             )
         return
-    if len(measured.sockets) < least:
+    if len(measured.sockets) < minimum:
         raise TooFewError(
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
             "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
@@ -240,8 +240,8 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
     # whole turns without which all of a column is inside its limits do not matter
     turn = 2 * np.pi * np.array([joint.type != "prismatic" for joint in robot.actuated])
-    off = positions.mean(axis=0) - (lower + upper) / 2
-    turns = np.rint(off / (2 * np.pi)).clip(-3, 3)
+    offset = positions.mean(axis=0) - (lower + upper) / 2
+    turns = np.rint(offset / (2 * np.pi)).clip(-3, 3)
     back = positions - turns * turn
     inside = np.all((lower <= back) & (back <= upper), axis=0) & (abs(turns) < 3)
     positions = np.where(inside, back, positions)

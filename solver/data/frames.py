@@ -155,13 +155,13 @@ class FrameObservations:
     wheres: Sequence[str]
     """File and line of each, for messages."""
 
-    def joined(self, other: "FrameObservations") -> "FrameObservations":
+    def joined(self, frame: "FrameObservations") -> "FrameObservations":
         """Return these and further positions of the same frame."""
         return FrameObservations(
             self.name,
-            np.concatenate([self.numbers, other.numbers]),
-            np.concatenate([self.points, other.points]),
-            [*self.wheres, *other.wheres],
+            np.concatenate([self.numbers, frame.numbers]),
+            np.concatenate([self.points, frame.points]),
+            [*self.wheres, *frame.wheres],
         )
 
 
@@ -179,23 +179,23 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
     while waiting := [i for i, pose in enumerate(poses) if pose is None]:
         shared = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
         best = max(waiting, key=lambda i: int(shared[i].sum()))
-        frame, common = frames[best], shared[best]
-        if not common.any():
+        frame, visited_twice = frames[best], shared[best]
+        if not visited_twice.any():
             raise FrameError(
                 f"frame {frame.name!r}: nothing ties it to the robot; no socket of it was visited "
                 "by an arm whose place is known, nor a ball of such an arm measured in it"
             )
-        pose = _placed(frame, common, world[frame.numbers])
+        pose = _placed(frame, visited_twice, world[frame.numbers])
         poses[best] = pose
-        new = frame.numbers[~common]
-        world[new] = pose.apply(frame.points[~common])
+        new = frame.numbers[~visited_twice]
+        world[new] = pose.apply(frame.points[~visited_twice])
     return [pose for pose in poses if pose is not None]
 
 
-def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> Pose:
+def _placed(frame: FrameObservations, shared: np.ndarray, world: np.ndarray) -> Pose:
     """Return the pose of a frame by those of its places that are known, after checks."""
-    inner, outer = frame.points[common], world[common]
-    wheres = [where for where, known in zip(frame.wheres, common, strict=True) if known]
+    inner, outer = frame.points[shared], world[shared]
+    wheres = [where for where, is_shared in zip(frame.wheres, shared, strict=True) if is_shared]
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
     if len(inner) > 1 and ratio < SAME:
         raise FrameError(
@@ -209,19 +209,19 @@ def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> 
             f"as the ball is by the model; are they {units[0]} where {units[1]} are expected?"
         )
     pose = fit_pose(inner, outer)
-    off = np.linalg.norm(pose.apply(inner) - outer, axis=1)
+    misfit = np.linalg.norm(pose.apply(inner) - outer, axis=1)
     if len(inner) > 3:
-        other = fit_pose(inner, outer, mirrored=True)
-        left = np.linalg.norm(other.apply(inner) - outer, axis=1)
-        if np.median(off) > 0.01 and np.median(left) < MIRRORED * np.median(off):
+        mirror = fit_pose(inner, outer, mirrored=True)
+        misfit_of_mirror = np.linalg.norm(mirror.apply(inner) - outer, axis=1)
+        if np.median(misfit) > 0.01 and np.median(misfit_of_mirror) < MIRRORED * np.median(misfit):
             raise FrameError(
                 f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "
                 "swap two axes, or change the sign of one"
             )
-    worst = int(np.argmax(off))
-    if off[worst] > MAX_ERROR:
+    worst = int(np.argmax(misfit))
+    if misfit[worst] > MAX_ERROR:
         raise FrameError(
-            f"{wheres[worst]}: {off[worst]:.3g} m from where the nominal model has the ball, by "
+            f"{wheres[worst]}: {misfit[worst]:.3g} m from where the nominal model has the ball, by "
             f"the other places of frame {frame.name!r}; a wrong line, unit or frame"
         )
     return pose
@@ -229,20 +229,20 @@ def _placed(frame: FrameObservations, common: np.ndarray, world: np.ndarray) -> 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
     """See that sockets measured in a robot's own base are near where the nominal robot was."""
-    common = np.isin(measured.numbers, visited.numbers)
-    if not common.any():
+    visited_again = np.isin(measured.numbers, visited.numbers)
+    if not visited_again.any():
         return
     places = dict(zip(visited.numbers.tolist(), visited.points, strict=True))
     world = np.full(measured.points.shape, np.nan)
-    world[common] = [places[number] for number in measured.numbers[common].tolist()]
-    _placed(replace(measured, name=visited.name), common, world)
-    off = np.linalg.norm(measured.points - world, axis=1)
-    worst = int(np.nanargmax(off))
-    if off[worst] > MAX_ERROR:
+    world[visited_again] = [places[number] for number in measured.numbers[visited_again].tolist()]
+    _placed(replace(measured, name=visited.name), visited_again, world)
+    distances = np.linalg.norm(measured.points - world, axis=1)
+    worst = int(np.nanargmax(distances))
+    if distances[worst] > MAX_ERROR:
         raise FrameError(
-            f"{measured.wheres[worst]}: {off[worst]:.3g} m from where the nominal model has the "
-            "ball; coordinates in the base frame have its origin and axes as the URDF's base link "
-            "does"
+            f"{measured.wheres[worst]}: {distances[worst]:.3g} m from where the nominal model "
+            "has the ball; coordinates in the base frame have its origin and axes as the URDF's "
+            "base link does"
         )
 
 

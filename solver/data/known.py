@@ -100,18 +100,18 @@ class SocketAt(Located[str, Label]):
         return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
 
 
-def distance_covariance(known: Sequence[Known[int]]) -> np.ndarray:
+def distance_covariance(lengths: Sequence[Known[int]]) -> np.ndarray:
     """Return the covariance of the errors of K known distances, shape (K, K) [m^2].
 
     A base that was measured once with a wrong result is wrong by the same amount wherever it
     stands: placements whose stated distances are equal share that error.
     """
-    covariance = np.zeros((len(known), len(known)))
-    for i, one in enumerate(known):
-        for j, other in enumerate(known):
-            if i == j or (one.on_base and other.on_base and one.distance == other.distance):
-                covariance[i, j] = one.deviation * other.deviation
-        covariance[i, i] += min(SEAT_DEVIATION, one.deviation) ** 2 * one.on_base
+    covariance = np.zeros((len(lengths), len(lengths)))
+    for i, length in enumerate(lengths):
+        for j, second in enumerate(lengths):
+            if i == j or (length.on_base and second.on_base and length.distance == second.distance):
+                covariance[i, j] = length.deviation * second.deviation
+        covariance[i, i] += min(SEAT_DEVIATION, length.deviation) ** 2 * length.on_base
     return covariance
 
 
@@ -134,13 +134,13 @@ def parse_known(text: str) -> KnownDistance:
     return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
 
 
-def read_known(known: Sequence[str | Path | KnownDistance]) -> Iterator[str | KnownDistance]:
+def read_known(sources: Sequence[str | Path | KnownDistance]) -> Iterator[str | KnownDistance]:
     """Yield known distances, one by one; a word that is a file stands for its lines."""
-    for one in known:
-        if isinstance(one, KnownDistance) or not Path(one).is_file():
-            yield one if isinstance(one, KnownDistance) else str(one)
+    for source in sources:
+        if isinstance(source, KnownDistance) or not Path(source).is_file():
+            yield source if isinstance(source, KnownDistance) else str(source)
         else:
-            lines = read_text(Path(one)).splitlines()
+            lines = read_text(Path(source)).splitlines()
             yield from (line for text in lines if (line := text.split("#")[0]).strip())
 
 
@@ -151,13 +151,13 @@ def find_socket(
     name, socket = end
     fits = [i for i, (n, s) in enumerate(labels) if s == socket and name in (n, n.split("/")[-1])]
     if len(fits) != 1:
-        there = ", ".join(f"{n}:{s}" for n, s in labels)
+        listing = ", ".join(f"{n}:{s}" for n, s in labels)
         kind = "is ambiguous" if fits else "is not there"
-        raise error(f"{where}socket {name}:{socket} {kind}; sockets: {there}")
+        raise error(f"{where}socket {name}:{socket} {kind}; sockets: {listing}")
     return fits[0]
 
 
-def read_sockets_at(given: str | Path | Iterable[str | Path | SocketAt]) -> list[SocketAt]:
+def read_sockets_at(sources: str | Path | Iterable[str | Path | SocketAt]) -> list[SocketAt]:
     """Return measured coordinates of sockets that files, words, or they themselves give.
 
     A CSV file; ``frame`` is a name of your own, ``base`` or ``NAME:base``; ``#`` begins a note::
@@ -167,13 +167,13 @@ def read_sockets_at(given: str | Path | Iterable[str | Path | SocketAt]) -> list
     """
     sockets: list[SocketAt] = []
     owners: dict[str, Path] = {}
-    for one in [given] if isinstance(given, str | Path) else given:
-        if isinstance(one, SocketAt):
-            sockets.append(one)
-        elif "=" in str(one) and not Path(one).exists():
-            sockets.append(parse_socket_at(str(one)))
+    for source in [sources] if isinstance(sources, str | Path) else sources:
+        if isinstance(source, SocketAt):
+            sockets.append(source)
+        elif "=" in str(source) and not Path(source).exists():
+            sockets.append(parse_socket_at(str(source)))
         else:
-            rows = _rows(file := Path(one))
+            rows = _rows(file := Path(source))
             for frame in dict.fromkeys(row.frame for row in rows):
                 if frame in owners:
                     raise FrameError(
@@ -227,9 +227,9 @@ def _rows(file: Path) -> list[SocketAt]:
 def _unit(file: Path, column: Column) -> float:
     """Return the unit [m] of a column, which its header must name."""
     if column.unit not in LENGTHS:
-        said = f"unit {column.unit!r}" if column.unit else "no unit"
+        text = f"unit {column.unit!r}" if column.unit else "no unit"
         name = column.name
-        raise FrameError(f"{file}:1: column {name} has {said}; write {name} [mm] or [m]")
+        raise FrameError(f"{file}:1: column {name} has {text}; write {name} [mm] or [m]")
     return LENGTHS[column.unit]
 
 
@@ -257,13 +257,13 @@ def in_placements(
     sockets_at: Sequence[SocketAt], train: Sequence[str], test: Sequence[str]
 ) -> list[SocketAt]:
     """Return the coordinates of sockets in placements to train on; a fit is told of no others."""
-    for one in sockets_at:
-        if not any(_is(name, one) for name in (*train, *test)):
+    for socket in sockets_at:
+        if not any(_is(name, socket) for name in (*train, *test)):
             raise FrameError(
-                f"{one.where}: no placement is called {one.socket[0]!r}; there are: "
+                f"{socket.where}: no placement is called {socket.socket[0]!r}; there are: "
                 f"{', '.join((*train, *test))}"
             )
-    return [one for one in sockets_at if any(_is(name, one) for name in train)]
+    return [socket for socket in sockets_at if any(_is(name, socket) for name in train)]
 
 
 def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
@@ -287,5 +287,5 @@ def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> 
     return measured
 
 
-def _is(placement: str, one: SocketAt) -> bool:
-    return one.socket[0] in (placement, placement.split("/")[-1])
+def _is(placement: str, socket: SocketAt) -> bool:
+    return socket.socket[0] in (placement, placement.split("/")[-1])

@@ -63,26 +63,26 @@ def parse_left_out(words: str) -> LeftOut:
 
 def without(placements: Sequence[Placement], left_out: Iterable[str]) -> list[Placement]:
     """Return placements without what is left out by hand; one that is empty by it is none."""
-    kept = list(placements)
-    for one in map(parse_left_out, left_out):
-        for i, placement in enumerate(kept):
-            if one.names(placement):
-                samples = tuple(s for s in placement.samples if not one.holds(s))
-                kept[i] = replace(placement, samples=samples)
-    pairs = zip(kept, placements, strict=True)
+    remaining = list(placements)
+    for item in map(parse_left_out, left_out):
+        for i, placement in enumerate(remaining):
+            if item.names(placement):
+                samples = tuple(s for s in placement.samples if not item.holds(s))
+                remaining[i] = replace(placement, samples=samples)
+    pairs = zip(remaining, placements, strict=True)
     return [placement for placement, before in pairs if placement.samples or not before.samples]
 
 
 def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> None:
     """Refuse, by a LeaveOutError, what names a placement, socket or sample that is not there."""
-    for one in map(parse_left_out, left_out):
-        named = [placement for placement in placements if one.names(placement)]
-        if not named:
-            there = ", ".join(placement.name for placement in placements)
-            raise LeaveOutError(f"--leave-out {one.words}: no such placement; there are: {there}")
-        for placement in named:
-            for part in one.parts:
+    for item in map(parse_left_out, left_out):
+        matches = [placement for placement in placements if item.names(placement)]
+        if not matches:
+            names = ", ".join(placement.name for placement in placements)
+            raise LeaveOutError(f"--leave-out {item.words}: no such placement; there are: {names}")
+        for placement in matches:
+            for part in item.parts:
                 if not any(map(part.holds, placement.samples)):
                     numbers = "".join(f" {a}-{b}" if b > a else f" {a}" for a, b in part.numbers)
-                    there = f"{placement.name} has no samples{numbers} in socket {one.socket}"
-                    raise LeaveOutError(f"--leave-out {one.words}: {there}")
+                    names = f"{placement.name} has no samples{numbers} in socket {item.socket}"
+                    raise LeaveOutError(f"--leave-out {item.words}: {names}")

@@ -22,11 +22,11 @@ def millimetres(text: str) -> float:
 
 
 def _length(text: str, unit: float) -> float:
-    typed = text.strip()
+    word = text.strip()
     for name, factor in _UNITS.items():
-        if typed.endswith(name):
-            return factor * float(typed[: -len(name)])
-    return unit * float(typed)
+        if word.endswith(name):
+            return factor * float(word[: -len(name)])
+    return unit * float(word)
 
 
 def readings_of(distance: Readings | None) -> tuple[float, ...]:

@@ -78,15 +78,15 @@ def hand_eye(
         )
     tool, frame, angles = _turns(R, M)
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
-    known = t @ frame.T - p
+    offset = t @ frame.T - p
     distances, weights = np.zeros(len(R)), np.ones(len(R))
-    both = np.zeros(6)
+    solution = np.zeros(6)
     for _ in range(REWEIGHTINGS):
         root = np.sqrt(weights)[:, None]
         flat = (rows * root[..., None]).reshape(-1, 6)
-        both = np.linalg.lstsq(flat, (known * root).ravel(), rcond=1e-6)[0]
-        distances, weights = _weighed(rows @ both - known)
-    return HandEye(Pose(tool, both[:3]), Pose(frame, both[3:]), angles, distances)
+        solution = np.linalg.lstsq(flat, (offset * root).ravel(), rcond=1e-6)[0]
+        distances, weights = _weighed(rows @ solution - offset)
+    return HandEye(Pose(tool, solution[:3]), Pose(frame, solution[3:]), angles, distances)
 
 
 def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -97,8 +97,8 @@ def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     for _ in range(REWEIGHTINGS):
         frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
         tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
-        left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
-        angles, weights = _weighed(left)
+        rotations_left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
+        angles, weights = _weighed(rotations_left)
     return tool, frame, angles
 
 
@@ -252,9 +252,9 @@ class Measurement:
             t = np.arange(len(samples), dtype=float)
         return t[self.order]
 
-    def only(self, kept: np.ndarray) -> "Measurement":
+    def only(self, rows: np.ndarray) -> "Measurement":
         """Return the placement with some of its samples, by their :attr:`order`."""
-        ranks: list[int] = kept.tolist()
+        ranks: list[int] = rows.tolist()
         samples = tuple(self.placement.samples[i] for i in ranks)
         return replace(self, placement=replace(self.placement, samples=samples))
 

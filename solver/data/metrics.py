@@ -51,10 +51,10 @@ def socket_centres(points: np.ndarray, measured: Measurement) -> np.ndarray:
     return np.array([points[rows].mean(axis=0) for rows in measured.slices])
 
 
-def fit_frames(trained: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, Pose]:
+def fit_frames(training: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, Pose]:
     """Return the poses of the frames in which points were measured, by a model's predictions."""
     by_frame: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
-    for points, measured in trained:
+    for points, measured in training:
         if measured.kind == "points":
             by_frame.setdefault(measured.frame, []).append((measured.points, points))
     return {
@@ -77,9 +77,9 @@ def targets(
     places = np.empty_like(points)
     part = np.arange(len(points)) % FOLDS
     for fold in np.unique(part).tolist():
-        rest = part != fold
-        pose = fit_pose(measured.points[rest], points[rest])
-        places[~rest] = pose.apply(measured.points[~rest])
+        complement = part != fold
+        pose = fit_pose(measured.points[complement], points[complement])
+        places[~complement] = pose.apply(measured.points[~complement])
     return places
 
 
@@ -97,8 +97,8 @@ def evaluate(
     centres, turned = socket_centres(points, measured), None
     if rotations is not None and measured.has_orientations:
         frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
-        placed = (frame.rotation @ measured.rotations).swapaxes(1, 2)
-        turned = float(np.linalg.norm(rotation_vectors(rotations @ placed), axis=1).mean())
+        R = (frame.rotation @ measured.rotations).swapaxes(1, 2)
+        turned = float(np.linalg.norm(rotation_vectors(rotations @ R), axis=1).mean())
     distance = _distance_error(centres, measured)
     return Metrics(float(errors.mean()), float(errors.max()), distance, turned)
 

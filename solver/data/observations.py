@@ -78,7 +78,7 @@ class Observations:
     @property
     def anchored(self) -> bool:
         """True where coordinates of sockets are known in the robot's own base."""
-        return any(one.frame == self.base for one in self.located)
+        return any(socket.frame == self.base for socket in self.located)
 
     @property
     def socket_count(self) -> int:
@@ -91,21 +91,23 @@ class Observations:
 
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""
-        kept = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
-        new = {old: i for i, old in enumerate(kept)}
+        indices = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
+        new = {old: i for i, old in enumerate(indices)}
         rows = ~np.isin(self.recorded_at, list(placements))
         return replace(
             self,
             **{name: getattr(self, name)[rows] for name in BY_SAMPLE},
             sockets=np.array([new.get(s, -1) for s in self.sockets[rows].tolist()], dtype=np.int64),
-            labels=tuple(self.labels[i] for i in kept),
+            labels=tuple(self.labels[i] for i in indices),
             known=tuple(
                 replace(k, first=new[k.first], second=new[k.second])
                 for k in self.known
                 if k.first in new and k.second in new
             ),
             located=tuple(
-                replace(one, socket=new[one.socket]) for one in self.located if one.socket in new
+                replace(item, socket=new[item.socket])
+                for item in self.located
+                if item.socket in new
             ),
         )
 
@@ -153,7 +155,7 @@ def base_name(measured: Measurement, robots: int) -> str:
 def observe_all(
     arms: Sequence[RobotRecordings],
     *,
-    known: Sequence[KnownDistance] = (),
+    lengths: Sequence[KnownDistance] = (),
     sockets_at: Sequence[SocketAt] = (),
     deviation: float = CALIPER_DEVIATION,
     require_scale: bool = True,
@@ -162,45 +164,45 @@ def observe_all(
 
     Args:
         arms: The robots and their placements.
-        known: Distances measured beside those between each placement's first two sockets.
+        lengths: Distances measured beside those between each placement's first two sockets.
         sockets_at: Measured coordinates of sockets.
         deviation: Standard deviation of the distance between a placement's first two sockets [m].
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
     """
-    of = partial(base_name, robots=len(arms))
-    every = [(of(m), m) for arm in arms for m in arm.measurements]
-    seated = [row for row in every if row[1].kind == "sockets"]
-    labels = list(dict.fromkeys((name, socket) for name, m in seated for socket in m.sockets))
-    names = [m.frame for _, m in every if m.kind == "points"]
-    own = {f"{arm.name}:base" if arm.name else "base": i for i, arm in enumerate(arms)}
-    names += [one.frame for one in sockets_at if one.frame not in own]
-    names += list(own)[1:]
+    base_of = partial(base_name, robots=len(arms))
+    rows = [(base_of(m), m) for arm in arms for m in arm.measurements]
+    in_sockets = [row for row in rows if row[1].kind == "sockets"]
+    labels = list(dict.fromkeys((name, socket) for name, m in in_sockets for socket in m.sockets))
+    names = [m.frame for _, m in rows if m.kind == "points"]
+    base_index = {f"{arm.name}:base" if arm.name else "base": i for i, arm in enumerate(arms)}
+    names += [socket.frame for socket in sockets_at if socket.frame not in base_index]
+    names += list(base_index)[1:]
     frames = list(dict.fromkeys(names))
-    located = tuple(
+    coordinates = tuple(
         Located(
-            WORLD if own.get(one.frame) == 0 else frames.index(one.frame),
-            find_socket(labels, one.socket, FrameError, f"{one.where}: "),
-            one.coordinates,
-            one.deviation,
-            one.where,
+            WORLD if base_index.get(item.frame) == 0 else frames.index(item.frame),
+            find_socket(labels, item.socket, FrameError, f"{item.where}: "),
+            item.coordinates,
+            item.deviation,
+            item.where,
         )
-        for one in sockets_at
+        for item in sockets_at
     )
-    pairs = _pairs(seated, labels, located, deviation)
-    for k in known:
+    pairs = _pairs(in_sockets, labels, coordinates, deviation)
+    for k in lengths:
         a, b = (find_socket(labels, end) for end in (k.first, k.second))
         if a == b:
             raise KnownError(f"known distance from {k.first[0]}:{k.first[1]} to itself")
         pairs.append(Known(a, b, k.distance, k.deviation))
     if require_scale:
-        _check_scale(seated, labels, pairs, located)
-    bases = (WORLD, *(frames.index(base) for base in list(own)[1:]))
+        _check_scale(in_sockets, labels, pairs, coordinates)
+    bases = (WORLD, *(frames.index(base) for base in list(base_index)[1:]))
     observations = (
         Observations(
-            **_samples(arm, [(of(m), m) for m in arm.measurements], labels, frames),
+            **_samples(arm, [(base_of(m), m) for m in arm.measurements], labels, frames),
             labels=tuple(labels),
             known=tuple(pairs),
-            located=located,
+            located=coordinates,
             frames=tuple(frames),
             base=base,
         )
@@ -210,20 +212,20 @@ def observe_all(
 
 
 def _check_scale(
-    seated: Sequence[tuple[str, Measurement]],
+    in_sockets: Sequence[tuple[str, Measurement]],
     labels: Sequence[tuple[str, int]],
     pairs: Sequence[Known[int]],
-    located: Sequence[Located[int, int]],
+    coordinates: Sequence[Located[int, int]],
 ) -> None:
     """Refuse placements none of whose sockets has a known distance or coordinates.
 
     Beside one that has, a placement without tells of the arm's shape, as one with only one socket.
     """
     ends = {end for pair in pairs for end in (pair.first, pair.second)}
-    ends |= {one.socket for one in located}
-    tied = [any(labels.index((name, k)) in ends for k in m.sockets) for name, m in seated]
-    if seated and not any(tied):
-        _, m = seated[0]
+    ends |= {item.socket for item in coordinates}
+    tied = [any(labels.index((name, k)) in ends for k in m.sockets) for name, m in in_sockets]
+    if in_sockets and not any(tied):
+        _, m = in_sockets[0]
         raise KnownError(
             f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
             "known distance ties it; record the other socket too, or give "
@@ -232,15 +234,15 @@ def _check_scale(
 
 
 def _pairs(
-    seated: Sequence[tuple[str, Measurement]],
+    in_sockets: Sequence[tuple[str, Measurement]],
     labels: Sequence[tuple[str, int]],
-    located: Sequence[Located[int, int]],
+    coordinates: Sequence[Located[int, int]],
     deviation: float,
 ) -> list[Known[int]]:
     """Return the distances of the bases, but defaults where coordinates in one frame give them."""
-    frames = {one.socket: one.frame for one in located}
+    frames = {item.socket: item.frame for item in coordinates}
     pairs: dict[tuple[int, int], Known[int]] = {}
-    for name, m in seated:
+    for name, m in in_sockets:
         if not m.has_distance:
             continue
         a, b = (labels.index((name, socket)) for socket in m.sockets[:2])
@@ -266,19 +268,19 @@ def _samples(
     parts: list[dict[str, np.ndarray]] = []
     turns = [(name, m) for name, m in measurements if m.has_orientations]
     for i, (name, m) in enumerate((*measurements, *turns)):
-        N, turned, seated = len(m.positions), i >= len(measurements), m.kind == "sockets"
+        N, turned, in_socket = len(m.positions), i >= len(measurements), m.kind == "sockets"
         none = np.full(N, -1)
-        frame = none if seated else np.full(N, frames.index(m.frame))
-        sockets = [labels.index((name, socket)) for socket in m.sockets] if seated else [-1]
+        frame = none if in_socket else np.full(N, frames.index(m.frame))
+        sockets = [labels.index((name, socket)) for socket in m.sockets] if in_socket else [-1]
         part = {
             "positions": m.positions,
             "torques": arm.load.torques(arm.robot, m),
-            "sockets": np.repeat(sockets, m.counts if seated else N),
+            "sockets": np.repeat(sockets, m.counts if in_socket else N),
             "time": m.clock("time"),
             "temperature": m.clock("temperature"),
             "recorded_at": np.full(N, name),
             "measured_in": none if turned else frame,
-            "points": np.zeros((N, 3)) if turned or seated else m.points,
+            "points": np.zeros((N, 3)) if turned or in_socket else m.points,
             "turned_in": frame if turned else none,
             "rotations": m.rotations if turned else np.tile(np.eye(3), (N, 1, 1)),
             "wheres": np.array([sample.where for sample in m.placement.samples]),

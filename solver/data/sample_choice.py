@@ -29,8 +29,8 @@ def counted_once(placement: Placement) -> Placement:
     """Return equal samples once; a socket that has no others is left as it is, to be refused."""
     distinct = placement.distinct()
     counts, before = np.bincount(distinct.sockets), np.bincount(placement.sockets)
-    alike = bool(((counts == 1) & (before > 1)).any())
-    return placement if alike else distinct
+    same_counts = bool(((counts == 1) & (before > 1)).any())
+    return placement if same_counts else distinct
 
 
 def without_single(placement: Placement, warnings: list[str]) -> Placement:
@@ -45,5 +45,5 @@ def without_single(placement: Placement, warnings: list[str]) -> Placement:
         "at least 2 are needed"
         for socket in single
     ]
-    kept = tuple(sample for sample in placement.samples if sample.socket not in single)
-    return replace(placement, samples=kept)
+    samples = tuple(sample for sample in placement.samples if sample.socket not in single)
+    return replace(placement, samples=samples)

@@ -148,7 +148,7 @@ def accuracy_by(
     fits: list[JointPosterior] = []
     with suppress(KnownError, NotConverged):
         arm = RobotRecordings(robot, measurements, load)
-        data = observe_all([arm], known=distances, deviation=deviation)
+        data = observe_all([arm], lengths=distances, deviation=deviation)
         fits.append(estimate([extend(robot, parameters, rigid)], data))
         fits.append(refit(fits[0], [bending]))
     if not fits:

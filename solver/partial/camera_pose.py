@@ -71,8 +71,8 @@ class CameraPose(Found):
     def text(self) -> tuple[str, ...]:
         """What was found, in lines."""
         frame, (place, turn) = self.frame, self.held_out
-        named = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
-        numbers = " ".join(f"--{name} {value:.6f}" for name, value in named)
+        pairs = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
+        numbers = " ".join(f"--{name} {value:.6f}" for name, value in pairs)
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
         publisher = "ros2 run tf2_ros static_transform_publisher"
         frames = f"--frame-id {frame.parent} --child-frame-id {frame.name}"
@@ -132,9 +132,9 @@ def handeye(
     on_arm, state = camera == "on-arm", system.state
     U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     where, target = (U, V) if on_arm else (V, U)
-    own = prior.ball if on_arm else task.places[0][:3]
+    mount = prior.ball if on_arm else task.places[0][:3]
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
-    zeros = changed_zeros(system, own)
+    zeros = changed_zeros(system, mount)
     remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
     few = not_enough(zeros.covariance, limit, f"views cannot tell {name} in {parent}", remedy)
     doubts = size or _inconsistent(system) or zeros.rival(system) or few
@@ -172,51 +172,51 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     B = np.tile(np.eye(4), (len(q), 1, 1))
     B[:, :3, :3] = np.concatenate([m.rotations for m in data])
     B[:, :3, 3] = np.concatenate([m.points for m in data])
-    if (far := float(np.abs(B[:, :3, 3]).max())) > FARTHEST:
-        raise UsageError(f"{where}: places up to {far:.0f} m away; are these millimetres?")
+    if (farthest := float(np.abs(B[:, :3, 3]).max())) > FARTHEST:
+        raise UsageError(f"{where}: places up to {farthest:.0f} m away; are these millimetres?")
     moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
-    at = flanges(prior, prior.mean, q, moments)
+    poses = flanges(prior, prior.mean, q, moments)
     ways = {"beside": B, "on-arm": np.linalg.inv(B)}
     starts = {
-        way: hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
+        way: hand_eye(poses.R, poses.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
     }
     if not _fits(camera, starts):
         samples = [s for m in data for s in m.placement.samples]
         sides = {"on-arm": np.linalg.inv, "beside": np.asarray}
-        named = fitting_reading(samples, at, sides[camera])
-        if named:
-            raise UsageError(f"{where}: {named}")
+        reading = fitting_reading(samples, poses, sides[camera])
+        if reading:
+            raise UsageError(f"{where}: {reading}")
     _check_way(camera, starts, B, where)
     same = np.tile(np.eye(4), (len(q), 1, 1))
     sides = (B, same) if camera == "on-arm" else (same, B)
     wheres = tuple(s.where for m in data for s in m.placement.samples)
     rows = Rows(q, moments, np.zeros(len(q), int), ("",), *sides, turns=True, wheres=wheres)
     noise = replace(DETECTOR, joint=prior.noise.joint)
-    free = dict.fromkeys(prior.ball.tolist(), FAR)
+    widths = dict.fromkeys(prior.ball.tolist(), FAR)
     warnings = tuple(warning for m in data for warning in m.warnings)
-    return Task(prior, rows, noise, free, start=starts[camera], warnings=warnings)
+    return Task(prior, rows, noise, widths, start=starts[camera], warnings=warnings)
 
 
 def _fits(camera: Camera, starts: dict[str, HandEye]) -> bool:
     """Return True where the poses fit the camera, and the other kind far less."""
     angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
-    other = min(angle for way, angle in angles.items() if way != camera)
+    opposite = min(angle for way, angle in angles.items() if way != camera)
     if float(np.median(starts[camera].distances)) > LOOSE:
         return False
-    return other >= OTHER_WAY * angles[camera] and angles[camera] <= NOTHING_FITS
+    return opposite >= OTHER_WAY * angles[camera] and angles[camera] <= NOTHING_FITS
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
     """Refuse poses that fit the other kind of camera, or none."""
     angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
-    other = next(way for way in angles if way != camera)
-    if angles[other] < OTHER_WAY * angles[camera]:
-        mend = [f"use --camera {other}", "invert them, if they are the camera's in the board"]
+    opposite = next(way for way in angles if way != camera)
+    if angles[opposite] < OTHER_WAY * angles[camera]:
+        mend = [f"use --camera {opposite}", "invert them, if they are the camera's in the board"]
         if not (B[:, 2, 3] > 0).all():  # a camera sees only what is before it
             mend.reverse()
         raise UsageError(
             f"{where}: {angles[camera]:.2g} rad are left by a camera {camera}, "
-            f"{angles[other]:.2g} by one {other} or by inverse poses: {'; or '.join(mend)}"
+            f"{angles[opposite]:.2g} by one {opposite} or by inverse poses: {'; or '.join(mend)}"
         )
     if angles[camera] > NOTHING_FITS:
         raise UsageError(
@@ -231,10 +231,10 @@ def _held_out(system: System) -> tuple[float, float]:
     N, d, _ = system.by_joints.shape
     inverse = np.linalg.inv(system.covariance(system.state.noise))
     pulls = (inverse @ system.errors).reshape(N, d)
-    own = inverse.reshape(N, d, N, d)[np.arange(N), :, np.arange(N)]
-    left = np.linalg.solve(own, pulls[..., None])[..., 0]
-    left = left[system.state.weights > OUTLIER].reshape(-1, 2, 3)
-    place, turn = np.sqrt(np.mean(np.sum(left**2, axis=2), axis=0)).tolist()
+    blocks = inverse.reshape(N, d, N, d)[np.arange(N), :, np.arange(N)]
+    errors = np.linalg.solve(blocks, pulls[..., None])[..., 0]
+    errors = errors[system.state.weights > OUTLIER].reshape(-1, 2, 3)
+    place, turn = np.sqrt(np.mean(np.sum(errors**2, axis=2), axis=0)).tolist()
     return place, turn
 
 
@@ -253,10 +253,10 @@ def _inconsistent(system: System) -> tuple[str, ...]:
 
 def _outliers(system: System) -> tuple[str, ...]:
     """Return the outliers among the views, in words."""
-    rows, left = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
+    rows, lengths = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
     return tuple(
-        f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * left[i, 0]:.1f} mm and "
-        f"{1e3 * left[i, 1]:.1f} mrad off; it hardly counts."
-        + (" Was the board found turned over?" if left[i, 1] > TURNED_OVER else "")
+        f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * lengths[i, 0]:.1f} mm and "
+        f"{1e3 * lengths[i, 1]:.1f} mrad off; it hardly counts."
+        + (" Was the board found turned over?" if lengths[i, 1] > TURNED_OVER else "")
         for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )

@@ -54,10 +54,15 @@ def reason_and_advice(
     """Return the reason of the verdict, by the full model's errors, and the next step."""
     mean, length = new.loaded.mean_absolute_error, new.loaded.distance_error
     likely, before = changes.likeliest, then and then.calibrated.mean_absolute_error
-    allowed, most = limits.mean_absolute_error.value, limits.distance_error.value
-    limit, full = f", limit {mm(allowed)}" if allowed else "", new.calibrated.mean_absolute_error
+    allowed, largest = limits.mean_absolute_error.value, limits.distance_error.value
+    limit, corrected = (
+        f", limit {mm(allowed)}" if allowed else "",
+        new.calibrated.mean_absolute_error,
+    )
     figures = f"{mm(mean)}{limit}"
-    drifted = f"drifted: {mm(full)}{limit}" + (f", {mm(before)} when it was made" if before else "")
+    drifted = f"drifted: {mm(corrected)}{limit}" + (
+        f", {mm(before)} when it was made" if before else ""
+    )
     share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
     status = {row.name: row.status for row in rows}
     if changes.changed and likely == LENGTHS:
@@ -68,13 +73,17 @@ def reason_and_advice(
             f"{drifted}; {changes.cause.text(share)}.",
             f"mukca rezero --joint {likely} finds its zero.",
         )
-    if status.get("distance_error") == "fail" != status["mean_absolute_error"] and length and most:
-        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(most)}"
+    if (
+        status.get("distance_error") == "fail" != status["mean_absolute_error"]
+        and length
+        and largest
+    ):
+        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(largest)}"
         return f"{reason}; check --distance, and calibrate again.", ""
     if changes.changed:
         return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", NEXT[likely]
     if status.get("mean_absolute_error") == "fail":
-        if before is not None and full <= WORSE * before:
+        if before is not None and corrected <= WORSE * before:
             text = f"not valid ({figures}), and it was no better when it was made."
             return text, "Calibrate again with more placements."
         return f"{drifted}. No single joint explains it: calibrate again.", ""

@@ -36,15 +36,18 @@ CHANGED, MENTIONED = 0.7, 0.2
 def with_right_size(system: System) -> tuple[System, tuple[str, ...]]:
     """Return the fit by the size that the evidence prefers, and a sentence if another was said."""
     task = system.task
-    free = fit(replace(task, free=task.free | {task.scale.start: WRONG_SIZE}))
+    loose_fit = fit(replace(task, free=task.free | {task.scale.start: WRONG_SIZE}))
     odds = math.log(PRIOR_WRONG / (1 - PRIOR_WRONG))
-    gain = free.log_evidence(free.state.noise) - system.log_evidence(system.state.noise)
-    if gain + odds < 0 or free.state.noise.place > SCATTER:
+    gain = loose_fit.log_evidence(loose_fit.state.noise) - system.log_evidence(system.state.noise)
+    if gain + odds < 0 or loose_fit.state.noise.place > SCATTER:
         return system, ()
-    own = np.array([task.scale.start])
-    percent, deviation = free.state.size, float(free.posterior_covariance(own)[0, 0]) ** 0.5
+    index = np.array([task.scale.start])
+    percent, deviation = (
+        loose_fit.state.size,
+        float(loose_fit.posterior_covariance(index)[0, 0]) ** 0.5,
+    )
     smaller = "smaller" if percent < 0 else "larger"
-    return free, (
+    return loose_fit, (
         f"The views fit if the board or tag is {100 * abs(math.expm1(percent)):.1f} % (+- "
         f"{100 * deviation:.1f}) {smaller} than was said: measure it, and detect it again by what "
         "you read. The pose is by the size that fits.",
@@ -72,11 +75,11 @@ class ChangedZeros:
             return ()
         joint = max(self.changed, key=self.changed.__getitem__)
         may = "changed" if self.told else "may have changed"
-        other = ", or it is another arm's" if self.told else ""
+        alternative = ", or it is another arm's" if self.told else ""
         return (
             f"A joint's zero {may} since the calibration ({100 * self.probability:.0f} %; {joint} "
-            f"{100 * self.changed[joint]:.0f} %){other}: record samples in sockets, and ask mukca "
-            "rezero.",
+            f"{100 * self.changed[joint]:.0f} %){alternative}: record samples in sockets, "
+            "and ask mukca rezero.",
         )
 
     def rival(self, system: System) -> tuple[str, ...]:
@@ -100,20 +103,20 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     about, converged = linear_about(task, wide)
     about = replace(about if converged else system, task=task)
     names = task.prior.robot.joint_names
-    told = np.flatnonzero(zero_deviations(about, task) < UNIDENTIFIABLE).tolist()
-    unchanged = Explanation("", 1 - ZERO_CHANGED * len(told), [task.free])
-    each = [
+    identifiable = np.flatnonzero(zero_deviations(about, task) < UNIDENTIFIABLE).tolist()
+    unchanged = Explanation("", 1 - ZERO_CHANGED * len(identifiable), [task.free])
+    changes = [
         Explanation(names[j], ZERO_CHANGED / len(TYPICAL), [task.free | {zeros.start + j: width}])
-        for j in told
+        for j in identifiable
         for width in TYPICAL
     ]
-    odds = probabilities(about, [unchanged, *each])[1:].tolist()
-    alone = about.covariance_on_flange(place)
+    odds = probabilities(about, [unchanged, *changes])[1:].tolist()
+    certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}
-    for hypothesis, p in zip(each, odds, strict=True):
+    for hypothesis, p in zip(changes, odds, strict=True):
         freed = replace(about, task=replace(task, free=dict(hypothesis.widths[0])))
         shift = (freed.change - about.change)[place]
-        covariance += p * (freed.covariance_on_flange(place) - alone + np.outer(shift, shift))
+        covariance += p * (freed.covariance_on_flange(place) - certain + np.outer(shift, shift))
         changed[hypothesis.name] = changed.get(hypothesis.name, 0.0) + p
     return ChangedZeros(changed, covariance)

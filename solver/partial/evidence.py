@@ -81,10 +81,10 @@ class JointZero:
         return self.standard_deviation < UNIDENTIFIABLE
 
     def __str__(self) -> str:
-        found, sigma = self.offset, self.standard_deviation
+        offset, sigma = self.offset, self.standard_deviation
         return (
-            f"{self.joint}: {found:+.6f} +- {sigma:.6f} rad to be added to what it reads "
-            f"({math.degrees(found):+.4f} deg; of a servo with 4096 counts a turn "
+            f"{self.joint}: {offset:+.6f} +- {sigma:.6f} rad to be added to what it reads "
+            f"({math.degrees(offset):+.4f} deg; of a servo with 4096 counts a turn "
             f"{self.counts:+d}, its homing_offset {-self.counts:+d} (Feetech), {self.counts:+d} "
             "(Dynamixel))"
         )
@@ -111,14 +111,14 @@ class NearestCause:
         size = f"{1e3 * self.offset:+.2f} mm"
         if self.unit == "rad":
             size = f"{math.degrees(self.offset):+.2f} deg"
-        left = mm(self.error)
-        return f"nearest cause {self.joint} ({share}), off by {size}: with it {left} are left"
+        remainder = mm(self.error)
+        return f"nearest cause {self.joint} ({share}), off by {size}: with it {remainder} are left"
 
 
 def fit_with_zeros(task: Task, joints: Iterable[int]) -> System:
     """Return the fit with the zeros of some joints as further unknowns."""
-    own = [task.prior.zeros.start + j for j in joints]
-    return fit(replace(task, free=task.free | dict.fromkeys(own, ZERO)))
+    indices = [task.prior.zeros.start + j for j in joints]
+    return fit(replace(task, free=task.free | dict.fromkeys(indices, ZERO)))
 
 
 def linear_about(
@@ -138,29 +138,34 @@ def probabilities(system: System, explanations: Sequence[Explanation]) -> np.nda
     """Return the probabilities of explanations by a linear system, shape (E,)."""
     zeros, noise = system.task.prior.zeros, system.task.noise
     wander = dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED)
-    held = replace(system, task=replace(system.task, free=wander))
+    wandering = replace(system, task=replace(system.task, free=wander))
     used = sorted({i for e in explanations for width in e.widths for i in width})
     lengths = np.eye(len(system.errors))[:, len(system.errors) - len(system.task.distances) :]
     A = np.hstack([system.slopes, lengths])[:, used]
     logs = np.full((len(LEVELS), len(explanations)), -np.inf)
     for level, factor in enumerate(LEVELS):
         trial = replace(noise, place=factor * noise.place)
-        root, alone = np.linalg.cholesky(held.covariance(trial)), held.log_evidence(trial)
+        root, log_evidence = (
+            np.linalg.cholesky(wandering.covariance(trial)),
+            wandering.log_evidence(trial),
+        )
         e, B = np.linalg.solve(root, system.errors), np.linalg.solve(root, A)
         M, g = B.T @ B, B.T @ e
-        for i, one in enumerate(explanations):
-            gains = [_gain(M, g, np.searchsorted(used, list(w)), w) for w in one.widths]
-            logs[level, i] = alone + np.log(one.prior / len(gains)) + np.logaddexp.reduce(gains)
-    each = np.logaddexp.reduce(logs, axis=0)
-    odds: np.ndarray = np.exp(each - each.max())
+        for i, explanation in enumerate(explanations):
+            gains = [_gain(M, g, np.searchsorted(used, list(w)), w) for w in explanation.widths]
+            logs[level, i] = (
+                log_evidence + np.log(explanation.prior / len(gains)) + np.logaddexp.reduce(gains)
+            )
+    totals = np.logaddexp.reduce(logs, axis=0)
+    odds: np.ndarray = np.exp(totals - totals.max())
     return odds / odds.sum()
 
 
-def _gain(M: np.ndarray, g: np.ndarray, own: np.ndarray, width: Mapping[int, float]) -> float:
+def _gain(M: np.ndarray, g: np.ndarray, indices: np.ndarray, width: Mapping[int, float]) -> float:
     """Return ln N(e; 0, C + A A^T) - ln N(e; 0, C)."""
     w = np.array(list(width.values()))
-    N = np.eye(len(own)) + w[:, None] * M[np.ix_(own, own)] * w
-    b = w * g[own]
+    N = np.eye(len(indices)) + w[:, None] * M[np.ix_(indices, indices)] * w
+    b = w * g[indices]
     return float(0.5 * (b @ np.linalg.solve(N, b) - np.linalg.slogdet(N)[1]))
 
 
@@ -169,25 +174,25 @@ def explanations(task: Task) -> list[Explanation]:
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
     base = [i for k in task.known for i in task.places[k].tolist()]
-    each = PRIOR["joint"] / len(joints)
-    some = [(name, each, [begin + j]) for j, name in enumerate(joints)]
+    share = PRIOR["joint"] / len(joints)
+    some = [(name, share, [begin + j]) for j, name in enumerate(joints)]
     if task.distances:
-        own = list(range(task.size, task.size + len(task.distances)))
-        some.insert(0, (LENGTHS, PRIOR[LENGTHS], own))
+        lengths = list(range(task.size, task.size + len(task.distances)))
+        some.insert(0, (LENGTHS, PRIOR[LENGTHS], lengths))
     if prior.ball[0] not in task.free:
         some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
     if base:
         some.append(("base", PRIOR["base"], base))
-    found = [
-        Explanation(name, before, [task.free | dict.fromkeys(own, width) for width in TYPICAL])
-        for name, before, own in some
+    candidates = [
+        Explanation(name, before, [task.free | dict.fromkeys(indices, width) for width in TYPICAL])
+        for name, before, indices in some
     ]
     everything = Explanation(EVERYTHING, PRIOR[EVERYTHING], [task.free | _geometry(task)])
-    return [Explanation(NOTHING, PRIOR[NOTHING], [task.free]), *found, everything]
+    return [Explanation(NOTHING, PRIOR[NOTHING], [task.free]), *candidates, everything]
 
 
 def find_zeros(
-    task: Task, named: Sequence[int]
+    task: Task, joints: Sequence[int]
 ) -> tuple[System, float | None, tuple[JointZero, ...]]:
     """Return the fit with free zeros of the named joints, or of those that the evidence names.
 
@@ -195,8 +200,12 @@ def find_zeros(
     """
     names, zeros = task.prior.robot.joint_names, task.prior.zeros
     count = len(names)
-    if named:
-        probability, unchanged, changed = np.isin(np.arange(count), named) * 1.0, None, list(named)
+    if joints:
+        probability, unchanged, changed = (
+            np.isin(np.arange(count), joints) * 1.0,
+            None,
+            list(joints),
+        )
         system = fit_with_zeros(task, changed)
         deviations = zero_deviations(system, task)
     else:
@@ -204,15 +213,17 @@ def find_zeros(
         deviations = zero_deviations(about, task)
         sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
         odds = probabilities(about, sets) if converged else np.zeros(len(sets))
-        probability = odds @ [[j in one.joints for j in range(count)] for one in sets]
+        probability = odds @ [
+            [j in explanation.joints for j in range(count)] for explanation in sets
+        ]
         unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
         system = fit_with_zeros(task, changed)
     offsets = np.zeros(count)
     if changed:
-        own = np.array(changed) + zeros.start
-        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(own)))
-        moved = system.state.x[own] - task.prior.mean[own]
-        offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, moved, 0)
+        indices = np.array(changed) + zeros.start
+        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(indices)))
+        shifts = system.state.x[indices] - task.prior.mean[indices]
+        offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, shifts, 0)
     rows = zip(names, probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
     return system, unchanged, tuple(JointZero(*row) for row in rows)
 
@@ -236,23 +247,23 @@ def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
     return [
         Explanation(
             "",
-            ZERO_CHANGED ** len(one) * (1 - ZERO_CHANGED) ** (len(joints) - len(one)),
-            [task.free | {begin + j: width for j in one} for width in WIDTHS],
-            one,
+            ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (len(joints) - len(subset)),
+            [task.free | {begin + j: width for j in subset} for width in WIDTHS],
+            subset,
         )
-        for one in sets
+        for subset in sets
     ]
 
 
 def another_arm(system: System) -> tuple[str, ...]:
     """Return a warning where a different arm explains the samples far better, else nothing."""
-    task, held = system.task, system.state.noise
-    loose = fit(replace(task, free=task.free | _geometry(task)))
-    free = loose.state.noise
-    gain = loose.log_evidence(free) - system.log_evidence(held)
-    if gain < ANOTHER or free.place > LESS * held.place:
+    task, noise = system.task, system.state.noise
+    with_geometry = fit(replace(task, free=task.free | _geometry(task)))
+    noise_of_geometry = with_geometry.state.noise
+    gain = with_geometry.log_evidence(noise_of_geometry) - system.log_evidence(noise)
+    if gain < ANOTHER or noise_of_geometry.place > LESS * noise.place:
         return ()
-    scatter = f"{1e3 * held.place:.2f} mm an axis, and by {1e3 * free.place:.2f}"
+    scatter = f"{1e3 * noise.place:.2f} mm an axis, and by {1e3 * noise_of_geometry.place:.2f}"
     return (
         f"The samples scatter by {scatter} if the whole arm may differ: is this another arm's "
         "calibration or model, or did more change?",

@@ -64,9 +64,9 @@ class System:
 
     def noise_blocks(self, noise: NoiseBelief) -> np.ndarray:
         """Return Sigma_i of each sample, shape (N, axes, axes)."""
-        own = np.repeat([noise.place, noise.turn], 3)[: self.by_joints.shape[1]]
+        scales = np.repeat([noise.place, noise.turn], 3)[: self.by_joints.shape[1]]
         of_joints = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
-        return np.diag(own**2) + of_joints
+        return np.diag(scales**2) + of_joints
 
     def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
         """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
@@ -85,9 +85,11 @@ class System:
         """Return the logarithm of the evidence and of the scales' prior, but for a constant."""
         belief = self.task.noise
         root = np.linalg.cholesky(self.covariance(noise))
-        left = np.linalg.solve(root, self.errors)
-        off = np.log([noise.place / belief.place, noise.turn / belief.turn]) / belief.spread
-        return float(-0.5 * (left @ left + off @ off) - np.log(np.diag(root)).sum())
+        whitened = np.linalg.solve(root, self.errors)
+        log_ratios = np.log([noise.place / belief.place, noise.turn / belief.turn]) / belief.spread
+        return float(
+            -0.5 * (whitened @ whitened + log_ratios @ log_ratios) - np.log(np.diag(root)).sum()
+        )
 
     @cached_property
     def change(self) -> np.ndarray:
@@ -105,9 +107,9 @@ class System:
         joint = np.block([[self.spread, across], [across.T, S]])
         count = len(self.errors)
         noise = self.noise_covariance(self.state.noise, gaussian=True)
-        seen = np.linalg.solve(np.linalg.cholesky(noise), np.eye(count, len(joint)))
+        whitened = np.linalg.solve(np.linalg.cholesky(noise), np.eye(count, len(joint)))
         prior = Gaussian.of(np.zeros(len(joint)), joint)
-        return prior.conditioned(seen, np.zeros(count)).marginal(slice(count, None)).covariance
+        return prior.conditioned(whitened, np.zeros(count)).marginal(slice(count, None)).covariance
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""
@@ -117,8 +119,8 @@ class System:
     def residuals(self) -> np.ndarray:
         """Errors of the samples at the most probable unknowns, shape (N, axes) [m, rad]."""
         N, d, _ = self.by_joints.shape
-        left = self.errors + self.slopes @ self.change
-        return left[: N * d].reshape(N, d)
+        residuals = self.errors + self.slopes @ self.change
+        return residuals[: N * d].reshape(N, d)
 
 
 def fit(task: Task) -> System:
@@ -126,11 +128,11 @@ def fit(task: Task) -> System:
     state = _start(task)
     for round_ in range(ROUNDS):
         system = linear(task, state)
-        moved = _moved(system)
+        states = _moved(system)
         # while the unknowns are far astray all samples count alike
         weights = _weights(system) if round_ > 1 else state.weights
-        state = replace(moved, noise=_noise(system), weights=weights)
-        change = _step(system, moved) / system.state.noise.place
+        state = replace(states, noise=_noise(system), weights=weights)
+        change = _step(system, states) / system.state.noise.place
         scales = abs(np.log(state.noise.place / system.state.noise.place))
         reweighted = float(np.abs(state.weights - system.state.weights).max())
         if round_ > 2 and max(change, scales, reweighted) < SETTLED:
@@ -146,9 +148,9 @@ def next_step(system: System) -> float:
 def linear(task: Task, state: State) -> System:
     """Return a task, linear about a state."""
     prior, rows = task.prior, task.rows
-    at = flanges(prior, state.x, rows.q, rows.moments)
+    poses = flanges(prior, state.x, rows.q, rows.moments)
     e, by_unknowns, by_tool, by_places, by_joints = linearise(
-        rows.resized(state.size), at, prior.ball, state.tool, state.places
+        rows.resized(state.size), poses, prior.ball, state.tool, state.places
     )
     N, d = e.shape
     G = np.zeros((N, d, task.size))
@@ -170,11 +172,11 @@ def _distances(task: Task, state: State) -> tuple[np.ndarray, np.ndarray]:
     slopes = np.zeros((len(task.distances), task.size))
     errors = np.zeros(len(task.distances))
     for row, (a, b, length) in enumerate(task.distances):
-        away = state.places[b, :3, 3] - state.places[a, :3, 3]
-        found = float(np.linalg.norm(away))
-        slopes[row, task.places[b][:3]] = away / found
-        slopes[row, task.places[a][:3]] = -away / found
-        errors[row] = found - length
+        offset = state.places[b, :3, 3] - state.places[a, :3, 3]
+        measure = float(np.linalg.norm(offset))
+        slopes[row, task.places[b][:3]] = offset / measure
+        slopes[row, task.places[a][:3]] = -offset / measure
+        errors[row] = measure - length
     return errors, slopes
 
 
@@ -184,8 +186,8 @@ def _start(task: Task) -> State:
     places = np.tile(np.eye(4) if start is None else start.frame.matrix, (len(rows.names), 1, 1))
     state = _placed(task, State(x, tool, places, task.noise, np.ones(len(rows.q))))
     if start is None:
-        at = flanges(task.prior, x, rows.q, rows.moments)
-        tips = at.p + at.R @ state.tool[:3, 3]
+        poses = flanges(task.prior, x, rows.q, rows.moments)
+        tips = poses.p + poses.R @ state.tool[:3, 3]
         for k in set(range(len(places))).difference(task.known):
             state.places[k, :3, 3] = np.median(tips[rows.places == k], axis=0)
     return state
@@ -198,10 +200,10 @@ def _moved(system: System) -> State:
     size = float(y[task.scale].sum())
     if task.rows.turns:
         tool[:3, :3] = turn(y[task.tool_turn]) @ tool[:3, :3]
-    for k, own in enumerate(task.places):
-        places[k, :3, 3] += y[own[:3]]
+    for k, indices in enumerate(task.places):
+        places[k, :3, 3] += y[indices[:3]]
         if task.rows.turns:
-            places[k, :3, :3] = turn(y[own[3:]]) @ places[k, :3, :3]
+            places[k, :3, :3] = turn(y[indices[3:]]) @ places[k, :3, :3]
     x = task.prior.mean + y[: len(state.x)]
     return _placed(task, replace(state, x=x, tool=tool, places=places, size=size))
 
@@ -215,12 +217,12 @@ def _placed(task: Task, state: State) -> State:
     return replace(state, tool=tool, places=places)
 
 
-def _step(system: System, moved: State) -> float:
+def _step(system: System, state: State) -> float:
     """Return by how much samples and places moved in a step [m], [rad]."""
     before = system.state
-    chain = system.slopes[:, : len(before.x)] @ (moved.x - before.x)
-    size = moved.size - before.size
-    parts = (chain, moved.places - before.places, moved.tool - before.tool, size)
+    chain = system.slopes[:, : len(before.x)] @ (state.x - before.x)
+    size = state.size - before.size
+    parts = (chain, state.places - before.places, state.tool - before.tool, size)
     return max(float(np.abs(part).max()) for part in parts)
 
 

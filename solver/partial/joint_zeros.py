@@ -58,7 +58,7 @@ class Zeros:
     @property
     def changed(self) -> tuple[JointZero, ...]:
         """The joints whose zero changed, of those that are identifiable."""
-        return tuple(one for one in self.joints if one.offset)
+        return tuple(joint for joint in self.joints if joint.offset)
 
     def __repr__(self) -> str:
         return "\n".join(self.text) or "Nothing was found."
@@ -73,7 +73,7 @@ class Zeros:
     def urdf(self) -> bytes:
         """Return the URDF with the new zeros in its origins."""
         if isinstance(self.arm, Robot):
-            return urdf_with_zeros(self.arm, [one.offset for one in self.joints])
+            return urdf_with_zeros(self.arm, [joint.offset for joint in self.joints])
         return updated(self.arm, self.system, self.joints).urdf()
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
@@ -109,17 +109,17 @@ class Zeros:
         """Return it by name."""
         rows = [
             {
-                **asdict(one),
-                "told": one.told,
-                "degrees": math.degrees(one.offset),
-                "ticks": one.offset / TICK,
-                "homing_offset": {"feetech": -one.counts, "dynamixel": one.counts},
+                **asdict(joint),
+                "told": joint.told,
+                "degrees": math.degrees(joint.offset),
+                "ticks": joint.offset / TICK,
+                "homing_offset": {"feetech": -joint.counts, "dynamixel": joint.counts},
             }
-            for one in self.joints
+            for joint in self.joints
         ]
         return {
             "joints": rows,
-            "changed": [one.joint for one in self.changed],
+            "changed": [joint.joint for joint in self.changed],
             "unchanged": self.unchanged,
             "noise": self.noise,
             "untold": list(self.untold),
@@ -171,19 +171,19 @@ def rezero(
         raise UsageError(
             f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
         )
-    system, unchanged, found = find_zeros(task, [names.index(joint) for joint in joints])
-    off, usual = _off(system), prior.noise.space
-    most = OTHER_MODEL
+    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
+    error, noise_of_arm = _off(system), prior.noise.space
+    limit = OTHER_MODEL
     if isinstance(arm, Calibration):
-        most = OTHER_ARM * usual if any(zero.offset for zero in found) else ANOTHER
-    if off > most:
+        limit = OTHER_ARM * noise_of_arm if any(zero.offset for zero in zeros) else ANOTHER
+    if error > limit:
         raise UsageError(_still_off(system))
     if not new:
-        found, unchanged = tuple(replace(one, changed=0.0, offset=0.0) for one in found), None
-    named = [one for one in found if not joints or one.joint in joints]
-    open_zeros = (_how_to_identify(prior.robot, one, stood) for one in named if not one.told)
-    other, noise = another_arm(system) if isinstance(arm, Robot) else (), system.state.noise.place
-    return Zeros(arm, found, unchanged, noise, (*open_zeros, *other), system, new, bool(other))
+        zeros, unchanged = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros), None
+    selected = [zero for zero in zeros if not joints or zero.joint in joints]
+    open_zeros = (_how_to_identify(prior.robot, zero, stood) for zero in selected if not zero.told)
+    hint, noise = another_arm(system) if isinstance(arm, Robot) else (), system.state.noise.place
+    return Zeros(arm, zeros, unchanged, noise, (*open_zeros, *hint), system, new, bool(hint))
 
 
 def _off(system: System) -> float:
@@ -192,11 +192,12 @@ def _off(system: System) -> float:
 
 def _still_off(system: System) -> str:
     """Return that zeros leave the samples far off, and what else may be wrong."""
-    usual = system.task.prior.noise.space
+    noise_of_arm = system.task.prior.noise.space
     return (
-        f"the samples are still {1e3 * _off(system):.2f} mm off, and {1e3 * usual:.2f} are usual: "
-        "is --distance right, is it another arm's calibration or model, or did more than zeros "
-        "change (mukca check --calibration)?"
+        f"the samples are still {1e3 * _off(system):.2f} mm off, "
+        f"and {1e3 * noise_of_arm:.2f} are usual: "
+        "is --distance right, is it another arm's calibration or model, "
+        "or did more than zeros change (mukca check --calibration)?"
     )
 
 

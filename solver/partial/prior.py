@@ -75,23 +75,23 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     if not isinstance(arm, Calibration):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise UsageError("one robot's calibration is needed: of several pick one, as arms[NAME]")
     document = arm.document
-    found = posterior_of(document, arm.source)
-    fitted = found.model
-    names = [p.name for p in fitted.parameters]
-    model = _model(fitted.robot, names, fitted.extensions, fitted.ball.rotation_numbers)
-    labels = [SOCKET.format(*label) for label in found.data.labels]
+    posterior = posterior_of(document, arm.source)
+    fit_model = posterior.model
+    names = [p.name for p in fit_model.parameters]
+    model = _model(fit_model.robot, names, fit_model.extensions, fit_model.ball.rotation_numbers)
+    labels = [SOCKET.format(*label) for label in posterior.data.labels]
     places = {label: model.size + 3 * i for i, label in enumerate(labels)}
-    n, size = model.size + 3 * len(places), fitted.size + 3 * len(places)
-    into = np.array([model.names.index(name) for name in fitted.names], dtype=np.int64)
+    n, size = model.size + 3 * len(places), fit_model.size + 3 * len(places)
+    into = np.array([model.names.index(name) for name in fit_model.names], dtype=np.int64)
     into = np.concatenate([into, np.arange(model.size, n)])
     mean, covariance = np.zeros(n), np.zeros((n, n))
-    mean[into] = np.concatenate([found.x, found.centres.ravel()])
-    covariance[np.ix_(into, into)] = found.covariance[:size, :size]
+    mean[into] = np.concatenate([posterior.x, posterior.centres.ravel()])
+    covariance[np.ix_(into, into)] = posterior.covariance[:size, :size]
     for zero in document.later_zeros:
         i = model.slices[0].start + model.robot.joint_names.index(zero.joint)
         mean[i] += zero.offset
         covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
-    return ArmPrior(model, mean, covariance, places, arm.calibrated.load, found.noise)
+    return ArmPrior(model, mean, covariance, places, arm.calibrated.load, posterior.noise)
 
 
 def _model(
@@ -101,8 +101,10 @@ def _model(
     rotation_numbers: RotationNumbers = "vector",
 ) -> ExtendedModel:
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
-    free = [p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")]
-    return extend(robot, free, (JOINT_OFFSET.name, *extensions), rotation_numbers)
+    parameters = [
+        p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")
+    ]
+    return extend(robot, parameters, (JOINT_OFFSET.name, *extensions), rotation_numbers)
 
 
 def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCovariance:
@@ -111,19 +113,19 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     size = prior.model.size
     covariance = prior.covariance[:size, :size].copy()
     covariance.ravel()[:: size + 1][prior.zeros] += ZERO**2
-    known = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
-    return known.with_sockets(sockets)
+    state = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
+    return state.with_sockets(sockets)
 
 
-def identifiable_zeros(known: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
+def identifiable_zeros(state: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
     """Return the zeros that samples in sockets can identify, in place of workspace distances.
 
     Args:
-        known: The covariance before the samples.
+        state: The covariance before the samples.
         pools: For each socket, poses that reach it, shape (N, m).
     """
-    zeros: np.ndarray = np.eye(known.model.size)[known.model.slices[0]]
+    zeros: np.ndarray = np.eye(state.model.size)[state.model.slices[0]]
     for k, q in pools.items():
-        known = known.with_samples(q[:POOLED], k)
-    told = known.deviations(Workspace(zeros, np.zeros(len(zeros)))) < IDENTIFIABLE
-    return Workspace(zeros[told], np.zeros(int(told.sum())))
+        state = state.with_samples(q[:POOLED], k)
+    identifiable = state.deviations(Workspace(zeros, np.zeros(len(zeros)))) < IDENTIFIABLE
+    return Workspace(zeros[identifiable], np.zeros(int(identifiable.sum())))

@@ -62,35 +62,35 @@ def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
         T[:, :3, :3], T[:, :3, 3] = R, [s.point or (0.0, 0.0, 0.0) for s in samples]
         transposed = T.copy()
         transposed[:, :3, :3] = R.swapaxes(1, 2)
-        plain = "" if name == AS_IS else f"{name}, "
+        prefix = "" if name == AS_IS else f"{name}, "
         poses[name] = T
-        poses[f"{plain}turns transposed or inverse, places not"] = transposed
-        poses[f"{plain}inverse poses"] = np.linalg.inv(T)
+        poses[f"{prefix}turns transposed or inverse, places not"] = transposed
+        poses[f"{prefix}inverse poses"] = np.linalg.inv(T)
     return poses
 
 
 def fitting_reading(
-    samples: Sequence[Sample], at: Flanges, side: Callable[[np.ndarray], np.ndarray]
+    samples: Sequence[Sample], flange_poses: Flanges, side: Callable[[np.ndarray], np.ndarray]
 ) -> str:
     """Return in words how poses are to be read; empty where no reading fits far better.
 
     Whole poses that are inverse are another camera's, too: of them the caller speaks.
     """
-    evidence, left = dict[str, float](), dict[str, tuple[float, float]]()
+    evidence, residuals = dict[str, float](), dict[str, tuple[float, float]]()
     for name, T in poses_of(samples).items():
         M = side(T)
         try:
-            start = hand_eye(at.R, at.p, M[:, :3, :3], M[:, :3, 3])
+            start = hand_eye(flange_poses.R, flange_poses.p, M[:, :3, :3], M[:, :3, 3])
         except FrameError:
             return ""
         a = max(float(np.median(start.angles)), LEAST_ANGLE)
         t = max(float(np.median(start.distances)), LEAST_PLACE)
-        evidence[name], left[name] = -3 * len(T) * (math.log(a) + math.log(t)), (a, t)
+        evidence[name], residuals[name] = -3 * len(T) * (math.log(a) + math.log(t)), (a, t)
     best = max(evidence, key=evidence.__getitem__)
     gain = evidence[best] - evidence[AS_IS]
-    if best in (AS_IS, "inverse poses") or gain < SURE or left[best][0] > FITS:
+    if best in (AS_IS, "inverse poses") or gain < SURE or residuals[best][0] > FITS:
         return ""
-    (a0, t0), (a, t) = left[AS_IS], left[best]
+    (a0, t0), (a, t) = residuals[AS_IS], residuals[best]
     if a > NEARER * a0 and t > NEARER * t0:
         return ""
     return (

@@ -32,22 +32,25 @@ def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
     """
     document, robot = calibration.document, calibration.calibrated.robot
     if document.method == "auto" and document.arms is None:
-        known, roles = prior_of(calibration), ("test",)
+        prior, roles = prior_of(calibration), ("test",)
     else:
-        known, roles = prior_of(robot), ("train", "test")
-        wide, load = ANY_ARM**2 * known.covariance, calibration.calibrated.load
-        known = replace(known, covariance=wide, load=load, noise=replace(known.noise, joint=0.0))
+        prior, roles = prior_of(robot), ("train", "test")
+        wide, load = ANY_ARM**2 * prior.covariance, calibration.calibrated.load
+        prior = replace(prior, covariance=wide, load=load, noise=replace(prior.noise, joint=0.0))
     data = [
-        measure(one.placement(robot.joint_names), robot, sockets=1)
-        for one in document.data
-        if one.role in roles and one.samples[0].point is None
+        measure(row.placement(robot.joint_names), robot, sockets=1)
+        for row in document.data
+        if row.role in roles and row.samples[0].point is None
     ]
     if not data:
-        return known
-    system = fit(socket_task(known, data))
-    own, noise = np.arange(len(known.mean)), replace(known.noise, space=system.state.noise.place)
-    covariance, mean = system.posterior_covariance(own), system.state.x[own]
-    return replace(known, mean=mean, covariance=covariance, noise=noise)
+        return prior
+    system = fit(socket_task(prior, data))
+    indices, noise = (
+        np.arange(len(prior.mean)),
+        replace(prior.noise, space=system.state.noise.place),
+    )
+    covariance, mean = system.posterior_covariance(indices), system.state.x[indices]
+    return replace(prior, mean=mean, covariance=covariance, noise=noise)
 
 
 def socket_task(
@@ -74,10 +77,10 @@ def socket_task(
         for m in data
         if m.has_distance
     ]
-    free = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
+    widths = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
     warnings = tuple(warning for m in data for warning in m.warnings)
-    return Task(prior, rows, noise, free, distances, warnings=warnings)
+    return Task(prior, rows, noise, widths, distances, warnings=warnings)
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:
@@ -105,9 +108,9 @@ def too_few(data: Sequence[Measurement], *, unchanged: bool) -> str:
     )
 
 
-def thinned(measured: Measurement, every: int) -> Measurement:
+def thinned(measured: Measurement, step: int) -> Measurement:
     """Return every such sample of a placement."""
-    some = measured.placement.samples[::every]
+    some = measured.placement.samples[::step]
     return replace(measured, placement=replace(measured.placement, samples=some))
 
 
@@ -118,9 +121,9 @@ def new_samples(
 
     Samples that count twice would make the estimates look more certain than they are.
     """
-    trained = [isinstance(arm, Calibration) and arm.was_trained_on(m) for m in data]
-    new = [m for m, old in zip(data, trained, strict=True) if not old]
-    names = ", ".join(m.name for m, old in zip(data, trained, strict=True) if old)
+    used = [isinstance(arm, Calibration) and arm.was_trained_on(m) for m in data]
+    new = [m for m, old in zip(data, used, strict=True) if not old]
+    names = ", ".join(m.name for m, old in zip(data, used, strict=True) if old)
     if not names:
         return data, True, []
     if new:
@@ -132,11 +135,11 @@ def new_samples(
 def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> str:
     """Return the name of the calibration's socket that has not moved since."""
     last = SOCKET.format(stood, socket)
-    known = [name for name in prior.sockets if name == last or name.endswith(f"/{last}")]
-    if len(known) != 1:
-        trained = ", ".join(prior.sockets) or "none"
+    matches = [name for name in prior.sockets if name == last or name.endswith(f"/{last}")]
+    if len(matches) != 1:
+        names = ", ".join(prior.sockets) or "none"
         raise UsageError(
             f"{placement}: socket {socket} does not stand where {stood!r} was calibrated; "
-            f"sockets there (PLACEMENT:SOCKET): {trained}"
+            f"sockets there (PLACEMENT:SOCKET): {names}"
         )
-    return known[0]
+    return matches[0]

@@ -61,10 +61,10 @@ class Rows:
 
     def resized(self, size: float) -> "Rows":
         """Return the same with measured places exp(size) times as far away."""
-        left, right = self.left.copy(), self.right.copy()
-        for poses in (left, right):
+        first, second = self.left.copy(), self.right.copy()
+        for poses in (first, second):
             poses[:, :3, 3] *= np.exp(size)
-        return replace(self, left=left, right=right)
+        return replace(self, left=first, right=second)
 
 
 @dataclass(frozen=True)
@@ -126,12 +126,12 @@ class Task:
     def places(self) -> list[np.ndarray]:
         """Indices of each place's unknowns: those of a known socket, or new ones at the end."""
         sockets, axes, end = self.prior.sockets, self.rows.axes, self.scale.stop
-        found: list[np.ndarray] = []
+        indices: list[np.ndarray] = []
         for name in self.rows.names:
             new = name not in sockets
-            found.append(end + np.arange(axes) if new else sockets[name] + np.arange(3))
+            indices.append(end + np.arange(axes) if new else sockets[name] + np.arange(3))
             end += axes * new
-        return found
+        return indices
 
     @property
     def with_exact_arm(self) -> "Task":
@@ -166,20 +166,20 @@ class Flanges(NamedTuple):
 
 def flanges(prior: ArmPrior, x: np.ndarray, q: np.ndarray, moments: np.ndarray) -> Flanges:
     """Return the flange's poses by an arm's unknowns: those of a ball in the flange's origin."""
-    model, at = prior.model, x[: prior.model.size].copy()
-    at[prior.ball] = -model.ball.nominal[prior.ball]
-    p, *of_p = model.linearise(at, q, moments)
-    R, *of_turns = model.linearise(at, q, moments, of_turns=True)
+    model, y = prior.model, x[: prior.model.size].copy()
+    y[prior.ball] = -model.ball.nominal[prior.ball]
+    p, *of_p = model.linearise(y, q, moments)
+    R, *of_turns = model.linearise(y, q, moments, of_turns=True)
     by_unknowns, by_joints = (
-        np.concatenate(both, axis=1) for both in zip(of_p, of_turns, strict=True)
+        np.concatenate(blocks, axis=1) for blocks in zip(of_p, of_turns, strict=True)
     )
     by_unknowns[:, :, [i for i, p in enumerate(model.parameters) if p.of_ball]] = 0.0
-    of_ball = matrix_rpy(model.ball.origins(model.values(at))[-1, 3:])
+    of_ball = matrix_rpy(model.ball.origins(model.values(y))[-1, 3:])
     return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)
 
 
 def linearise(
-    rows: Rows, at: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
+    rows: Rows, poses: Flanges, ball: np.ndarray, tool: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """Return errors [m], [rad], and their derivatives: unknowns, U's turn and size, places, joints.
 
@@ -187,18 +187,23 @@ def linearise(
     """
     L, R, V = rows.left, rows.right, places[rows.places]
     arm = np.einsum("ij,nj->ni", tool[:3, :3], L[:, :3, 3])
-    lever = np.einsum("nij,nj->ni", at.R, arm + tool[:3, 3])
+    lever = np.einsum("nij,nj->ni", poses.R, arm + tool[:3, 3])
     reach = np.einsum("nij,nj->ni", V[:, :3, :3], R[:, :3, 3])
-    turned = at.R @ tool[:3, :3] @ L[:, :3, :3]
-    off = turned @ (V[:, :3, :3] @ R[:, :3, :3]).transpose(0, 2, 1)
-    errors = np.concatenate([at.p + lever - V[:, :3, 3] - reach, rotation_vectors(off)], axis=1)
-    by_unknowns, by_joints = at.by_unknowns.copy(), at.by_joints.copy()
-    for by in (by_unknowns, by_joints):  # a turn w of the flange moves the lever's end by w x lever
-        by[:, :3] -= np.cross(lever[:, :, None], by[:, 3:], axis=1)
-    by_unknowns[:, :3, ball] = at.R
-    by_turn = np.concatenate([-at.R @ _cross_matrices(arm), at.R], axis=1)
+    turned = poses.R @ tool[:3, :3] @ L[:, :3, :3]
+    turn_errors = turned @ (V[:, :3, :3] @ R[:, :3, :3]).transpose(0, 2, 1)
+    errors = np.concatenate(
+        [poses.p + lever - V[:, :3, 3] - reach, rotation_vectors(turn_errors)], axis=1
+    )
+    by_unknowns, by_joints = poses.by_unknowns.copy(), poses.by_joints.copy()
+    for slopes in (
+        by_unknowns,
+        by_joints,
+    ):  # a turn w of the flange moves the lever's end by w x lever
+        slopes[:, :3] -= np.cross(lever[:, :, None], slopes[:, 3:], axis=1)
+    by_unknowns[:, :3, ball] = poses.R
+    by_turn = np.concatenate([-poses.R @ _cross_matrices(arm), poses.R], axis=1)
     by_size = np.zeros((len(reach), 6, 1))
-    by_size[:, :3, 0] = np.einsum("nij,nj->ni", at.R, arm) - reach
+    by_size[:, :3, 0] = np.einsum("nij,nj->ni", poses.R, arm) - reach
     by_tool = np.concatenate([by_turn, by_size], axis=2)
     ones = np.tile(np.eye(3), (len(reach), 1, 1))
     by_places = np.block([[-ones, _cross_matrices(reach)], [0 * ones, -ones]])[:, :, : rows.axes]

@@ -106,8 +106,8 @@ def tool(
             "points, or is it another arm's calibration?",
         )
     tip = system.state.tool[:3, 3]
-    others = [as_list(axis)] if axis else [[one] for one in face or ()]
-    R = _turned(tip, [_touched(prior, one).state.tool[:3, 3] for one in others])
+    groups = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
+    R = _turned(tip, [_touched(prior, group).state.tool[:3, 3] for group in groups])
     link = (name, prior.robot.ball_joint.parent)
     frame, updated, notes = framed(calibration, system, link, Pose(R, tip), zeros.covariance)
     return Tool(
@@ -139,9 +139,9 @@ def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple
 
 def _outliers(system: System) -> tuple[str, ...]:
     """Return the outliers among the touches, in words."""
-    away, rows = 1e3 * np.linalg.norm(system.residuals, axis=1), system.task.rows
+    distances, rows = 1e3 * np.linalg.norm(system.residuals, axis=1), system.task.rows
     return tuple(
-        f"{rows.wheres[i] or f'touch {i}'}: {away[i]:.1f} mm from the point that the others "
+        f"{rows.wheres[i] or f'touch {i}'}: {distances[i]:.1f} mm from the point that the others "
         "touched; it hardly counts."
         for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )
@@ -149,10 +149,12 @@ def _outliers(system: System) -> tuple[str, ...]:
 
 def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> System:
     """Return the fit of a tip by its touches."""
-    known = [tuple(dict.fromkeys(s.point for s in p.samples if s.point)) for p in placements]
+    points_by_placement = [
+        tuple(dict.fromkeys(s.point for s in p.samples if s.point)) for p in placements
+    ]
     data = [
-        measure(_by_point(p, own), prior.robot, sockets=1)
-        for p, own in zip(placements, known, strict=True)
+        measure(_by_point(p, points), prior.robot, sockets=1)
+        for p, points in zip(placements, points_by_placement, strict=True)
     ]
     counts = [count for m in data for count in m.counts]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
@@ -161,42 +163,42 @@ def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
             f"needs {LEAST} or more in all, and {LEAST_EACH} or more of each point; 8 are advised"
         )
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
-    free = dict.fromkeys(prior.ball.tolist(), FAR)
+    widths = dict.fromkeys(prior.ball.tolist(), FAR)
     task = socket_task(prior, data, stood)
     distances = [
-        one
-        for one, m in zip(task.distances, (m for m in data if m.has_distance), strict=True)
+        length
+        for length, m in zip(task.distances, (m for m in data if m.has_distance), strict=True)
         if m.distance_source != "default"
     ]
     first = 0
-    for m, own in zip(data, known, strict=True):
-        pairs = combinations(range(len(own)), 2)
-        distances += [(first + i, first + j, math.dist(own[i], own[j])) for i, j in pairs]
+    for m, points in zip(data, points_by_placement, strict=True):
+        pairs = combinations(range(len(points)), 2)
+        distances += [(first + i, first + j, math.dist(points[i], points[j])) for i, j in pairs]
         first += len(m.sockets)
-    return fit(replace(task, free=free, noise=noise, distances=distances))
+    return fit(replace(task, free=widths, noise=noise, distances=distances))
 
 
-def _by_point(placement: Placement, known: Sequence[tuple[float, ...]]) -> Placement:
+def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:
     """Return touches whose points' coordinates are known, each point as a socket."""
-    if not known:
+    if not points:
         return placement
     samples = [
-        replace(s, point=None, socket=known.index(s.point)) for s in placement.samples if s.point
+        replace(s, point=None, socket=points.index(s.point)) for s in placement.samples if s.point
     ]
     return replace(placement, samples=tuple(samples))
 
 
-def _turned(tip: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
+def _turned(tip: np.ndarray, directions: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tool's rotation by further points of it, the flange's own without any."""
-    if not others:
+    if not directions:
         return np.eye(3)
-    if len(others) == 1:
-        z = tip - others[0]
+    if len(directions) == 1:
+        z = tip - directions[0]
         x = np.eye(3)[int(np.argmin(np.abs(z)))]
     else:
-        x, z = others[0] - tip, np.cross(others[0] - tip, others[1] - tip)
+        x, z = directions[0] - tip, np.cross(directions[0] - tip, directions[1] - tip)
         z = z * (np.sign(z @ tip) or 1.0)
-    if np.linalg.norm(z) < (LEAST_APART if len(others) == 1 else LEAST_APART**2):
+    if np.linalg.norm(z) < (LEAST_APART if len(directions) == 1 else LEAST_APART**2):
         raise UsageError(
             f"the tool's points lie within {1e3 * LEAST_APART:g} mm of one point or line, which "
             "tells no direction; touch with points that are farther apart"
@@ -216,15 +218,15 @@ def _elsewhere(system: System) -> float | None:
     guide, P = InverseKinematics(robot), system.posterior_covariance(np.arange(model.size))
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
-        far, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
-        point = guide.longest * np.array([far * np.cos(angle), far * np.sin(angle), height])
+        radius, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
+        point = guide.longest * np.array([radius * np.cos(angle), radius * np.sin(angle), height])
         try:
             q = guide.reach(np.tile(point, (POSTURES, 1)), generator, rounds=1)
         except SimulationError:
             continue
         slopes = model.linearise(x, q, prior.load.moments(prior.robot, q, None))[1]
-        apart = slopes - slopes.mean(axis=0)
-        squares.append(float(np.einsum("nij,jk,nik->", apart, P, apart)) / POSTURES)
+        differences = slopes - slopes.mean(axis=0)
+        squares.append(float(np.einsum("nij,jk,nik->", differences, P, differences)) / POSTURES)
         if len(squares) == ELSEWHERE:
             break
     return float(np.mean(squares)) ** 0.5 if squares else None

@@ -51,11 +51,11 @@ class Found:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        own = {one.name: getattr(self, one.name) for one in fields(self)}
-        frame, _ = own.pop("frame"), own.pop("calibration")
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        frame, _ = values.pop("frame"), values.pop("calibration")
         return {
             **msgspec.to_builtins(frame),
-            **msgspec.to_builtins(own, enc_hook=lambda value: np.asarray(value).tolist()),
+            **msgspec.to_builtins(values, enc_hook=lambda value: np.asarray(value).tolist()),
         }
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
@@ -101,12 +101,12 @@ def updated(
     """Return a calibration with the estimates of a fit: the arm's parameters, zeros, a tool."""
     document, old = calibration.document, calibration.calibrated
     model, x = system.task.prior.model, system.state.x
-    moved = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
+    changes = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
     offsets = np.array([zero.offset for zero in zeros])
-    change = np.array([0.0 if tool and p.of_ball else moved[p.name] for p in old.parameters])
+    change = np.array([0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters])
     values, exported = old.values + change, old.geometry + change
     if zeros:
-        values, exported = (_with_zeros(old, given, offsets) for given in (values, exported))
+        values, exported = (_with_zeros(old, numbers, offsets) for numbers in (values, exported))
     deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
     text = old.robot.text
     if tool:
@@ -119,10 +119,12 @@ def updated(
     replaced = msgspec.structs.replace(
         document,
         parameters=tuple(
-            msgspec.structs.replace(one, calibrated=v, change=v - one.nominal, exported=e)
-            for one, v, e in rows
+            msgspec.structs.replace(
+                parameter, calibrated=v, change=v - parameter.nominal, exported=e
+            )
+            for parameter, v, e in rows
         ),
-        deflection={name: tuple(own.tolist()) for name, own in names},
+        deflection={name: tuple(array.tolist()) for name, array in names},
         model=msgspec.structs.replace(
             document.model,
             nominal_urdf=text.data.decode(),
@@ -170,14 +172,14 @@ def _coefficients(
     old: Sequence[Coefficient], zeros: Sequence[JointZero]
 ) -> tuple[Coefficient, ...]:
     """Return the coefficients with the zeros of all joints, as exports to servos read them."""
-    known = {one.name: one for one in old}
+    by_name = {row.name: row for row in old}
     for zero in zeros:
         (name,) = JOINT_OFFSET.coefficient_names([zero.joint])
-        before = known[name].value if name in known else 0.0
-        known[name] = Coefficient(
+        before = by_name[name].value if name in by_name else 0.0
+        by_name[name] = Coefficient(
             name=name,
             unit="rad",
             value=before + zero.offset,
             standard_deviation=zero.standard_deviation,
         )
-    return tuple(known.values())
+    return tuple(by_name.values())

@@ -83,7 +83,7 @@ class Validity(Changes):
     @property
     def odds(self) -> tuple[str, ...]:
         """Each explanation that is not ruled out, the most probable first, in words."""
-        by_size = sorted(self.probabilities.items(), key=lambda one: -one[1])
+        by_size = sorted(self.probabilities.items(), key=lambda pair: -pair[1])
         words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN)
         return (f"Changed since, by the evidence: {words}.",) if words else ()
 
@@ -131,11 +131,11 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    given = [
+    measurements = [
         measure(p, calibration.robot, distance, sockets=1, load=calibration.load)
         for p in as_list(data)
     ]
-    measured = [calibration.as_read_now(m) for m in given]
+    measured = [calibration.as_read_now(m) for m in measurements]
     changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
     tip = probe_shift(calibration, measured, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=tip is not None)
@@ -159,8 +159,10 @@ def what_changed(
         reason += probe_words(tip)
         before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
         small = new.calibrated.mean_absolute_error <= before
-        moved = changes.cause is not None and changes.probabilities[changes.likeliest] > CERTAIN
-        tolerable = (small and not moved) or (repeatability and changes.cause is None)
+        joint_changed = (
+            changes.cause is not None and changes.probabilities[changes.likeliest] > CERTAIN
+        )
+        tolerable = (small and not joint_changed) or (repeatability and changes.cause is None)
         allowed = tolerable and all(row.status != "fail" for row in rows)
         status = "pass" if not changes.changed else "warning" if allowed else "fail"
         row = limit_row("validity", status, reason[:-1], text=reason[:-1])
@@ -171,8 +173,10 @@ def what_changed(
     verdict = judge([*rows, length], causes)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
-    said = reason, advice
-    return Validity(**vars(changes), errors=errors, verdict=verdict, said=said, measured=measured)
+    reason_advice = reason, advice
+    return Validity(
+        **vars(changes), errors=errors, verdict=verdict, said=reason_advice, measured=measured
+    )
 
 
 def _changes_since(
@@ -181,33 +185,33 @@ def _changes_since(
     """Return what changed, and the errors with the ball's new place where it was remounted."""
     if any(m.kind == "points" for m in data):
         return Changes({}), None
-    every = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
-    prior, data = prior_by_all_samples(calibration), [thinned(m, every) for m in data]
-    again = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
-    task = replace(socket_task(prior, data, stood), free=again)
-    each = explanations(task)
-    single = [one for one in each if one.name not in (LENGTHS, EVERYTHING)]
-    wide = {i: w for one in single for widths in one.widths for i, w in widths.items()}
+    step = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
+    prior, data = prior_by_all_samples(calibration), [thinned(m, step) for m in data]
+    ball_widths = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
+    task = replace(socket_task(prior, data, stood), free=ball_widths)
+    candidates = explanations(task)
+    single = [candidate for candidate in candidates if candidate.name not in (LENGTHS, EVERYTHING)]
+    wide = {i: w for candidate in single for widths in candidate.widths for i, w in widths.items()}
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None
-    odds = probabilities(system, each).tolist()
-    changes = Changes({one.name: p for one, p in zip(each, odds, strict=True)})
+    odds = probabilities(system, candidates).tolist()
+    changes = Changes({candidate.name: p for candidate, p in zip(candidates, odds, strict=True)})
     joints = prior.robot.joint_names
     if changes.likeliest == NOTHING:
         wide_open = zero_deviations(system, task) >= UNIDENTIFIABLE
         changes = replace(changes, untold=tuple(np.array(joints)[wide_open].tolist()))
     if changes.changed and changes.likeliest in joints:
         j = joints.index(changes.likeliest)
-        system, own = fit_with_zeros(task, [j]), prior.zeros.start + j
+        system, index = fit_with_zeros(task, [j]), prior.zeros.start + j
         if next_step(system) > DIVERGED:
             return Changes({}), None
-        offset = float(system.state.x[own] - prior.mean[own])
+        offset = float(system.state.x[index] - prior.mean[index])
         rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
         pairs = zip(rows, data, strict=True)
-        left = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
+        metrics = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
         unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
-        cause = NearestCause(changes.likeliest, offset, left.mean_absolute_error, unit)
+        cause = NearestCause(changes.likeliest, offset, metrics.mean_absolute_error, unit)
         changes = replace(changes, cause=cause)
     if not ball_moved:
         return changes, None
@@ -215,11 +219,11 @@ def _changes_since(
     shift = (system.state.x - prior.mean)[prior.ball]
     if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
-    left = np.linalg.norm(system.residuals, axis=1)
-    return changes, Metrics(float(left.mean()), float(left.max()), None)
+    metrics = np.linalg.norm(system.residuals, axis=1)
+    return changes, Metrics(float(metrics.mean()), float(metrics.max()), None)
 
 
 def _states_lengths(measured: Measurement) -> bool:
     """Return True where a length of the recording was measured."""
-    seated = measured.has_distance and measured.distance_source != "default"
-    return measured.kind == "points" or seated
+    has_length = measured.has_distance and measured.distance_source != "default"
+    return measured.kind == "points" or has_length

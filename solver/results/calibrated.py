@@ -140,8 +140,8 @@ class CalibratedRobot:
         ``near`` and ``prefer`` are those of :meth:`.FullModel.command`.
         """
         start = self.starts(near, len(targets), "near")
-        wanted = None if prefer is None else self.starts(prefer, len(targets), "prefer")
-        return self.solver(goal).search(targets, start, wanted, tool[:3].ravel())
+        posture = None if prefer is None else self.starts(prefer, len(targets), "prefer")
+        return self.solver(goal).search(targets, start, posture, tool[:3].ravel())
 
     def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
         """Return one row of joint positions for each pose; the middle of the ranges for none."""
@@ -164,7 +164,12 @@ class CalibratedRobot:
         """Return the joint that stands at its limit, empty for none."""
         stopped = (q < self.robot.lower + AT_LIMIT) | (q > self.robot.upper - AT_LIMIT)
         return next(
-            (name for name, at in zip(self.robot.joint_names, stopped, strict=True) if at), ""
+            (
+                name
+                for name, is_stopped in zip(self.robot.joint_names, stopped, strict=True)
+                if is_stopped
+            ),
+            "",
         )
 
     def _correction(self, q: Any) -> Any:
@@ -202,10 +207,10 @@ class CalibratedRobot:
     @property
     def models(self) -> "dict[ModelName, CalibratedRobot]":
         """The models to compare: the exported geometry only where it differs from the full one."""
-        alone: dict[ModelName, CalibratedRobot] = {}
+        by_name: dict[ModelName, CalibratedRobot] = {}
         if self.exported is not None:
-            alone["geometric"] = self.geometric
-        return {"nominal": self.nominal, "calibrated": self, **alone}
+            by_name["geometric"] = self.geometric
+        return {"nominal": self.nominal, "calibrated": self, **by_name}
 
     @property
     def origins(self) -> np.ndarray:
@@ -294,16 +299,16 @@ class CalibratedRobot:
     def _rows(self, values: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
         names = self.robot.joint_names
         try:
-            given = np.asarray(values, dtype=float)
+            array = np.asarray(values, dtype=float)
         except (TypeError, ValueError):
             raise JointsError(f"{what}: {values!r:.60} are no numbers") from None
-        if given.shape[-1:] != (len(names),) or (given.ndim > 2 and not stacked):
+        if array.shape[-1:] != (len(names),) or (array.ndim > 2 and not stacked):
             raise JointsError(
                 f"{what} of shape {np.shape(values)}: {self.robot.name} has {len(names)} joints, "
                 f"so shape ({len(names)},) or (N, {len(names)}) is needed; in order: "
                 f"{', '.join(names)}"
             )
-        rows = given.reshape(-1, len(names))
+        rows = array.reshape(-1, len(names))
         if not np.isfinite(rows).all():
             row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
             raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")

@@ -31,19 +31,22 @@ def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreem
     """Return how far two calibrations' curves agree, for each joint that both know enough of."""
     if a is None or b is None:
         return ()
-    others = {curve.joint: curve for curve in b.joints}
+    by_joint = {curve.joint: curve for curve in b.joints}
     turn = SPACING * np.arange(KNOTS)
     gauge = np.stack([np.ones(KNOTS), np.sin(turn), np.cos(turn)], axis=1)
     agreements: list[CurveAgreement] = []
     for curve in a.joints:
-        other = others.get(curve.joint)
-        if other is None:
+        partner = by_joint.get(curve.joint)
+        if partner is None:
             continue
-        deviations = np.array([curve.deviations, other.deviations])
-        known = (deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])).all(axis=0)
-        if known.sum() < LEAST_OVERLAP:
+        deviations = np.array([curve.deviations, partner.deviations])
+        determined = (deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])).all(axis=0)
+        if determined.sum() < LEAST_OVERLAP:
             continue
-        values, shared = np.array([curve.values, other.values])[:, known].T, gauge[known]
+        values, shared = (
+            np.array([curve.values, partner.values])[:, determined].T,
+            gauge[determined],
+        )
         values = values - shared @ np.linalg.lstsq(shared, values, rcond=None)[0]
         lengths = np.linalg.norm(values, axis=0).clip(min=1e-12)
         agreements.append(
@@ -51,34 +54,43 @@ def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreem
                 joint=curve.joint,
                 correlation=float(values[:, 0] @ values[:, 1] / lengths.prod()),
                 difference=float(np.mean((values[:, 0] - values[:, 1]) ** 2) ** 0.5),
-                expected=float(np.mean(2 * deviations[:, known] ** 2) ** 0.5),
+                expected=float(np.mean(2 * deviations[:, determined] ** 2) ** 0.5),
             )
         )
     return tuple(agreements)
 
 
-def agreement_words(each: Sequence[CurveAgreement]) -> str:
+def agreement_words(agreements: Sequence[CurveAgreement]) -> str:
     """Return for people how far curves agree; empty where none can be compared."""
-    if not each:
+    if not agreements:
         return ""
-    low, high = (end(one.correlation for one in each) for end in (min, max))
-    found, expected = (
-        1e3 * float(np.mean([getattr(one, name) ** 2 for one in each]) ** 0.5)
+    low, high = (
+        end(agreement_of_joint.correlation for agreement_of_joint in agreements)
+        for end in (min, max)
+    )
+    difference, expected = (
+        1e3
+        * float(
+            np.mean([getattr(agreement_of_joint, name) ** 2 for agreement_of_joint in agreements])
+            ** 0.5
+        )
         for name in ("difference", "expected")
     )
-    same = "the same" if found < 2 * expected else "not the same"
+    same = "the same" if difference < 2 * expected else "not the same"
     return (
-        f"Error curves of {len(each)} joints: correlation {low:.2f} to {high:.2f}; they differ by "
-        f"{found:.3f} mrad, where their uncertainty alone makes {expected:.3f}: {same}."
+        f"Error curves of {len(agreements)} joints: "
+        f"correlation {low:.2f} to {high:.2f}; "
+        f"they differ by {difference:.3f} mrad, "
+        f"where their uncertainty alone makes {expected:.3f}: {same}."
     )
 
 
 def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float], ...]:
     """Return the ranges of a turn that are within reach of angles, shape (N,) [rad]."""
     knots = SPACING * np.arange(KNOTS)
-    apart = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
-    near = np.concatenate([[False], (apart <= reach).any(axis=1), [False]])
-    ends = np.flatnonzero(np.diff(near.astype(int))).reshape(-1, 2)
+    distance = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
+    covered = np.concatenate([[False], (distance <= reach).any(axis=1), [False]])
+    ends = np.flatnonzero(np.diff(covered.astype(int))).reshape(-1, 2)
     return tuple((float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist())
 
 

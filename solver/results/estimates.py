@@ -215,12 +215,12 @@ class Better(Document, kw_only=True, frozen=True):
     @property
     def probability(self) -> float:
         """Probability that ``calibrated.urdf`` is better, where that is the least sure."""
-        return min(one.probability for one in self.places)
+        return min(place.probability for place in self.places)
 
     @property
     def corrected_probability(self) -> float | None:
         """The same with joint positions corrected first; None where that is no other model."""
-        those = [one.corrected_probability for one in self.places]
+        those = [place.corrected_probability for place in self.places]
         return min((p for p in those if p is not None), default=None)
 
 

@@ -26,10 +26,10 @@ class Document(msgspec.Struct, frozen=True, omit_defaults=True):
     """Base of all values that stand in a file."""
 
     @classmethod
-    def filled(cls: type["Typed"], source: object, **more: Any) -> "Typed":
+    def filled(cls: type["Typed"], source: object, **extra: Any) -> "Typed":
         """Return a document that holds what a value holds by the same names, and more."""
-        names = [name for name in cls.__struct_fields__ if name not in more]
-        return cls(**{n: getattr(source, n) for n in names if hasattr(source, n)}, **more)
+        names = [name for name in cls.__struct_fields__ if name not in extra]
+        return cls(**{n: getattr(source, n) for n in names if hasattr(source, n)}, **extra)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the value by name, as it stands in the file."""
@@ -62,16 +62,16 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
         value = json.loads(read_bytes(file), parse_constant=_refuse, parse_float=_finite)
-        known = older is not None and older in value
-        head = _Head(format_) if known else msgspec.convert(value, _Head)
+        is_current = older is not None and older in value
+        head = _Head(format_) if is_current else msgspec.convert(value, _Head)
     except OSError as error:
         raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
     except (ValueError, TypeError, RecursionError, msgspec.ValidationError) as error:
         raise DocumentError(f"{file}: not a {name}: {error}") from None
     if head.format != format_:
         kind_of, _, number = format_.rpartition("-")
-        later = head.format.removeprefix(f"{kind_of}-")
-        if later.isdecimal() and int(later) > int(number):
+        number_of_file = head.format.removeprefix(f"{kind_of}-")
+        if number_of_file.isdecimal() and int(number_of_file) > int(number):
             reads = f"this one, {__version__}, reads {format_}; pip install --upgrade mukca"
             raise DocumentError(f"{file}: written by a later mukca ({head.format}): {reads}")
         raise DocumentError(f"{file}: not a {name} of this version ({format_})")

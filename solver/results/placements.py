@@ -195,8 +195,11 @@ class Consequence:
     workspace_before: float
 
     def __str__(self) -> str:
-        near, everywhere = (f"{1e3 * size:.2g}" for size in (self.near, self.workspace))
-        return f"it changes distances by {near} mm near the recorded places, {everywhere} elsewhere"
+        at_places, everywhere = (f"{1e3 * size:.2g}" for size in (self.near, self.workspace))
+        return (
+            f"it changes distances by {at_places} mm near the recorded places, "
+            f"{everywhere} elsewhere"
+        )
 
 
 @dataclass(frozen=True)

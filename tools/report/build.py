@@ -20,12 +20,12 @@ from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
 
 
-def build_report(found: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
+def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
     """Return the report of a calibration, and its files by name, the same bytes each time.
 
     A setting of the calibration that is no number is a DocumentError.
     """
-    figures = report_figures(found)
+    figures = report_figures(assessment)
     plots = plots_of(figures)
     captions = tuple(
         msgspec.structs.replace(plot.caption, section=section)
@@ -77,8 +77,8 @@ def render(
 ) -> str:
     """Return a page by its template; it also holds the document's figures, and data, as JSON."""
     embedded: dict[str, Markup] = {}
-    for name, each in {"figures": document, **(data or {})}.items():
-        text = encode(each, compact=True).decode()
+    for name, value in {"figures": document, **(data or {})}.items():
+        text = encode(value, compact=True).decode()
         for sign in "<>&":  # so that nothing can end the script element around it
             text = text.replace(sign, f"\\u{ord(sign):04x}")
         embedded[name] = Markup(text)  # noqa: S704  no sign of HTML is left in it
@@ -129,7 +129,7 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
 def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
     """Return the report of a calibration as HTML; the first section's plot is with the answers."""
     (_, (table_map,)), *sections = plots.items()
-    role, judged = report.summary.judged
+    role, errors = report.summary.judged
     settings = report.provenance.settings.items()
     return render(
         "report.html.j2",
@@ -137,7 +137,7 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         {"by-tolerance": answers_by_tolerance(report)},
         report=report,
         role=role,
-        judged=judged,
+        judged=errors,
         role_name={"test": "held out", "train": "trained on"}.__getitem__,
         degrees=math.degrees(1),
         settings=", ".join(f"{k} {v}" for k, v in settings if v not in (None, [], "", False)),

@@ -62,8 +62,8 @@ def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterab
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
         values = (row.found, row.limit, row.full)[: len(lengths)]
-        shown = ["-" if value is None else mm(value, 3) for value in values]
-        rows.append([row.title, status, *shown])
+        cells = ["-" if value is None else mm(value, 3) for value in values]
+        rows.append([row.title, status, *cells])
     if rows:
         console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
     for row in verdict.reasons:
@@ -96,7 +96,7 @@ def _placements(console: Console, report: ReportDocument) -> Table:
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(use.answer, _STYLES.get(use.answer, "")),
         ]
-        errors = [each.error("geometric") for each in report.samples if each.placement == i]
+        errors = [sample.error("geometric") for sample in report.samples if sample.placement == i]
         parts = np.array_split(errors, min(BARS, len(errors)))
         levels = (int(len(_BARS) * max(part) / top) for part in parts)
         bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)

@@ -40,7 +40,7 @@ def environment() -> "Environment":
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters: dict[str, Any] = {one.__name__: one for one in _FILTERS}
+    filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
     environment.filters.update(filters, short="{:g}".format)
     return environment
 
@@ -75,31 +75,31 @@ HARDLY_MOVED = float(np.radians(30))
 
 
 def answers_of(
-    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
+    result: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
 ) -> types.Answers:
     """Return the answers to a user's three questions."""
     return types.Answers(
-        use=_use_answer(found), next=_next_answer(found), data=_data_answer(found, samples)
+        use=_use_answer(result), next=_next_answer(result), data=_data_answer(result, samples)
     )
 
 
 def _data_answer(
-    found: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
+    result: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
 ) -> types.DataAnswer:
-    placements, names = found.placements, found.predictions.names
-    checks = found.predictions.document.checks
+    placements, names = result.placements, result.predictions.names
+    checks = result.predictions.document.checks
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
-    measured = [placement.measured for placement in found.predictions.placements]
-    seated = [each for each in measured if each.kind == "sockets"]
-    floors = diagnostics.fitted_alone(found.predictions.robot, seated)
+    measured = [placement.measured for placement in result.predictions.placements]
+    in_sockets = [measurement for measurement in measured if measurement.kind == "sockets"]
+    floors = diagnostics.fitted_alone(result.predictions.robot, in_sockets)
     rows = zip(names, placements, strict=True)
-    alone = {name: floors[row.name] for name, row in rows if row.name in floors}
-    left = list(alone.values())
-    typical = diagnostics.standing_out(left) if len(left) > 1 else left
-    repeatability = found.limits.repeatability
-    most = np.inf if repeatability is None else UNSOUND * repeatability
-    reasons = found.verdict.reasons
+    floor_by_name = {name: floors[row.name] for name, row in rows if row.name in floors}
+    residuals = list(floor_by_name.values())
+    typical = diagnostics.standing_out(residuals) if len(residuals) > 1 else residuals
+    repeatability = result.limits.repeatability
+    limit = np.inf if repeatability is None else UNSOUND * repeatability
+    reasons = result.verdict.reasons
     words = text(
         _TEXTS,
         "data",
@@ -107,15 +107,21 @@ def _data_answer(
         errors=sum(check.level == "error" for check in checks or ()),
         warnings=sum(check.level == "warning" for check in checks or ()),
         drifts=[row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS],
-        trained=[names[i] for i in placements_with_errors(found) if placements[i].role == "train"],
-        floors=left,
+        trained=[names[i] for i in placements_with_errors(result) if placements[i].role == "train"],
+        floors=residuals,
         repeatability=repeatability,
-        unsound=[name for name, floor in alone.items() if floor > most],
-        odd=[name for name, usual in zip(alone, typical, strict=True) if usual is not None],
+        unsound=[name for name, floor in floor_by_name.items() if floor > limit],
+        odd=[
+            name
+            for name, odd_one in zip(floor_by_name, typical, strict=True)
+            if odd_one is not None
+        ],
         worst=worst[0],
         far=FAR,
     )
-    fits = [types.LoneFit(name=name, mean_absolute_error=floor) for name, floor in alone.items()]
+    fits = [
+        types.LoneFit(name=name, mean_absolute_error=floor) for name, floor in floor_by_name.items()
+    ]
     return types.DataAnswer(text=words, worst=tuple(worst), floors=tuple(fits))
 
 
@@ -132,23 +138,23 @@ def _worst(
     )
 
 
-def _use_answer(found: assessment.Assessment) -> types.UseAnswer:
+def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
     """Return the answer whether the task may be done, placement by placement."""
-    uncertainty = found.predictions.document.uncertainty
-    answers: list[Answer] = [answer_at(row, found.tolerance) for row in found.placements]
+    uncertainty = result.predictions.document.uncertainty
+    answers: list[Answer] = [answer_at(row, result.tolerance) for row in result.placements]
     rows: list[types.UseAtPlacement] = []
-    for name, row, answer in zip(found.predictions.names, found.placements, answers, strict=True):
+    for name, row, answer in zip(result.predictions.names, result.placements, answers, strict=True):
         y = row.position[1]  # the name may be given from the other side
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
         where = area(row.position, brief=True)
         rows.append(types.UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
-    limits = {row.name: row.found for row in found.verdict.limits}
-    called, status = [row.called for row in rows], found.verdict.stamp
+    limits = {row.name: row.found for row in result.verdict.limits}
+    called, status = [row.called for row in rows], result.verdict.stamp
     return types.UseAnswer(
         rows=tuple(rows),
-        text=use_text(called, answers, f"{1e3 * found.tolerance:g}", status),
-        meaning=text(_TEXTS, "meaning", repeatability=found.limits.repeatability),
-        alone=text(_TEXTS, "alone", judged=found.summary.judged[1]) or None,
+        text=use_text(called, answers, f"{1e3 * result.tolerance:g}", status),
+        meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
+        alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
         between=text(
             _TEXTS, "between", found=limits.get("between_placements"), uncertainty=uncertainty
         ),
@@ -168,31 +174,31 @@ def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
 
 def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
     """Return the answer in words, from the placements' names and the answer at each."""
-    given = list(zip(called, answers, strict=True))
+    pairs = list(zip(called, answers, strict=True))
     words: tuple[Answer, ...] = ("yes", "mostly", "no")
-    at = {word: [name for name, answer in given if answer == word] for word in words}
-    return text(_TEXTS, "use", at=at, allowed=allowed, status=status)
+    names_by_word = {word: [name for name, answer in pairs if answer == word] for word in words}
+    return text(_TEXTS, "use", at=names_by_word, allowed=allowed, status=status)
 
 
-def _next_answer(found: assessment.Assessment) -> types.NextAnswer:
+def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
     """Return what to train on and to record next: the method's advice, or the farthest place."""
-    placements, names = found.placements, found.predictions.names
-    advice = found.predictions.document.next_placement
+    placements, names = result.placements, result.predictions.names
+    advice = result.predictions.document.next_placement
     positions = np.array([row.position for row in placements])
     place = as_point(diagnostics.farthest_place(positions))
-    trained = [socket for socket in found.coverage.sockets if socket.role == "train"]
+    sockets = [socket for socket in result.coverage.sockets if socket.role == "train"]
     joints = [
         joint.name
-        for i, joint in enumerate(found.coverage.joints)
-        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in trained)
+        for i, joint in enumerate(result.coverage.joints)
+        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in sockets)
     ]
     advised = advice.text if advice else ""
-    farthest = None if advised else farthest_held_out(found)
+    farthest = None if advised else farthest_held_out(result)
     train_on = names[farthest[0]] if farthest else None
     words = text(
         _TEXTS,
         "next",
-        wrong=[names[i] for i in placements_with_errors(found)],
+        wrong=[names[i] for i in placements_with_errors(result)],
         advice=advised,
         train_on=train_on,
         far=farthest and farthest[1],
@@ -204,26 +210,28 @@ def _next_answer(found: assessment.Assessment) -> types.NextAnswer:
     return types.NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
 
 
-def placements_with_errors(found: assessment.Assessment) -> list[int]:
+def placements_with_errors(result: assessment.Assessment) -> list[int]:
     """Return the indices of the placements in which the checks found errors."""
-    checks = found.predictions.document.checks or ()
+    checks = result.predictions.document.checks or ()
     wheres = [check.where for check in checks if check.level == "error"]
     return [
         i
-        for i, row in enumerate(found.placements)
+        for i, row in enumerate(result.placements)
         if diagnostics.EVERYWHERE in wheres
         or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
     ]
 
 
-def farthest_held_out(found: assessment.Assessment) -> tuple[int, float] | None:
+def farthest_held_out(result: assessment.Assessment) -> tuple[int, float] | None:
     """Return the sound placement farthest from those trained on, and its distance to them [m]."""
-    positions = np.array([row.position for row in found.placements])
-    trained = np.array([row.role == "train" for row in found.placements])
-    wrong = placements_with_errors(found)
-    free = [i for i in np.flatnonzero(~trained).tolist() if i not in wrong]
-    if not free or not trained.any():
+    positions = np.array([row.position for row in result.placements])
+    is_training = np.array([row.role == "train" for row in result.placements])
+    faulty = placements_with_errors(result)
+    candidates = [i for i in np.flatnonzero(~is_training).tolist() if i not in faulty]
+    if not candidates or not is_training.any():
         return None
-    gaps = np.linalg.norm(positions[free][:, None] - positions[trained], axis=2).min(axis=1)
+    gaps = np.linalg.norm(positions[candidates][:, None] - positions[is_training], axis=2).min(
+        axis=1
+    )
     best = int(np.argmax(gaps))
-    return free[best], float(gaps[best])
+    return candidates[best], float(gaps[best])

@@ -60,13 +60,13 @@ def _finder(folder: Path) -> Callable[[str], str]:
     """Return a search for mesh files: beside the model, or, for ``package://``, above it."""
 
     def find(fname: str) -> str:
-        scheme, _, rest = fname.rpartition("://")
-        inside, candidates = Path(*Path(rest).parts[1:]), [folder / rest]
+        scheme, _, path = fname.rpartition("://")
+        inside, candidates = Path(*Path(path).parts[1:]), [folder / path]
         if scheme not in ("", "file"):
-            candidates = [up / part for up in folder.resolve().parents for part in (rest, inside)]
+            candidates = [up / part for up in folder.resolve().parents for part in (path, inside)]
             candidates.append(folder / inside)
-        found = (f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE)
-        return str(next(found, ""))
+        files = (f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE)
+        return str(next(files, ""))
 
     return find
 
@@ -114,23 +114,25 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     """Return the skeletons of both models, and meshes where there are any."""
     robot, calibration = predictions.robot, predictions.calibration
     placements = predictions.placements
-    measured = [each.measured for each in placements]
-    owners = np.repeat(np.arange(len(placements)), [len(each.samples) for each in placements])
+    measured = [placement.measured for placement in placements]
+    owners = np.repeat(
+        np.arange(len(placements)), [len(placement.samples) for placement in placements]
+    )
     q = np.concatenate([m.positions for m in measured])
     true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
-    points = [each.points for each in placements]
-    apart = np.linalg.norm(np.concatenate([p.nominal - p.calibrated for p in points]), axis=1)
+    points = [placement.points for placement in placements]
+    distances = np.linalg.norm(np.concatenate([p.nominal - p.calibrated for p in points]), axis=1)
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = link_poses(robot.joints, q[rows])
     origins = calibration.model.origins(calibration.values)
     calibrated = link_poses(robot.joints, true[rows], origins)
     places = calibrated[..., 3]
-    reach, mean = float(np.abs(places).max()), float(apart.mean())
+    reach, mean = float(np.abs(places).max()), float(distances.mean())
     factor = 1.0  # that makes the difference visible, if it can be
     if mean >= 1e-7:
         factor = max(1.0, assessment.nice_above(SHOWN_SHIFT * reach / mean / 2))
     meshes = link_meshes(predictions.document.model, robot)
-    shown = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
+    drawing = np.round(calibrated, 4).reshape(len(rows), -1, 12).tolist()
     return types.ArmDrawing(
         joints=tuple(joint.name for joint in robot.joints),
         placements=owners[rows].tolist(),
@@ -139,17 +141,19 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
         low=as_point(places.min(axis=(0, 1)).round(4)),
         high=as_point(places.max(axis=(0, 1)).round(4)),
         reach=reach,
-        displacement=types.Displacement(mean=mean, max=float(apart.max())),
+        displacement=types.Displacement(mean=mean, max=float(distances.max())),
         exaggeration=factor,
         meshes=meshes,
-        frames=shown if meshes else None,
+        frames=drawing if meshes else None,
     )
 
 
-def report_figures(found: assessment.Assessment) -> types.ReportDocument:
+def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocument:
     """Return the figures of a report, without plots."""
-    predictions, document = found.predictions, found.predictions.document
-    assessed = {name: value for name, value in vars(found).items() if name != "predictions"}
+    predictions, document = assessment_of_fit.predictions, assessment_of_fit.predictions.document
+    assessed = {
+        name: value for name, value in vars(assessment_of_fit).items() if name != "predictions"
+    }
     samples = assessment.sample_errors(predictions)
     return types.ReportDocument.filled(
         document,
@@ -161,9 +165,9 @@ def report_figures(found: assessment.Assessment) -> types.ReportDocument:
         distance_text=assessment.distance_text(document.placements),
         provenance=types.ReportProvenance.filled(document.provenance, settings=document.settings),
         command=solve_command(document),
-        rests_on=found.verdict.rests_on,
-        todo=tuple(steps(found)),
-        answers=answers_of(found, samples),
+        rests_on=assessment_of_fit.verdict.rests_on,
+        todo=tuple(steps(assessment_of_fit)),
+        answers=answers_of(assessment_of_fit, samples),
         arm=arm_drawing(predictions),
         plots=(),
     )
@@ -176,11 +180,11 @@ def cross_placement(predictions: assessment.Predictions) -> types.CrossPlacement
     if len(placements) < 2:
         return None
     # By Eq. (5), some 10 ms each, with the joint origins that the calibration itself had free.
-    chosen = {parameter.name for parameter in predictions.calibration.parameters}
+    names = {parameter.name for parameter in predictions.calibration.parameters}
     problem = build_problem(
         predictions.robot,
         [placement.measured for placement in placements],
-        parameters=[p for p in all_parameters(predictions.robot) if p.name in chosen],
+        parameters=[p for p in all_parameters(predictions.robot) if p.name in names],
         regularization=REGULARIZATION if weight is None else weight,
     )
     return types.CrossPlacement(
@@ -197,5 +201,5 @@ def _row(problem: Problem, trained_on: Measurement) -> tuple[float, ...] | None:
         x = solve(replace(problem, training=(trained_on,))).x
     except MukcaError:
         return None
-    each = [evaluate(problem.model.points(x, m.positions), m) for m in problem.training]
-    return tuple(errors.mean_absolute_error for errors in each)
+    metrics = [evaluate(problem.model.points(x, m.positions), m) for m in problem.training]
+    return tuple(errors.mean_absolute_error for errors in metrics)

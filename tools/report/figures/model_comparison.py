@@ -107,12 +107,13 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
     tries.append([str(file) for file in files])
     names = next(names for names in tries if len({*names, NOMINAL}) > len(files))
     contenders = dict(zip(names, map(Calibration.of_file, files), strict=True))
-    first, *others = contenders.values()
-    for other in others:
-        if other.robot.joint_names != first.robot.joint_names:
+    first, *contestants = contenders.values()
+    for contender in contestants:
+        if contender.robot.joint_names != first.robot.joint_names:
             raise ComparisonError(
-                f"{other.source}: its joints are {', '.join(other.robot.joint_names)}, but those "
-                f"of {first.source} are {', '.join(first.robot.joint_names)}; only calibrations "
+                f"{contender.source}: its joints are {', '.join(contender.robot.joint_names)}, "
+                f"but those of {first.source} "
+                f"are {', '.join(first.robot.joint_names)}; only calibrations "
                 "of one robot can be compared"
             )
     return contenders
@@ -121,8 +122,8 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
 def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
     """Return all placements that the calibrations' files hold, each once."""
     shared: dict[tuple[float, ...], Measurement] = {}
-    for one in contenders:
-        for m in measurements_of(one.document, one.robot, one.source):
+    for contender in contenders:
+        for m in measurements_of(contender.document, contender.robot, contender.source):
             shared.setdefault(tuple(m.placement.positions.ravel().tolist()), m)
     return list(shared.values())
 
@@ -131,14 +132,17 @@ def compare(
     contenders: Mapping[str, Calibration], data: Sequence[Measurement]
 ) -> ComparisonDocument:
     """Compare calibrations, and the nominal model of the first of them, on placements."""
-    each = list(contenders.values())
-    models = [each[0].calibrated.nominal, *(one.calibrated for one in each)]
+    contestants = list(contenders.values())
+    models = [
+        contestants[0].calibrated.nominal,
+        *(contender.calibrated for contender in contestants),
+    ]
     points = [[model.predict(m) for model in models] for m in data]
     pairs = list(zip(points, data, strict=True))
     errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
     metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
-    trained = [[False, *(one.was_trained_on(m) for one in each)] for m in data]
-    fair = [i for i, row in enumerate(trained) if not any(row)]
+    uses = [[False, *(contender.was_trained_on(m) for contender in contestants)] for m in data]
+    fair = [i for i, row in enumerate(uses) if not any(row)]
 
     def overall(k: int) -> ErrorsOverall:
         mean = mean_metrics([metrics[i][k] for i in fair])
@@ -149,20 +153,20 @@ def compare(
         )
 
     def placement(i: int) -> ComparedPlacement:
-        rows = zip(metrics[i], errors[i], trained[i], strict=True)
+        rows = zip(metrics[i], errors[i], uses[i], strict=True)
         return ComparedPlacement(
             name=data[i].name,
             samples=tuple(data[i].counts),
             models=tuple(
-                ErrorsAtPlacement(**asdict(row), quantiles=quantiles(own), trained_on=known)
-                for row, own, known in rows
+                ErrorsAtPlacement(**asdict(row), quantiles=quantiles(errors), trained_on=is_trained)
+                for row, errors, is_trained in rows
             ),
         )
 
     def pair(a: int, b: int) -> ComparedPair:
         # A placement's mean difference, and the noise that its samples leave in it.
-        apart = [row[b] - row[a] for row in errors]
-        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in apart)
+        differences = [row[b] - row[a] for row in errors]
+        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in differences)
         # A ball in a socket does not show the base frame, so a rigid motion means nothing.
         A, B = (np.concatenate([row[k] for row in points]) for k in (a, b))
         gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
@@ -175,13 +179,13 @@ def compare(
             curves=agreement(curves[a], curves[b]),
         )
 
-    curves = [None, *(one.document.curves for one in each)]
+    curves = [None, *(contender.document.curves for contender in contestants)]
     summaries = [overall(k) if fair else None for k in range(len(models))]
-    named = zip((NOMINAL, *contenders), summaries, strict=True)
+    pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
     return ComparisonDocument(
         format=COMPARISON,
-        robot_name=each[0].robot.name,
-        models=tuple(ComparedModel(name=name, summary=summary) for name, summary in named),
+        robot_name=contestants[0].robot.name,
+        models=tuple(ComparedModel(name=name, summary=summary) for name, summary in pairs_by_name),
         placements=tuple(map(placement, range(len(data)))),
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),

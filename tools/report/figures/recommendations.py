@@ -33,19 +33,19 @@ _SPAN = 0.5
 """A distance in the workspace [m]."""
 
 
-def steps(found: assessment.Assessment) -> list[Step]:
+def steps(result: assessment.Assessment) -> list[Step]:
     """Return the next step for a calibration; none where the verdict is PASS."""
-    return list(islice(_steps(found), 1))
+    return list(islice(_steps(result), 1))
 
 
-def _steps(found: assessment.Assessment) -> Iterator[Step]:
+def _steps(result: assessment.Assessment) -> Iterator[Step]:
     """Yield steps, the most useful first."""
-    verdict, placements = found.verdict, found.placements
+    verdict, placements = result.verdict, result.placements
     if verdict.status == "pass":
         return
-    document, status = found.predictions.document, verdict.status_of
+    document, status = result.predictions.document, verdict.status_of
     if status("data_checks") != "pass":
-        yield from _leave_out(found)
+        yield from _leave_out(result)
         text = "See what is wrong in the recordings; mend what it names, or give --leave-out"
         words = "figures that can be believed"
         folders = list(dict.fromkeys(row.folder for row in document.data))
@@ -57,19 +57,19 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
     held_out = sum(row.role == "test" for row in placements)
     rows = (*verdict.limits, *verdict.reasons)
     open_ = not verdict.use or any(row.status in ("fail", "not enough") for row in rows)
-    if open_ and held_out > 1 and (farthest := farthest_held_out(found)):
+    if open_ and held_out > 1 and (farthest := farthest_held_out(result)):
         best, gap = farthest
-        name, short = placements[best].name, whole_name(found.predictions.names[best])
+        name, short = placements[best].name, whole_name(result.predictions.names[best])
         text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
-        yield _forecast(document, name, text, solve_command(document, moved={name: "train"}))
+        yield _forecast(document, name, text, solve_command(document, moves={name: "train"}))
     if all(row.kind == "points" for row in placements):
-        if found.limits.repeatability is None:
+        if result.limits.repeatability is None:
             yield _repeatability(document)
         text = "Measure more points, in poses as varied as can be, and hold some of them out by"
         words = "an error that nothing was fitted to"
         yield Step(f"{text} --test", solve_command(document), words)
         return
-    if found.limits.repeatability is None and held_out and verdict.use:
+    if result.limits.repeatability is None and held_out and verdict.use:
         yield _repeatability(document)
     text = f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
@@ -81,8 +81,8 @@ def _steps(found: assessment.Assessment) -> Iterator[Step]:
 def _repeatability(document: CalibrationDocument) -> Step:
     """Return the step that says how well the arm repeats, without which there are no limits."""
     text = "Say how well the arm repeats, from its data sheet"
-    again = solve_command(document, given={"repeatability_mm": "MM"})
-    return Step(text, again, "limits to hold the errors against, not a smaller error")
+    command_line = solve_command(document, settings_given={"repeatability_mm": "MM"})
+    return Step(text, command_line, "limits to hold the errors against, not a smaller error")
 
 
 def _measure(
@@ -93,7 +93,7 @@ def _measure(
     if not any(row.distance for row in placements) or assessment.joints_wrong(document.checks):
         return
     text = "Measure the sockets' distance, and type what you read"
-    command = solve_command(document, given={"distance": "MEASURED"})
+    command = solve_command(document, settings_given={"distance": "MEASURED"})
     if scale is None:
         yield Step(text, command, "an arm of the right size")
         return
@@ -117,24 +117,24 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
         if document.method == "auto":
             why = "none of the places that were tried for it is within the arm's reach"
         return Step(text, command, f"no forecast: {why}")
-    known = document.uncertainty.distance_deviation
-    before, after = known.median, forecasts[name]
+    accuracy = document.uncertainty.distance_deviation
+    before, after = accuracy.median, forecasts[name]
     # several arms have a workspace each
-    own = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
+    workspace = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
     falls = f"falls from {mm(before)} to {mm(after)}"
-    words = f"the predicted error of distances{own}, trained on it too, {falls}"
+    words = f"the predicted error of distances{workspace}, trained on it too, {falls}"
     return Step(text, command, words, before, after)
 
 
-def _leave_out(found: assessment.Assessment) -> Iterator[Step]:
+def _leave_out(result: assessment.Assessment) -> Iterator[Step]:
     """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    predictions, bad = found.predictions, placements_with_errors(found)
-    wrong = {found.placements[i].name for i in bad}
+    predictions, bad = result.predictions, placements_with_errors(result)
+    faulty = {result.placements[i].name for i in bad}
     paired = [p for p in predictions.placements if p.measured.has_distance]
-    trained = [p.measured for p in paired if p.role == "train"]
-    kept = [m for m in trained if m.name not in wrong]
-    judges = [p.measured for p in paired if p.role == "test" and p.name not in wrong]
-    if not kept or not judges or len(kept) == len(trained):
+    training = [p.measured for p in paired if p.role == "train"]
+    remaining = [m for m in training if m.name not in faulty]
+    judges = [p.measured for p in paired if p.role == "test" and p.name not in faulty]
+    if not remaining or not judges or len(remaining) == len(training):
         return
 
     def held_out(train: Sequence[Measurement]) -> float:
@@ -144,9 +144,9 @@ def _leave_out(found: assessment.Assessment) -> Iterator[Step]:
         return sum(error.mean_absolute_error for error in errors) / len(judges)
 
     with suppress(MukcaError):
-        before, after = held_out(trained), held_out(kept)
-        text = f"Leave out {joined([found.predictions.names[i] for i in bad])}"
-        command = solve_command(predictions.document, moved=dict.fromkeys(sorted(wrong)))
+        before, after = held_out(training), held_out(remaining)
+        text = f"Leave out {joined([result.predictions.names[i] for i in bad])}"
+        command = solve_command(predictions.document, moves=dict.fromkeys(sorted(faulty)))
         words = f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
         yield Step(text, command, words, before, after)
 
@@ -187,22 +187,25 @@ def _recorded(file: Path) -> tuple[str, float | None]:
 def solve_command(
     document: CalibrationDocument,
     *,
-    moved: Mapping[str, Role | None] | None = None,
-    given: Mapping[str, str] | None = None,
+    moves: Mapping[str, Role | None] | None = None,
+    settings_given: Mapping[str, str] | None = None,
 ) -> str:
     """Return the command that makes the calibration again, by other roles (None: out), settings."""
 
     def folders(role: Role) -> list[str]:
         rows = [(row.folder, roles.get(whole_name(row.name), row.role)) for row in document.data]
-        own = list(dict.fromkeys(folder for folder, now in rows if now == role))
+        folders_of_role = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if document.arms is None:
-            return own
-        each = ((a.name, own if a.name == document.arm_name else getattr(a, role)) for a in arms)
-        return [f"{name}:{folder}" for name, all_ in each for folder in all_]
+            return folders_of_role
+        pairs = (
+            (a.name, folders_of_role if a.name == document.arm_name else getattr(a, role))
+            for a in arms
+        )
+        return [f"{name}:{folder}" for name, all_ in pairs for folder in all_]
 
-    roles = {whole_name(name): now for name, now in (moved or {}).items()}
+    roles = {whole_name(name): now for name, now in (moves or {}).items()}
     arms = () if document.arms is None else document.arms.arms
-    settings, robots = {**document.settings, **(given or {})}, ["--robot", document.robot]
+    settings, robots = {**document.settings, **(settings_given or {})}, ["--robot", document.robot]
     if arms:
         settings = {key: value for key, value in settings.items() if key not in _CHAIN}
         robots = [word for arm in arms for word in ("--robot", f"{arm.name}={arm.robot}")]
@@ -215,15 +218,15 @@ def solve_command(
     held_out = folders("test")
     words = ["mukca", "solve", *folders("train"), *(["--test"] if held_out else []), *held_out]
     words += [*robots, *as_options(_unlike_defaults(document.method, settings))]
-    return shlex.join([*words, "--out", "calibrated-again"] if moved or given else words)
+    return shlex.join([*words, "--out", "calibrated-again"] if moves or settings_given else words)
 
 
 def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings that differ from the defaults of a method, and the method itself."""
     default = SolveOptions()
-    usual = replace(default, method=cast("Any", method)).validated().as_dict()
-    others = {key: value for key, value in settings.items() if value != usual.get(key)}
-    return others if method == default.method else {"method": method, **others}
+    defaults = replace(default, method=cast("Any", method)).validated().as_dict()
+    differences = {key: value for key, value in settings.items() if value != defaults.get(key)}
+    return differences if method == default.method else {"method": method, **differences}
 
 
 def as_options(settings: Mapping[str, Any]) -> list[str]:

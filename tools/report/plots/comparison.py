@@ -30,9 +30,9 @@ def _by_model(
     if axis.low < 0:
         panel.rule("zero", x=0)
     for k, model in enumerate(result.models):
-        each = [row.models[k] for row in result.placements]
-        values = [None if (one := figure(row)) is None else 1e3 * one for row in each]
-        marks = [f"model-{k % COLOURS}{' train' * row.trained_on}" for row in each]
+        errors = [row.models[k] for row in result.placements]
+        values = [None if (value := figure(row)) is None else 1e3 * value for row in errors]
+        marks = [f"model-{k % COLOURS}{' train' * row.trained_on}" for row in errors]
         panel.dots(values, marks, model.name, form)
     return panel
 
@@ -43,7 +43,9 @@ def _errors(result: ComparisonDocument) -> Plot:
     title = "error at each placement"
     panel = _by_model(result, title, axis, lambda model: model.mean_absolute_error, ".3f")
     summaries = [(row.summary, row.name) for row in result.models]
-    ranked = sorted((one.mean_absolute_error, name) for one, name in summaries if one is not None)
+    ranked = sorted(
+        (summary.mean_absolute_error, name) for summary, name in summaries if summary is not None
+    )
     models = result.models
     return plot("errors", panel, layout="half", ranked=ranked, models=models, colours=COLOURS)
 
@@ -58,9 +60,11 @@ def _differences(result: ComparisonDocument) -> Plot:
     panel = named_rows(f"{b} less {a}", places, axis, pitch=28)
     panel.threshold(f"{b} better < 0 < worse", x=0)
     panel.bars(means - noises, means + noises, "link", thick=5)
-    trained = [any(row.models[k].trained_on for k in (pair.a, pair.b)) for row in result.placements]
+    is_training = [
+        any(row.models[k].trained_on for k in (pair.a, pair.b)) for row in result.placements
+    ]
     colour = f"model-{pair.b % COLOURS}"
-    marks = [f"{colour} train" if hollow else colour for hollow in trained]
+    marks = [f"{colour} train" if hollow else colour for hollow in is_training]
     panel.dots(means, marks, "difference", "+.3f")
     sentence = comparison_sentence(result, pair)
     return plot("differences", panel, layout="half", sentence=sentence)
@@ -68,10 +72,10 @@ def _differences(result: ComparisonDocument) -> Plot:
 
 def _distances(result: ComparisonDocument) -> Plot | None:
     errors = [[model.distance_error for model in row.models] for row in result.placements]
-    known = [1e3 * error for row in errors for error in row if error is not None]
-    if not known:
+    values = [1e3 * error for row in errors for error in row if error is not None]
+    if not values:
         return None
-    axis, title = Axis.around_zero(known, "mm"), "socket distance, predicted less measured"
+    axis, title = Axis.around_zero(values, "mm"), "socket distance, predicted less measured"
     panel = _by_model(result, title, axis, lambda model: model.distance_error, "+.3f")
     worst = [
         (1e3 * max(abs(row[k] or 0.0) for row in errors), model.name)
@@ -97,21 +101,23 @@ def simulation_plot(result: SimulationDocument) -> Plot:
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     """Return the peg's positions just before it went down, by the true kinematics."""
-    each = [one for trials in (model.centre, model.cross) if trials for one in trials.each]
-    reach = max(clearance, *(1e3 * abs(x) for one in each for x in one.miss[:2]))
+    insertions = [
+        trial for trials in (model.centre, model.cross) if trials for trial in trials.each
+    ]
+    reach = max(clearance, *(1e3 * abs(x) for trial in insertions for x in trial.miss[:2]))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")
     panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))
-    for one in each:
-        x, y = (1e3 * value for value in one.miss[:2])
-        hint = f"{x:+.2f}, {y:+.2f} mm; {'in' if one.inserted else 'not in'}"
-        panel.dot(x, y, f"model-{k}" + ("" if one.inserted else " train"), hint, 4)
+    for trial in insertions:
+        x, y = (1e3 * value for value in trial.miss[:2])
+        hint = f"{x:+.2f}, {y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
+        panel.dot(x, y, f"model-{k}" + ("" if trial.inserted else " train"), hint, 4)
     return panel
 
 
 def _lines(model: ModelTrials) -> Panel:
     panel = _square(model, 100, "mm to the right", "mm ahead")
-    for i, one in enumerate(model.drawing.each if model.drawing else ()):
-        line = [(-1e3 * y, 1e3 * (x - PAPER)) for x, y in one.line]
+    for i, stroke in enumerate(model.drawing.each if model.drawing else ()):
+        line = [(-1e3 * y, 1e3 * (x - PAPER)) for x, y in stroke.line]
         panel.line(line, f"curve model-{i % COLOURS}")
     return panel
 

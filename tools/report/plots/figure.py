@@ -46,9 +46,9 @@ class Axis:
     """Values that carry a number; None for round ones."""
 
     @classmethod
-    def around_zero(cls, values: Iterable[float], label: str, least: float = 1e-6) -> "Axis":
+    def around_zero(cls, values: Iterable[float], label: str, smallest: float = 1e-6) -> "Axis":
         """Return an axis as wide on both sides, with some room beside the largest value."""
-        half = 1.1 * max(least, *map(abs, values))
+        half = 1.1 * max(smallest, *map(abs, values))
         return cls(-half, half, label)
 
     @classmethod
@@ -93,12 +93,12 @@ class Panel:
         *,
         width: float = WIDTH,
         height: float = 280,
-        left: float = LEFT,
+        margin: float = LEFT,
     ) -> None:
         self.title, self.x_axis, self.y_axis = title, x, y
         self.names: Sequence[str] = ()
         self.width, self.height = width, height
-        self.left, self.right = left, width - RIGHT
+        self.left, self.right = margin, width - RIGHT
         self.top, self.bottom = TOP + (12.0 if y.label else 0.0), height - BOTTOM
         self.parts = [element("text", title, class_="title", x=4, y=14)]
 
@@ -220,25 +220,25 @@ def named_rows(
     x: Axis,
     *,
     pitch: float = 24,
-    bare: bool = False,
+    without_axis: bool = False,
     width: float = WIDTH,
 ) -> Panel:
     """Return a panel with named rows from the top, row i at y = i; bare: no lines, no numbers."""
     count = len(names)
-    left = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
+    margin = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
     height = TOP + BOTTOM + pitch * count
-    panel = Panel(title, x, Axis(count - 0.5, -0.5), width=width, height=height, left=left)
+    panel = Panel(title, x, Axis(count - 0.5, -0.5), width=width, height=height, margin=margin)
     panel.names = names
-    if not bare:
+    if not without_axis:
         panel.grid(horizontal=False)
     for i, name in enumerate(names):
         y = panel.y(i)
         if i % math.ceil(LINE / pitch) == 0:
             short = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
-            shown = name if len(name) <= LONGEST else short
-            place = {"x": left - 8, "y": y + 4, "class_": "tick end"}
-            panel.parts.append(element("text", element("title", name), shown, **place))
-        if i and not bare:
+            label = name if len(name) <= LONGEST else short
+            place = {"x": margin - 8, "y": y + 4, "class_": "tick end"}
+            panel.parts.append(element("text", element("title", name), label, **place))
+        if i and not without_axis:
             line = {"x1": 4, "x2": panel.right, "y1": y - pitch / 2, "y2": y - pitch / 2}
             panel.add("line", **line, class_="grid")
     return panel
@@ -281,9 +281,9 @@ def plot(
 
     A caption is a title; lines of the legend, ``- mark: words; mark: words``; and a sentence.
     """
-    title, *rest = lines("captions.txt.j2", name.replace("-", "_"), **values)
-    marks = [mark for line in rest if line.startswith("- ") for mark in line[2:].split("; ")]
-    legend = tuple((mark, words) for mark, _, words in (one.partition(": ") for one in marks))
-    sentence = " ".join(line for line in rest if not line.startswith("- "))
+    title, *details = lines("captions.txt.j2", name.replace("-", "_"), **values)
+    marks = [mark for line in details if line.startswith("- ") for mark in line[2:].split("; ")]
+    legend = tuple((mark, words) for mark, _, words in (detail.partition(": ") for detail in marks))
+    sentence = " ".join(line for line in details if not line.startswith("- "))
     caption = PlotCaption(id=name, title=title, sentence=sentence)
     return Plot(caption, legend, panels, layout, scene, controls or {})

@@ -29,8 +29,8 @@ def history(report: ReportDocument) -> Plot | None:
 
     def curve(term: str, role: str) -> Curve:
         ends = [(float(row.iteration), getattr(row, role)) for row in rows]
-        each = [(k, getattr(one, term)) for k, one in ends if one is not None]
-        return [(k, max(1e3 * value**0.5, _SMALLEST)) for k, value in each]
+        values = [(k, getattr(part, term)) for k, part in ends if part is not None]
+        return [(k, max(1e3 * value**0.5, _SMALLEST)) for k, value in values]
 
     curves = {term: {role: curve(term, role) for role in roles} for term in _TERMS}
     repeatability = 1e3 * (report.limits.repeatability or 0)
@@ -86,7 +86,7 @@ def _matrix_panel(
     """Return a cell for each pair of placements, the darker the larger the error [mm]."""
     size = min(float(_LARGEST_CELL), 290.0 / len(names))
     title = "rows: trained on; columns: error there, mm"
-    panel = named_rows(title, names, Axis(0, 1), pitch=size, bare=True)
+    panel = named_rows(title, names, Axis(0, 1), pitch=size, without_axis=True)
     low = math.log(min(min(row) for row in errors.values()))
     span = max(math.log(max(max(row) for row in errors.values())) - low, 1e-9)
     for i, j, value in ((i, j, value) for i, row in errors.items() for j, value in enumerate(row)):
@@ -103,8 +103,8 @@ def _matrix_panel(
         if size > 24:
             inverse = "light" if shade > 0.6 else ""
             panel.text(x + size / 2, y + 4, f"{value:.2f}", f"number middle {inverse}")
-    every = math.ceil(LINE / (size * math.sin(math.radians(24))))
-    for j, name in list(enumerate(names))[::every]:
+    step = math.ceil(LINE / (size * math.sin(math.radians(24))))
+    for j, name in list(enumerate(names))[::step]:
         x, y = panel.left + (j + 0.5) * size - 6, panel.bottom + 12
         panel.text(x, y, name[:14], "tick", transform=f"rotate(24 {x} {y})")
     return panel
@@ -119,7 +119,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     names = [f"{a} to {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]
     errors = {model: [1e3 * row.errors.of(model) for row in rows] for model in MODELS}
     limit = 1e3 * (report.limits.between_placements.value or 0)
-    axis = Axis.around_zero([*errors["nominal"], *errors["calibrated"], limit], "mm", least=0.01)
+    axis = Axis.around_zero([*errors["nominal"], *errors["calibrated"], limit], "mm", smallest=0.01)
     panel = named_rows("predicted less known distance", names, axis, pitch=22)
     panel.rule("zero", x=0)
     for model, values in errors.items():
@@ -139,14 +139,14 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
         return None
     names = short_names([row.name for row in rows])
     predicted = [1e3 * (row.predicted_deviation or 0) for row in rows]
-    found = [1e3 * (row.found_deviation or 0) for row in rows]
+    errors = [1e3 * (row.found_deviation or 0) for row in rows]
     repeatability = 1e3 * (report.limits.repeatability or 0)
-    axis = Axis(0, 1.15 * max(*predicted, *found, repeatability), "mm, 1 sigma")
+    axis = Axis(0, 1.15 * max(*predicted, *errors, repeatability), "mm, 1 sigma")
     panel = named_rows("spread of the ball's positions", names, axis, pitch=28)
-    panel.bars(predicted, found, "link")
+    panel.bars(predicted, errors, "link")
     panel.dots(predicted, "predicted", "predicted")
-    panel.dots(found, [f"calibrated {row.role}" for row in rows], "found")
+    panel.dots(errors, [f"calibrated {row.role}" for row in rows], "found")
     panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
-    ratios = [(b / a, name) for a, b, name in zip(predicted, found, names, strict=True)]
+    ratios = [(b / a, name) for a, b, name in zip(predicted, errors, names, strict=True)]
     name, layout = "predicted-found", "half"
     return plot(name, panel, layout=layout, ratios=ratios, repeatability=repeatability)

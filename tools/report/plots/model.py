@@ -46,15 +46,15 @@ def parameters(report: ReportDocument) -> Plot:
             name=row.name, unit=unit, value=factor * change, standard_deviation=deviation
         )
         kinds.setdefault((kind, unit), []).append(bar)
-    known = [bar for bars in kinds.values() for bar in bars if bar.standard_deviation]
+    determined = [bar for bars in kinds.values() for bar in bars if bar.standard_deviation]
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "parameters",
         *(_bars_panel(kind, bars, repeatability) for (kind, _), bars in kinds.items()),
         repeatability=repeatability,
         largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in kinds.values()],
-        known=len(known),
-        clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in known),
+        known=len(determined),
+        clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in determined),
     )
 
 
@@ -66,10 +66,10 @@ def _bars_panel(kind: str, bars: Sequence[Coefficient], repeatability: float) ->
     names = [bar.name.removesuffix(".compliance") for bar in bars]
     panel = named_rows(f"{kind}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
-    least = repeatability * _PER_MM.get(unit, 0)
-    if 0 < least < panel.x_axis.high:
-        panel.threshold("", x=-least)
-        panel.threshold(f"{least:g} {unit}", x=least)
+    smallest = repeatability * _PER_MM.get(unit, 0)
+    if 0 < smallest < panel.x_axis.high:
+        panel.threshold("", x=-smallest)
+        panel.threshold(f"{smallest:g} {unit}", x=smallest)
     panel.bars(0, changes, "change", thick=8)
     panel.bars(changes - deviations, changes + deviations, "deviation")
     return panel
@@ -79,10 +79,10 @@ def coverage(report: ReportDocument) -> Plot:
     """Positions of each joint in each socket, within its limits, and how far it turned."""
     covered = report.coverage
     panels: list[Panel] = []
-    for unit, factor, shown in (("rad", _DEGREES, "degrees"), ("m", 1e3, "mm")):
+    for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", 1e3, "mm")):
         which = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
         if which:
-            panels += [draw(covered, which, factor, shown) for draw in (_positions, _spans)]
+            panels += [draw(covered, which, factor, unit_name) for draw in (_positions, _spans)]
     places = short_names([socket.placement for socket in covered.sockets])
     spans = [
         (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
@@ -138,8 +138,8 @@ def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -
 
 def groups(report: ReportDocument) -> Plot | None:
     """Effective parameters of each group: those that the data determine, of all there are."""
-    every = report.groups or ()
-    rows = [row for row in every if row.name not in _NOT_COUNTED]
+    groups_of_fit = report.groups or ()
+    rows = [row for row in groups_of_fit if row.name not in _NOT_COUNTED]
     if not rows:
         return None
     names = [row.name.replace("_", " ") for row in rows]
@@ -151,12 +151,12 @@ def groups(report: ReportDocument) -> Plot | None:
     for i, row in enumerate(rows):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
         panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
-    on, off = (
+    on, inactive = (
         [name for name, row in zip(names, rows, strict=True) if row.active is active]
         for active in (True, False)
     )
-    others = sum(row.count for row in every if row.name in _NOT_COUNTED)
-    return plot("groups", panel, layout="half", rows=rows, on=on, off=off, others=others)
+    count = sum(row.count for row in groups_of_fit if row.name in _NOT_COUNTED)
+    return plot("groups", panel, layout="half", rows=rows, on=on, off=inactive, others=count)
 
 
 def joints(report: ReportDocument) -> Plot | None:
@@ -173,8 +173,8 @@ def joints(report: ReportDocument) -> Plot | None:
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
     panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
-    most = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
-    return plot("joints", panel, layout="half", most=most, repeatability=repeatability)
+    largest = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
+    return plot("joints", panel, layout="half", most=largest, repeatability=repeatability)
 
 
 def error_curves(report: ReportDocument) -> Plot | None:
@@ -182,15 +182,15 @@ def error_curves(report: ReportDocument) -> Plot | None:
     if report.curves is None or not report.curves.joints:
         return None
     curves = report.curves.joints
-    most = max(abs(v) + d for c in curves for v, d in zip(c.values, c.deviations, strict=True))
-    y = Axis.around_zero([_MRAD * most], "mrad")
+    highest = max(abs(v) + d for c in curves for v, d in zip(c.values, c.deviations, strict=True))
+    y = Axis.around_zero([_MRAD * highest], "mrad")
     repeatability = 1e3 * (report.limits.repeatability or 0)
     panels = [
         _panel(curve, y, _angles(report.coverage, curve.joint), repeatability) for curve in curves
     ]
     largest = max((_MRAD * max(map(abs, c.values)), c.joint) for c in curves)
     turns = ((360 - sum(_DEGREES * (b - a) for a, b in c.sampled), c.joint) for c in curves)
-    blank = [f"{free:.0f} degrees of {joint}" for free, joint in turns if free >= LEAST_BLANK]
+    blank = [f"{gap:.0f} degrees of {joint}" for gap, joint in turns if gap >= LEAST_BLANK]
     return plot(
         "curves", *panels, layout="half", largest=largest, blank=blank, repeatability=repeatability
     )
@@ -198,7 +198,7 @@ def error_curves(report: ReportDocument) -> Plot | None:
 
 def _angles(coverage: Coverage, joint: str) -> list[float]:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
-    k = [one.name for one in coverage.joints].index(joint)
+    k = [row.name for row in coverage.joints].index(joint)
     angles = [q[k] for s in coverage.sockets if s.role == "train" for q in s.positions]
     return [(_DEGREES * angle + 180) % 360 - 180 for angle in angles]
 
@@ -206,18 +206,20 @@ def _angles(coverage: Coverage, joint: str) -> list[float]:
 def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float) -> Panel:
     panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
     count = len(curve.values)
-    at = 360 / count * (np.arange(count) - count // 2)
-    values, band = (_MRAD * np.roll(each, count // 2) for each in (curve.values, curve.deviations))
+    angle = 360 / count * (np.arange(count) - count // 2)
+    values, band = (
+        _MRAD * np.roll(numbers, count // 2) for numbers in (curve.values, curve.deviations)
+    )
     edges = [
-        *zip(at, values + band, strict=True),
-        *zip(at[::-1], (values - band)[::-1], strict=True),
+        *zip(angle, values + band, strict=True),
+        *zip(angle[::-1], (values - band)[::-1], strict=True),
     ]
     path = " ".join(f"{panel.x(a):.1f},{panel.y(b):.1f}" for a, b in edges)
     panel.add("polygon", points=path, class_="deviation-area")
     panel.rule("zero", y=0)
     for edge in (-repeatability, repeatability) if repeatability else ():
         panel.threshold("", y=edge)
-    panel.line(zip(at.tolist(), values.tolist(), strict=True), "change")
+    panel.line(zip(angle.tolist(), values.tolist(), strict=True), "change")
     marks = "".join(f"M{panel.x(a):.1f} {panel.bottom - 5:.1f}v5" for a in angles)
     panel.add("path", d=marks, class_="tick-train")
     return panel

@@ -73,7 +73,7 @@ def errors_in_2d(report: ReportDocument) -> Plot:
 def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
     """Return the samples along two axes, up to half the panel's width [mm]."""
     x, y = (Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes)
-    panel = Panel(title, x, y, width=248, height=276, left=44).grid()
+    panel = Panel(title, x, y, width=248, height=276, margin=44).grid()
     for row in report.samples:
         a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
         panel.dot(a, b, f"{model} {report.placements[row.placement].role}", size=2)
@@ -89,12 +89,12 @@ def order(report: ReportDocument) -> Plot:
     means = [row.calibrated.mean_absolute_error for row in report.placements]
     errors = _lengths(report, "calibrated")
     top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
-    own = np.array([means[row.placement] for row in report.samples])
+    mean = np.array([means[row.placement] for row in report.samples])
     return plot(
         "order",
         *(_order_panel(report, i, use.name, top) for i, use in enumerate(report.answers.use.rows)),
         worst=report.answers.data.worst[0],
-        beyond=int(np.sum(errors / np.maximum(own, 1e-12) > FAR)),
+        beyond=int(np.sum(errors / np.maximum(mean, 1e-12) > FAR)),
         count=len(errors),
         far=FAR,
         window=WINDOW,
@@ -153,17 +153,17 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     if limit is not None:
         panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
     role = report.summary.judged[0]
-    each = zip(after, before, names, [row.role for row in rows], strict=True)
-    judged = [one for one in each if one[-1] == role]
-    return plot("errors-by-placement", panel, layout="half", role=role, judged=judged, limit=limit)
+    rows_with_names = zip(after, before, names, [row.role for row in rows], strict=True)
+    of_role = [row for row in rows_with_names if row[-1] == role]
+    return plot("errors-by-placement", panel, layout="half", role=role, judged=of_role, limit=limit)
 
 
 def table_map(report: ReportDocument) -> Plot:
     """The placements as the robot sees them from above, coloured by the answer for the task."""
     rows, place = report.placements, report.answers.next.place
-    ahead, left, _ = np.array([(0.0, 0.0, 0.0), *(row.position for row in rows), place]).T
+    ahead, sideways, _ = np.array([(0.0, 0.0, 0.0), *(row.position for row in rows), place]).T
     labels = ("m to the robot's right", "m ahead of the robot's base")
-    panel = to_scale("", np.stack([-left, ahead], axis=1), labels, room=HALF)
+    panel = to_scale("", np.stack([-sideways, ahead], axis=1), labels, room=HALF)
     panel.dot(0, 0, "base", "the robot's base", size=9)
     panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
@@ -196,7 +196,7 @@ def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str
 
 def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
-    role, judged = report.summary.judged
+    role, summary = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
     values = {model: np.sort(1e3 * _lengths(report, model, role)) for model in MODELS}
     tolerance = 1e3 * report.tolerance
@@ -207,4 +207,4 @@ def shares(report: ReportDocument) -> Plot:
         path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
         panel.line(path, f"curve {model}")
     panel.threshold(f"{tolerance:g} mm", x=tolerance)
-    return plot("shares", panel, layout="half", words=words, judged=judged, tolerance=tolerance)
+    return plot("shares", panel, layout="half", words=words, judged=summary, tolerance=tolerance)

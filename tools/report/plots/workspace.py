@@ -24,29 +24,31 @@ def error_map(report: ReportDocument) -> Plot | None:
     outlook = None if report.outlook is None else report.outlook.map
     if outlook is None:
         return None
-    far = max(outlook.cells, key=lambda cell: cell[2])
-    least, most = min(deviation for _, _, deviation in outlook.cells), far[2]
+    worst = max(outlook.cells, key=lambda cell: cell[2])
+    lowest, highest = min(deviation for _, _, deviation in outlook.cells), worst[2]
     reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
     labels = "m to the robot's right", "m ahead of the robot's base"
     axes = [Axis(-reach, reach, label) for label in labels]
     panel = Panel("predicted error of places, from above", *axes, height=468)
     side = panel.x(outlook.width) - panel.x(0) - 1
     for x, y, deviation in outlook.cells:
-        level = min(int(LEVELS * (deviation - least) / max(most - least, 1e-12)), LEVELS - 1)
+        level = min(int(LEVELS * (deviation - lowest) / max(highest - lowest, 1e-12)), LEVELS - 1)
         corner = {"x": panel.x(-y) - side / 2, "y": panel.y(x) - side / 2}
         panel.add("rect", **corner, width=side, height=side, class_=f"known-{level}")
     limit = next(
         (row.limit for row in report.verdict.limits if row.name == "predicted_distance"), None
     )
     if limit is not None:
-        _outline(panel, [(x, y) for x, y, far in outlook.cells if far > limit], outlook.width)
+        _outline(
+            panel, [(x, y) for x, y, deviation in outlook.cells if deviation > limit], outlook.width
+        )
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
         if row.role == "train":
             panel.dot(-row.position[1], row.position[0], "socket", row.name, size=4)
-    ends = np.linspace(least, most, LEVELS + 1).tolist()
-    return plot("error-map", panel, layout="half", ends=ends, far=far, limit=limit)
+    ends = np.linspace(lowest, highest, LEVELS + 1).tolist()
+    return plot("error-map", panel, layout="half", ends=ends, far=worst, limit=limit)
 
 
 def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
@@ -69,8 +71,10 @@ def arms_together(report: ReportDocument) -> Plot | None:
     if arms is None or not any(arm.postures for arm in arms.arms):
         return None
     first, frames = arms.arms[0].name, _frames(arms)
-    every = np.concatenate([np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures])
-    size = float(np.ptp(every, axis=0).max())
+    postures = np.concatenate(
+        [np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures]
+    )
+    size = float(np.ptp(postures, axis=0).max())
     largest = max((float(deviation.max()) for _, _, deviation in frames), default=0.0)
     factor = max(1.0, nice_above(ENLARGED * size / largest / 2)) if largest else 1.0
     x, y, z = np.eye(3)
@@ -81,7 +85,7 @@ def arms_together(report: ReportDocument) -> Plot | None:
     panels: list[Panel] = []
     for title, directions, labels in views:
         flat = np.stack(directions, axis=1)
-        panel = to_scale(title, every @ flat, labels, room=AXIS * size)
+        panel = to_scale(title, postures @ flat, labels, room=AXIS * size)
         _draw_arms(panel, flat, arms)
         for frame in frames:
             _draw_frame(panel, flat, frame, AXIS * size, factor)
@@ -93,16 +97,16 @@ def _frames(arms: ArmsDocument) -> list[_Frame]:
     """Return the frames whose orientation is known: the robots' bases, and those of sockets."""
     bases = list(zip(arms.robots[1:], arms.between.values(), strict=True))
     tables = [
-        (one.name, one)
-        for one in arms.frames
-        if one.sockets and one.name != "base" and one.turn_known
+        (frame.name, frame)
+        for frame in arms.frames
+        if frame.sockets and frame.name != "base" and frame.turn_known
     ]
-    known = [
-        (name, Pose.of(Origin(one.xyz, one.rpy)), np.array(one.xyz_deviation))
-        for name, one in (*bases, *tables)
-        if one.xyz is not None and one.rpy is not None and one.xyz_deviation is not None
+    poses = [
+        (name, Pose.of(Origin(base.xyz, base.rpy)), np.array(base.xyz_deviation))
+        for name, base in (*bases, *tables)
+        if base.xyz is not None and base.rpy is not None and base.xyz_deviation is not None
     ]
-    return [(arms.robots[0], IDENTITY, np.zeros(3)), *known]
+    return [(arms.robots[0], IDENTITY, np.zeros(3)), *poses]
 
 
 def _draw_arms(panel: Panel, flat: np.ndarray, arms: ArmsDocument) -> None:
