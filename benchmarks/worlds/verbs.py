@@ -108,6 +108,8 @@ def walked(recorded: Recorded, folder: Path, verbs: Container[str] = VERBS) -> O
     if single and "check" in verbs:
         outcome.run("check", *train, *test, *models, *told)
     outcome.run("solve", *solve, "--accept-distorted", "--out", out)
+    if outcome.statuses.get("check") == 0 and outcome.statuses["solve"] == 2:
+        outcome.faults.append(f"check passes what solve refuses: {outcome.said['solve']}")
     if single and seated and "paper" in verbs:
         outcome.run("solve", *solve, "--method", "paper", name="paper")
     solved = (out / "calibrated.urdf").exists() or (out / "arms.json").exists()

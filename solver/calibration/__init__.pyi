@@ -31,4 +31,5 @@ from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
+from .problem import problems_of as problems_of
 from .setting_right import placements_set_right as placements_set_right

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -11,7 +10,6 @@ import numpy as np
 
 from ...recorder import Placement
 from .. import results
-from ..assessment import LEAST_HELD_OUT, repeatability_of
 from ..bayes.selection import FoundMovement
 from ..data import (
     Measurement,
@@ -21,19 +19,11 @@ from ..data import (
     check_left_out,
     without,
 )
-from ..diagnostics import (
-    LEAST,
-    Given,
-    Survey,
-    inspect_all,
-    named,
-    next_placement,
-    where_of,
-)
+from ..diagnostics import Survey, next_placement, single_socket_diagnostics, where_of
 from ..robot import Parameter, Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
-from .setting_right import actions_of, by_findings, checked, set_right
+from .setting_right import NOTHING_SEEN, checked, mended
 
 LOCKED = math.radians(6)
 """A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
@@ -51,6 +41,8 @@ class CalibrationProblem(RobotRecordings):
     warnings: tuple[str, ...] = ()
     checks: tuple[results.Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
+    survey: Survey = NOTHING_SEEN
+    """What was seen of the placements, one by one and together, once all was set right."""
     hypotheses: tuple[results.Hypothesis, ...] = ()
     """Explanations of the recordings, the most probable first."""
     next_placement: results.NextPlacement | None = None
@@ -115,7 +107,7 @@ def problems_of(
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
     options.check_payloads([*as_list(train), *as_list(test)])
-    return {"": _prepare(robot, as_list(train), as_list(test), options)}
+    return {"": _with_lone_sockets(_prepare(robot, as_list(train), as_list(test), options))}
 
 
 def _each(placements: Recordings) -> Iterable[object]:
@@ -165,6 +157,15 @@ def _prepare(
         raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
     _check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
     return _inspected(_measured(robot, train, test, options))
+
+
+def _with_lone_sockets(problem: CalibrationProblem) -> CalibrationProblem:
+    """Return one robot's recordings with diagnostics of lone sockets, which nothing ties."""
+    if problem.options.located:
+        return problem
+    every = [m for _, m in problem.placements]
+    more = single_socket_diagnostics(every, problem.options.distances)
+    return replace(problem, checks=(*problem.checks, *more))
 
 
 def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
@@ -265,42 +266,17 @@ def as_list(placements: object) -> list[Placement]:
 
 def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     """Look at all placements; what is held out is looked at here and never by the fit."""
-    options = problem.options
-    train, test = (
-        [m for m in part if m.kind == "sockets"] for part in (problem.measurements, problem.test)
-    )
-    if not train and not test:
-        return problem
-    known = named(train, options.distances)
-    inspect = partial(
-        inspect_all,
-        problem.robot,
-        zeros=bool(options.zeros),
-        repeatability=repeatability_of(problem.robot, options.repeatability_mm),
-    )
-
-    def look(trained: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
-        names = [m.name for m in trained] if held_out else []
-        given = Given(known, options.deviation, options.load, names)
-        return inspect([*trained, *held_out], given)
-
-    survey, done = look(train, test), list[results.Diagnostic]()
-    wrong = survey.unclear or any(one.corrections for one in survey.placements)
-    if wrong and actions_of(options):
-        mend = partial(set_right, look, actions=actions_of(options))
-        train, done = mend(train)
-        if not done:  # too few to tell by themselves: where a base moved, all tell together
-            seen = survey.placements[: len(train)]
-            train, done = by_findings(train, seen, LEAST, actions_of(options))
-        test, more = mend(test, train, LEAST_HELD_OUT)
-        survey, done = look(train, test), [*done, *more]
-    points = [m for m in problem.measurements if m.kind == "points"]
-    measured = [m for m in problem.test if m.kind == "points"]
+    options, robot = problem.options, problem.robot
+    right = mended(robot, problem.measurements, problem.test, options)
+    survey, place = right.survey, None
+    if survey.placements:
+        place = results.NextPlacement(text=next_placement(robot, survey))
     return replace(
         problem,
-        measurements=(*train, *points),
-        test=(*test, *measured),
-        checks=(*done, *survey.diagnostics),
+        measurements=right.train,
+        test=right.test,
+        checks=(*right.done, *survey.diagnostics),
+        survey=survey,
         hypotheses=survey.hypotheses,
-        next_placement=results.NextPlacement(text=next_placement(problem.robot, survey)),
+        next_placement=place,
     )

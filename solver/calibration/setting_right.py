@@ -1,6 +1,7 @@
 """Recordings set right before a fit, by what explains them; see :mod:`..diagnostics`."""
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from ...errors import MukcaError
@@ -16,14 +17,84 @@ from ..diagnostics import (
     Survey,
     corrected,
     inspect_all,
+    named,
 )
 from ..results import Diagnostic
 from ..robot import Robot
 from .options import SolveOptions
 
 Look = Callable[..., Survey]
+NOTHING_SEEN = Survey((), ())
+"""Of placements in no sockets."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
+
+
+@dataclass(frozen=True)
+class MendedRecordings:
+    """Placements with all set right that can be, what was done, and what is still seen of them."""
+
+    train: tuple[Measurement, ...]
+    test: tuple[Measurement, ...]
+    done: tuple[Diagnostic, ...] = ()
+    survey: Survey = NOTHING_SEEN
+
+
+def mended(
+    robot: Robot,
+    train: Sequence[Measurement],
+    test: Sequence[Measurement],
+    options: SolveOptions,
+) -> MendedRecordings:
+    """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
+
+    Args:
+        robot: The robot.
+        train: Placements to train on. Those held out are never looked at with them.
+        test: Placements held out.
+        options: What may be done, and what was said of the recordings.
+
+    Raises:
+        KnownError: A known distance names a socket that is not there.
+    """
+    (trained, of_points), (held_out, points_held_out) = map(_by_kind, (train, test))
+    if not trained and not held_out:
+        return MendedRecordings(tuple(train), tuple(test))
+    look, actions = _look(robot, trained, options), actions_of(options)
+    survey, done = look(trained, held_out), list[Diagnostic]()
+    wrong = survey.unclear or any(one.corrections for one in survey.placements)
+    if wrong and actions:
+        mend = partial(set_right, look, actions=actions)
+        seen = survey.placements[: len(trained)]
+        trained, done = mend(trained)
+        if not done:  # too few to tell by themselves: where a base moved, all tell together
+            trained, done = by_findings(trained, seen, LEAST, actions)
+        held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
+        survey, done = look(trained, held_out), [*done, *more]
+    train, test = (*trained, *of_points), (*held_out, *points_held_out)
+    return MendedRecordings(train, test, tuple(done), survey)
+
+
+def _by_kind(
+    measurements: Sequence[Measurement],
+) -> tuple[list[Measurement], list[Measurement]]:
+    """Return placements in sockets, and those of which an instrument measured points."""
+    seated = [m for m in measurements if m.kind == "sockets"]
+    return seated, [m for m in measurements if m.kind != "sockets"]
+
+
+def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:
+    """Return what looks at placements to train on, and at others held out beside them."""
+    known = named(train, options.distances)
+    size = repeatability_of(robot, options.repeatability_mm)
+
+    def look(trained: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
+        names = [m.name for m in trained] if held_out else []
+        given = Given(known, options.deviation, options.load, names)
+        every = [*trained, *held_out]
+        return inspect_all(robot, every, given, zeros=bool(options.zeros), repeatability=size)
+
+    return look
 
 
 def set_right(
@@ -100,9 +171,5 @@ def placements_set_right(
     measured = [
         measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
     ]
-    seated = [m for m in measured if m.kind == "sockets"]
-    size = repeatability_of(robot, options.repeatability_mm)
-    look: Look = partial(inspect_all, robot, given=Given(load=options.load), repeatability=size)
-    right, done = set_right(look, seated, least=LEAST_HELD_OUT)
-    points = [m for m in measured if m.kind != "sockets"]
-    return [m.placement for m in (*right, *points)], done
+    right = mended(robot, (), measured, options)
+    return [m.placement for m in right.test], [*right.done]

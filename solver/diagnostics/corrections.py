@@ -123,11 +123,14 @@ def corrected(
 
 
 def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
-    """Return a placement's parts, each a placement; the first keeps the name for now."""
+    """Return a placement's parts, each a placement; the first has its name for now, and alarms."""
     parts: list[Measurement] = []
     for number, samples in enumerate(pieces):
         name = measured.name + PART * min(number, 1)
-        placement = replace(measured.placement, name=name, samples=tuple(samples))
+        alarms = () if number else measured.placement.kept_alarms
+        placement = replace(
+            measured.placement, name=name, samples=tuple(samples), kept_alarms=alarms
+        )
         parts.append(replace(measured, placement=placement))
     return parts
 

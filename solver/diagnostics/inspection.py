@@ -31,6 +31,8 @@ MOST_DRIFT, PLAY = 3e-3, 0.015
 like one where gears have play."""
 MOST_NOISE = 5e-3
 """Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
+GARBAGE = 1e-2
+"""What a placement fitted alone leaves beyond this is no recording of a ball in a socket [m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
@@ -38,6 +40,8 @@ UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
+HELD_OUT = "; no error, since the model has nothing of what is held out"
+"""Added to the advice on what would be an error in a placement to train on."""
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that cannot be confused with play."""
 
@@ -140,7 +144,8 @@ def inspect_all(
         mends = [correction_of(f, d, m) for f, d in own]
         corrections = tuple(one for one in mends if one is not None)
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
-        if floors[m.name] > MANY * scene.noise and not any(d.level == "error" for _, d in told):
+        wrong = any(d.level == "error" or d.advice.endswith(HELD_OUT) for _, d in told)
+        if floors[m.name] > MANY * scene.noise and not wrong:
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
         middle = np.median(balls[rows], axis=0)
         inspections.append(Inspection(m, floors[m.name], corrections, tuple(diagnostics), middle))
@@ -154,7 +159,7 @@ def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnosti
         f"{1e3 * noise:.2f} mm that are usual of this arm, and no single cause explains it"
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
-    level = "error" if floor > 2 * MOST_NOISE else "warning"
+    level = "error" if floor > GARBAGE else "warning"
     return Diagnostic(level, "floor", where_of([measured]), text, advice)
 
 
@@ -169,14 +174,15 @@ def _diagnostic(
         single = "sample" in p and not p.get("throughout")
         where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
     held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
-    weighed = kind in KINDS and told.name not in UNWEIGHED and not held_out
-    costs = consequence_of(finding, given.trained) if weighed else None
+    weighed = kind in KINDS and told.name not in UNWEIGHED
+    # a placement that is held out has the level that it would have in a fit to all placements
+    costs = consequence_of(finding, () if held_out else given.trained) if weighed else None
     # nothing can be trusted where samples scatter that much, however little the fit heeds them
     scattered = p.get("noise_here", 0.0) >= MOST_NOISE
     if costs is not None and not scattered:
         level = level_of(costs, finding.scene.noise)
     usual = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
-    slight = held_out or told.name == "distance" or p.get("size", 0.0) < usual.get(told.name, 0.0)
+    slight = told.name == "distance" or p.get("size", 0.0) < usual.get(told.name, 0.0)
     if level == "error" and (slight or _is_noise(finding)):
         level = "warning"  # of a distance, the size of the arm decides
     if told.name == "ball_sample" and p["size"] > SEATED:
@@ -184,7 +190,17 @@ def _diagnostic(
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += PLAY_HINT
-    return Diagnostic(level, code, where, told.text, advice, costs)
+    if level == "error" and held_out and not (scattered or _is_garbage(finding)):
+        level, advice = "warning", f"{advice}{HELD_OUT}"
+    return Diagnostic(level, code, where, told.text, advice, None if held_out else costs)
+
+
+def _is_garbage(finding: Candidate) -> bool:
+    """Tell whether a finding's placement, fitted alone, leaves a centimetre: held out, too."""
+    scene = finding.scene
+    floors = zip(scene.measurements, scene.floors, strict=True)
+    name = finding.parameters.get("placement")
+    return any(floor > GARBAGE for m, floor in floors if m.name == name)
 
 
 def _is_noise(finding: Candidate) -> bool:

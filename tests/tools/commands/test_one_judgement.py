@@ -13,6 +13,7 @@ from mukca.solver.assessment import worst
 pytestmark = pytest.mark.slow
 OF_RECORDINGS = ("data_checks", "distance_given", "scale", "samples")
 ALARM = "the base moved before sample 5"
+HELD_OUT = "held out"
 EXITS = {"fail": 1, "not enough": 3}
 
 
@@ -30,21 +31,31 @@ def off(zero):
     return lambda q: q + zero * np.eye(7)[3]
 
 
+def scattered(turn):
+    """Every joint errs."""
+    return lambda q: q + np.random.default_rng(1).normal(0, turn, q.shape)
+
+
+def by_name(findings):
+    """Levels of findings and their sentences, by what was seen and where."""
+    return {(f["code"], f["where"], f["text"]): f for f in findings}
+
+
 @pytest.mark.parametrize(
-    ("spoil", "distance"),
+    ("spoil", "distance", "keep"),
     [
-        (off(0.0), 0.05),
-        (off(0.0), 0.0503),
-        (off(0.1), 0.05),
-        (drifting(3e-3), 0.05),
-        (pushed(1e-2), 0.05),
+        (off(0.0), 0.05, False),
+        (off(0.0), 0.0503, False),
+        (off(0.1), 0.05, False),
+        (drifting(3e-3), 0.05, False),
+        (drifting(3e-3), 0.05, True),
+        (pushed(1e-2), 0.05, False),
+        (pushed(1e-2), 0.05, True),
+        (scattered(0.03), 0.05, False),
     ],
 )
-def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distance):
-    """The same findings, and the exit status of the same rows.
-
-    What is wrong in a placement that was held out does nothing to the model: its level may differ.
-    """
+def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distance, keep):
+    """The same findings, set right or as recorded, and the exit status of the same rows."""
     folder = copytree(session, tmp_path / "session")
     for file in folder.glob("*/placement.json"):
         keys = json.loads(file.read_text())
@@ -55,24 +66,25 @@ def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distanc
     for socket in (0, 1):
         rows = left.positions[left.sockets == socket].tolist()
         write_rows(folder / f"left/hole_{socket}.csv", rows)
-    status, out, _ = command("check", folder, "--robot", "panda", "--json")
+    words = ("check", folder, "--robot", "panda", "--json", *["--as-recorded"] * keep)
+    status, out, _ = command(*words)
     found = json.loads(out)
-    said = [*found["findings"], *(f for p in found["placements"] for f in p["findings"])]
-    assert sum(ALARM in finding["text"] for finding in said) == 3
+    seen = [*found["findings"], *(f for p in found["placements"] for f in p["findings"])]
+    assert sum(ALARM in finding["text"] for finding in seen) == 3
     placements = mukca.read_placements(folder)
     others = [p for p in placements if p.place != "left"]
     for trained in (placements, others):
         held_out = [p for p in placements if p not in trained]
-        calibration = mukca.calibrate(panda, trained, test=held_out, as_recorded=True)
+        calibration = mukca.calibrate(panda, trained, test=held_out, as_recorded=keep)
         checks = [check.as_dict() for check in calibration.document.checks]
-        of_fit = ("movement",)
-        same = {"code", "where", "text"} if held_out else set(said[0])
-        ours, theirs = (
-            sorted(str({key: c[key] for key in sorted(same)}) for c in several)
-            for several in (said, [c for c in checks if c["code"] not in of_fit])
-        )
-        assert ours == theirs
+        ours = by_name(check for check in checks if check["code"] != "movement")
+        theirs = by_name(seen)
+        assert ours.keys() == theirs.keys()
+        for name, finding in theirs.items():
+            here = ours[name]
+            assert here["level"] == finding["level"] or HELD_OUT in here["advice"], here
         verdict = calibration.verdict
         rows = {row.name: row.status for row in (*verdict.limits, *verdict.reasons)}
         if not held_out:
+            assert ours == theirs
             assert status == worst(EXITS.get(rows.get(name, ""), 0) for name in OF_RECORDINGS)

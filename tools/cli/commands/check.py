@@ -6,6 +6,7 @@ from functools import partial as partial_of
 from pathlib import Path
 from typing import Any
 
+from .... import recorder
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
@@ -48,12 +49,14 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
-    placements, survey = cli.survey_of(options.data, robot, settings, sockets=1)
-    warnings = [line for measured in placements for line in measured.warnings]
-    terminal.warn(*warnings)
+    read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
+    # as solve begins, all placements trained on
+    problem = calibration.problems_of(robot, read, (), settings)[""]
+    placements, survey, findings = problem.measurements, problem.survey, problem.checks
+    terminal.warn(*problem.warnings)
     known = settings.distances
-    single = diagnostics.single_socket_diagnostics(placements, known)
-    shared, findings = (*survey.shared, *single), (*survey.diagnostics, *single)
+    of_one = {finding for one in survey.placements for finding in one.diagnostics}
+    shared = [finding for finding in findings if finding not in of_one]
     broken = any(finding.level == "error" for finding in findings)
     accuracy = None
     if not broken:
@@ -61,7 +64,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         accuracy = design.accuracy_by(robot, placements, *given, zeros=bool(settings.zeros))
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
-    hint = diagnostics.next_placement(robot, survey) if survey.placements else POINTS_HINT
+    hint = POINTS_HINT if problem.next_placement is None else problem.next_placement.text
     measured = [f"{m.name}: {sum(m.counts)}" for m in placements if m.kind == "points"]
     points = [f"{words} points that an instrument measured" for words in measured]
     lines = [*_seen(survey, shared), *points, _amount(placements, predicted, broken=broken), hint]
@@ -90,7 +93,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
             "scale": None if scale is None else scale.as_dict(),
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},
-            "warnings": warnings,
+            "warnings": list(problem.warnings),
             "verdict": verdict.as_said(),
         },
     )
