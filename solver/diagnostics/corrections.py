@@ -175,5 +175,4 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     of = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""
     advice = f"{of}{done}; {AS_RECORDED}{hint}"
-    level = "note" if correction.diagnostic.level == "note" else "warning"
-    return replace(correction.diagnostic, level=level, code=SET_RIGHT, advice=advice)
+    return replace(correction.diagnostic, level="warning", code=SET_RIGHT, advice=advice)

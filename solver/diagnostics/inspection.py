@@ -40,8 +40,8 @@ UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
-HELD_OUT = "; no error, since the model has nothing of what is held out"
-"""Added to the advice on what would be an error in a placement to train on."""
+HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
+"""Added to the advice on what is weighed by the model in a placement to train on."""
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that cannot be confused with play."""
 
@@ -175,8 +175,7 @@ def _diagnostic(
         where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
     held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
     weighed = kind in KINDS and told.name not in UNWEIGHED
-    # a placement that is held out has the level that it would have in a fit to all placements
-    costs = consequence_of(finding, () if held_out else given.trained) if weighed else None
+    costs = consequence_of(finding, given.trained) if weighed and not held_out else None
     # nothing can be trusted where samples scatter that much, however little the fit heeds them
     scattered = p.get("noise_here", 0.0) >= MOST_NOISE
     if costs is not None and not scattered:
@@ -190,9 +189,10 @@ def _diagnostic(
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += PLAY_HINT
-    if level == "error" and held_out and not (scattered or _is_garbage(finding)):
+    sound_enough = not (scattered or _is_garbage(finding))
+    if held_out and (weighed or level == "error") and sound_enough:
         level, advice = "warning", f"{advice}{HELD_OUT}"
-    return Diagnostic(level, code, where, told.text, advice, None if held_out else costs)
+    return Diagnostic(level, code, where, told.text, advice, costs)
 
 
 def _is_garbage(finding: Candidate) -> bool:
