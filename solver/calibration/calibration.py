@@ -178,13 +178,8 @@ class Calibration(FittedModel):
         before = (row.shifted(offsets.tolist()) for row in self.document.data)
         if not offsets.any() or not any(_are_in(measured, row) for row in before):
             return measured
-        recorded = [
-            replace(sample, position=tuple((np.array(sample.position) - offsets).tolist()))
-            for sample in measured.placement.samples
-        ]
-        shifted = replace(measured.placement, samples=tuple(recorded))
         remark = f"{measured.name}: read before zeros changed, and taken as joints read now"
-        return replace(measured, placement=shifted, warnings=(*measured.warnings, remark))
+        return replace(measured.shifted(-offsets), warnings=(*measured.warnings, remark))
 
     def __repr__(self) -> str:
         doc = self.document

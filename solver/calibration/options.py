@@ -211,9 +211,11 @@ class SolveOptions:
         """Mass at the ball by the placement's name [kg], by an empty name of all others."""
         return read_payloads(self.payload)
 
-    def carrying(self, placements: "Iterable[Placement]") -> "list[Placement]":
-        """Return placements with the payloads that are stated of them."""
-        return carrying(placements, self.payloads)
+    def carrying(
+        self, placements: "Iterable[Placement]", *, others: bool = False
+    ) -> "list[Placement]":
+        """Return placements with the payloads that are stated of them, or of all ``others``."""
+        return carrying(placements, self.payloads, others=others)
 
     def check_payloads(self, placements: "Iterable[Placement]") -> None:
         """Refuse a payload of a placement that is not there."""

@@ -47,10 +47,17 @@ def check_payloads(placements: "Iterable[Placement]", masses: Mapping[str, float
             raise UsageError(f"--payload {name}={mass:g}: no such placement; there are {known}")
 
 
-def carrying(placements: "Iterable[Placement]", masses: Mapping[str, float]) -> "list[Placement]":
-    """Return placements with their payloads, as :func:`read_payloads` gives them."""
+def carrying(
+    placements: "Iterable[Placement]", masses: Mapping[str, float], *, others: bool = False
+) -> "list[Placement]":
+    """Return placements with their payloads, as :func:`read_payloads` gives them.
+
+    ``others``: the mass that names no placement is that of all which state none, too.
+    """
     loaded: list[Placement] = []
     for placement in placements:
         mass = masses.get(placement.name, masses.get(placement.place))
+        if others and mass is None and placement.payload is None:
+            mass = masses.get("")
         loaded.append(placement if mass is None else replace(placement, payload=mass))
     return loaded

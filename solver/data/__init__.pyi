@@ -17,6 +17,10 @@ from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation
 from .frames import place_frames as place_frames
+from .instrument import HandEye as HandEye
+from .instrument import check_orientations as check_orientations
+from .instrument import hand_eye as hand_eye
+from .instrument import rotation_matrices as rotation_matrices
 from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import WORLD as WORLD
 from .known import Known as Known
@@ -41,12 +45,8 @@ from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
 from .measurements import PART as PART
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
-from .measurements import HandEye as HandEye
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
-from .measurements import check_orientations as check_orientations
-from .measurements import hand_eye as hand_eye
-from .measurements import rotation_matrices as rotation_matrices
 from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics

@@ -12,8 +12,9 @@ from ...errors import MukcaError
 from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import BallModel, Robot
 from .efforts import with_plausible_efforts
+from .instrument import check_orientations
 from .lengths import Readings, agreed_length, agreeing, readings_of
-from .measurements import Load, Measurement, check_orientations
+from .measurements import Load, Measurement
 from .sample_choice import counted_once, unwound, without_single
 
 LEAST_POINTS = 4

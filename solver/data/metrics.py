@@ -9,8 +9,9 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ..robot import rotation_vectors
 from .frames import Pose, fit_pose
-from .measurements import Measurement, rotation_vectors
+from .measurements import Measurement
 
 CALIPER_DEVIATION = 3e-5
 """Standard deviation of a socket distance measured with a caliper [m]."""

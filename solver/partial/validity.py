@@ -207,9 +207,8 @@ def _changes_since(
         if next_step(system) > DIVERGED:
             return Changes({}), None
         offset = float(system.state.x[index] - prior.mean[index])
-        rows = [m.positions + offset * np.eye(len(joints))[j] for m in data]
-        pairs = zip(rows, data, strict=True)
-        metrics = mean_metrics([evaluate(calibration.calibrated.ball(q), m) for q, m in pairs])
+        shifted = [m.shifted(offset * np.eye(len(joints))[j]) for m in data]
+        metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
         unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
         cause = NearestCause(changes.likeliest, offset, metrics.mean_absolute_error, unit)
         changes = replace(changes, cause=cause)

@@ -154,6 +154,7 @@ def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.P
     placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
     data.check_left_out(placements, settings.leave_out)
     placements = data.without(placements, settings.leave_out)
+    settings.check_payloads(placements)
     if not placements:
         raise UsageError("--leave-out: no placement is left")
     return data.as_flange_poses(placements) if settings.flange_poses else placements
@@ -163,9 +164,7 @@ def survey_of(
     paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for faults in them."""
-    placements = read_data(paths, settings)
-    settings.check_payloads(placements)
-    placements = settings.carrying(placements)
+    placements = settings.carrying(read_data(paths, settings))
     measured = [
         data.measure(one, robot, settings.distance, sockets=sockets, load=settings.load)
         for one in placements

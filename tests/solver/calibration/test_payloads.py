@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from altered import write_samples
+from altered import moved, write_samples
 
 import mukca
 from mukca import MukcaError
 from mukca.solver.bayes.model import Deflection
+from mukca.tools.cli import main as mukca_command
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 MASSES = {"bare": 0.0, "loaded": 4.0, "other": 2.0}
@@ -39,7 +40,7 @@ def error(calibration):
 
 
 @pytest.mark.slow
-def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path):
+def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path, capsys):
     robot, (bare, loaded, other) = mukca.load_robot("panda"), placements
     stated = [f"{name}={mass}" for name, mass in MASSES.items()]
     found = mukca.calibrate(robot, [bare, loaded], [other], payload=stated)
@@ -52,6 +53,16 @@ def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path
     assert again.document.load.payload == 0.0
     assert not mukca.what_changed(again, replace(other, payload=2.0)).changed
     assert mukca.what_changed(again, other).changed
+    off = moved(other, other.positions - 5e-3 * np.eye(7)[3])
+    cause = mukca.what_changed(again, replace(off, payload=2.0)).cause
+    assert cause is not None and cause.error < 1e-4
+    write_samples(tmp_path / "later", other)
+    later, calibrated = str(tmp_path / "later"), str(tmp_path / "cal")
+    validate, check = ("validate", calibrated, later), ("check", later, "--calibration", calibrated)
+    for words, mass in ((validate, "later=2"), (check, "2")):
+        mukca_command([*words, "--payload", mass, "--json"])
+        assert json.loads(capsys.readouterr().out)["likeliest"] == "nothing", words
+    assert mukca_command([*validate, "--payload", "kitchen=2"]) == 2
 
 
 @pytest.mark.parametrize(

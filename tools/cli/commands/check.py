@@ -1,7 +1,7 @@
 """``mukca check`` and ``validate``: recordings by themselves, and a calibration on others."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from functools import partial as partial_of
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from ... import cli
 from .report import emit_with_page, metres
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
-_OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros payload gravity"
+_OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
 """Options that a calibration has of its own."""
 
 POINTS_HINT = (
@@ -149,7 +149,7 @@ class _ValidateOptions(cli.OutputOptions):
     data: Sequence[Path] = cli.argument()
     stood: str = ""
     settings: SolveOptions = cli.part(
-        SolveOptions, "distance repeatability_mm flange_poses as_recorded leave_out"
+        SolveOptions, "distance payload repeatability_mm flange_poses as_recorded leave_out"
     )
 
 
@@ -159,7 +159,10 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
-    settings, placements = options.settings, cli.read_data(options.data, options.settings)
+    settings = options.settings
+    placements = settings.carrying(cli.read_data(options.data, settings), others=True)
+    load = calibrated.load
+    settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
         m = data.measure(placement, robot, settings.distance, sockets=1)
         beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)

@@ -1,0 +1,123 @@
+"""Where what a link carries, and an instrument's frame, stand, by poses that it measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..robot import rotation_vectors
+from .frames import REWEIGHTINGS, FrameError, Pose, robust_weights
+
+ALONG_ONE_AXIS = 1e-3
+"""Share of the turns about other axes below which the poses turn about one axis only."""
+DOUBTFUL, STRANGE = 5e-3, 0.1
+"""Typical angles [rad]: beyond the first other columns are tried, and no arm errs by the second."""
+BETTER = 0.25
+"""Share of the angle that is left if they turn the other way."""
+
+
+def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
+    """Return the rotations of unit quaternions x, y, z, w, shape (..., 4), as (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+@dataclass(frozen=True)
+class HandEye:
+    """The two unknown poses, and how well they fit."""
+
+    tool: Pose
+    """X, what was measured in the link's frame."""
+    frame: Pose
+    """F, the instrument's frame in the base."""
+    angles: np.ndarray
+    """Angle that is left of each pose, shape (N,) [rad]."""
+    distances: np.ndarray
+    """Distance that is left, shape (N,) [m]."""
+
+
+def hand_eye(
+    R: np.ndarray, p: np.ndarray, M: np.ndarray, t: np.ndarray, where: str = "poses"
+) -> HandEye:
+    """Return where an instrument's frame stands and what the link carries, without any start.
+
+    The link has the poses (R_i, p_i) in the base, and what is fixed to it was measured at (M_i,
+    t_i) in the instrument's frame, of shapes (N, 3, 3) and (N, 3) [m]; messages begin with
+    ``where``. With F the pose of that frame in the base and X what is fixed,
+
+        F (M_i, t_i) = (R_i, p_i) X
+
+    The rotations follow from the largest singular value of sum M_i (x) R_i (Shah 2013), the places
+    from linear least squares, both with weights that fall with the error that is left.
+    """
+    spread = np.linalg.svd(np.cov(R.reshape(len(R), 9).T), compute_uv=False)
+    if spread[3] < ALONG_ONE_AXIS * spread[0]:
+        raise FrameError(
+            f"{where}: the link turns about one axis only, which leaves open what it carries; turn "
+            "it about two axes at least"
+        )
+    tool, frame, angles = _turns(R, M)
+    rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
+    offset = t @ frame.T - p
+    distances, weights = np.zeros(len(R)), np.ones(len(R))
+    solution = np.zeros(6)
+    for _ in range(REWEIGHTINGS):
+        root = np.sqrt(weights)[:, None]
+        flat = (rows * root[..., None]).reshape(-1, 6)
+        solution = np.linalg.lstsq(flat, (offset * root).ravel(), rcond=1e-6)[0]
+        distances, weights = _weighed(rows @ solution - offset)
+    return HandEye(Pose(tool, solution[:3]), Pose(frame, solution[3:]), angles, distances)
+
+
+def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotations of the tool and of the frame, and the angles that they leave."""
+    K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
+    tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
+    frame, weights, angles = tool, np.ones(len(R)), np.zeros(len(R))
+    for _ in range(REWEIGHTINGS):
+        frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
+        tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
+        rotations_left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
+        angles, weights = _weighed(rotations_left)
+    return tool, frame, angles
+
+
+def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sizes of errors, shape (N, 3), and weights that fall with them."""
+    sizes = np.linalg.norm(errors, axis=1)
+    return sizes, robust_weights(sizes**2)
+
+
+def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> None:
+    """See that measured orientations turn as the link does, by its rotations, shape (N, 3, 3).
+
+    Columns swapped, in another order, with a wrong sign, or inverse: all of these quaternions x, y,
+    z, w, shape (N, 4), turn the other way, so they are told from right ones, and not from each
+    other.
+    """
+    M = rotation_matrices(quaternions)
+    as_is = float(np.median(_turns(R, M)[2]))
+    if as_is < DOUBTFUL:
+        return
+    other_way = float(np.median(_turns(R, M.swapaxes(1, 2))[2])) < BETTER * as_is
+    if other_way or as_is > STRANGE:
+        words = (
+            "they turn the other way: two of the columns qx,qy,qz,qw are swapped, they stand in "
+            "another order (qw first?), one has the wrong sign, or the poses are inverse, as a "
+            "camera's are"
+        )
+        if not other_way:
+            words = "see the order of the joints, their unit (radians) and the robot's model"
+        raise FrameError(
+            f"{where}: orientations are {as_is:.2g} rad off those of the robot's flange; {words}"
+        )
+
+
+def _nearest(matrix: np.ndarray) -> np.ndarray:
+    """Return the rotation nearest to a matrix or to its opposite, shape (3, 3)."""
+    U, _, Vt = np.linalg.svd(matrix * np.sign(np.linalg.det(matrix)))
+    return U @ Vt
