@@ -146,6 +146,30 @@ def cameras(one: Simulated, tally: Tally) -> None:
         off = np.linalg.norm(np.array(result.frame.xyz) - sound.frame.xyz)
         tally.errors["camera, its shift by a wrong board [mm]"].append(1e3 * float(off))
     readings(one, q, seen, tally)
+    translations(one, truth, tally)
+
+
+def translations(one: Simulated, truth: FullModel, tally: Tally) -> None:
+    """Find a camera by views between which the flange never turns: refused, or of status 3."""
+    postures = one.samples(one.arm, 30, one.how).positions
+    steps = one.generator.uniform(-0.04, 0.04, (15, 3))
+    for start in postures:
+        poses = np.tile(truth.flange(start), (15, 1, 1))
+        poses[:, :3, 3] += steps
+        try:
+            q = truth.command(poses, near=start)
+        except mukca.MukcaError:
+            continue  # out of reach without a turn
+        break
+    else:
+        return  # an arm of five joints has no such views
+    seen = np.linalg.inv(truth.flange(q) @ CAMERA) @ BOARD
+    seen[:, :3, 3] += one.generator.normal(0, 3e-4, (15, 3))
+    try:
+        told = bool(mukca.handeye(one.calibration, board(q, list(seen)), "on-arm").untold)
+    except mukca.MukcaError:
+        told = True
+    tally.counts["camera by translations alone, no number"].append(told)
 
 
 def readings(one: Simulated, q: np.ndarray, seen: np.ndarray, tally: Tally) -> None:

@@ -1,6 +1,8 @@
 """What the exported C functions cost a call, beside Pinocchio's forward kinematics in the same run.
 
-    python benchmarks/export_c.py CALIBRATION.json
+    python benchmarks/export_c.py [CALIBRATION.json]
+
+Without a calibration it is that of a simulated Panda, which bends and whose gears are uneven.
 
 Pinocchio reads the URDF alone, and is called from Python; what such a call costs by itself is
 measured too. The C functions hold the full model, corrections of the joints and gravity included.
@@ -13,12 +15,14 @@ them, what is left there [mm], and the joint at its limit.
 import argparse
 import re
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from doubts import simulated
 
 from mukca.solver.calibration import load_calibration
 from mukca.solver.robot import workspace
@@ -76,7 +80,7 @@ RADIUS = 0.05
 
 
 def in_c(file: Path, folder: Path, q: np.ndarray, start: Sequence[float]) -> dict[str, float]:
-    """Return the time of each function and of the slowest cycle [us]; show the circle."""
+    """Return the time of each function and of the slowest cycle [us], its steps, and misses."""
     source = folder / "arm.c"
     assert mukca(["export", str(file), "--to", "c", "--out", str(source)]) == 0
     names = re.findall(r"^\w+ (arm_\w+)\(", (folder / "arm.h").read_text(), re.M)
@@ -90,8 +94,11 @@ def in_c(file: Path, folder: Path, q: np.ndarray, start: Sequence[float]) -> dic
     lines = subprocess.run(["./loop"], cwd=folder, check=True, capture_output=True, text=True)
     rows = lines.stdout.splitlines()
     end = 1 + next(i for i, row in enumerate(rows) if row.startswith("circle"))
-    print(f"  {rows[end - 1]} (slowest [us], most rounds, failures)", *rows[end:])
-    return {row.split()[0]: float(row.split()[1]) for row in rows[:end]}
+    print(*rows[end:], file=sys.stderr)
+    slowest, rounds, missed = map(float, rows[end - 1].split()[1:])
+    times = {f"`{row.split()[0]}`": float(row.split()[1]) for row in rows[: end - 1]}
+    cycle = "`arm_command_pose`, slowest of 20,000 cycles"
+    return times | {cycle: slowest, "its most steps": rounds, "its poses missed": missed}
 
 
 def in_pinocchio(urdf: bytes, q: np.ndarray) -> tuple[float, float]:
@@ -112,23 +119,34 @@ def in_pinocchio(urdf: bytes, q: np.ndarray) -> tuple[float, float]:
     return 1e6 * (between - begin) / calls, 1e6 * (end - between) / calls
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("calibration", type=Path, metavar="CALIBRATION.json")
-    arguments = parser.parse_args()
-    calibration = load_calibration(arguments.calibration)
+def costs(file: Path) -> None:
+    """Show the costs of a calibration's functions."""
+    calibration = load_calibration(file)
     q = workspace(calibration.robot, 200)
     start = calibration.document.data[0].samples[0].position
     with tempfile.TemporaryDirectory() as folder:
-        runs = [in_c(arguments.calibration, Path(folder) / str(i), q, start) for i in range(5)]
+        runs = [in_c(file, Path(folder) / str(i), q, start) for i in range(5)]
     urdf = calibration.calibrated.urdf()
     others = [in_pinocchio(urdf, q) for _ in range(5)]
-    print(f"{calibration.robot.name}: {calibration.calibrated.deflection.extensions}")
+    extensions = ", ".join(calibration.calibrated.deflection.extensions)
+    print(f"| {calibration.robot.name} ({extensions}) | us a call |", "|---|---|", sep="\n")
     for name in runs[0]:
-        print(f"  {name:<20} {min(run[name] for run in runs):7.3f} us")
+        print(f"| {name} | {min(run[name] for run in runs):.3g} |")
     kinematics, nothing = map(min, zip(*others, strict=True))
-    print(f"  pinocchio's forwardKinematics, from Python: {kinematics:.3f} us,")
-    print(f"  of which an empty call takes {nothing:.3f} us")
+    print(f"| Pinocchio's `forwardKinematics`, called from Python | {kinematics:.3g} |")
+    print(f"| an empty call from Python | {nothing:.3g} |")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("calibration", type=Path, nargs="?", metavar="CALIBRATION.json")
+    file: Path | None = parser.parse_args().calibration
+    if file is not None:
+        costs(file)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        simulated("panda", 0).calibration.save(folder, force=True)
+        costs(Path(folder) / "calibration.json")
 
 
 if __name__ == "__main__":

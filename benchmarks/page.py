@@ -1,6 +1,6 @@
 """Write docs/benchmarks.md: accuracy, speed, trust and faults, dated, with the machine.
 
-    python benchmarks/page.py [--measure accuracy instrument speed trust faults]
+    python benchmarks/page.py [--measure accuracy instrument speed trust costs]
                               [--recordings DIR] [--tracker DIR]
 
 What is named by --measure is measured anew, and kept in docs/benchmarks.json with the date and the
@@ -41,6 +41,7 @@ COMMANDS = {
     "speed": "solve.py",
     "trust": "verdicts.py --cases 40 --processes 1",
     "faults": "bad_inputs.py",
+    "costs": "export_c.py",
 }
 """Other benchmarks, whose words are kept."""
 STYLE = """
@@ -98,8 +99,8 @@ def command(name: str, folders: Mapping[str, Path]) -> str:
         [sys.executable, str(ROOT / "benchmarks" / words[0]), *words[1:]],
         check=True, capture_output=True, text=True,
     )  # fmt: skip
-    begin = done.stdout.find("kind ") if name == "trust" else 0  # the table; no case by itself
-    return done.stdout[begin:].rstrip()
+    begin = {"trust": "kind ", "costs": "| "}.get(name, "")  # the table; no case by itself
+    return done.stdout[done.stdout.find(begin) :].rstrip()
 
 
 def instrument(figures: Mapping[str, Any]) -> tuple[str, str, str, str]:
@@ -173,6 +174,10 @@ A calibration's cost, as ratios against baselines in the same run.
 Simulated and real recordings with one known mistake each: how many were stopped, and whether the
 cause named first was right.
 """,
+    "costs": """## Costs of the exported C functions
+
+Least of five runs in CPU time, beside Pinocchio's forward kinematics of the URDF in the same run.
+""",
     "faults": """## Bad input
 
 Recordings with something spoilt, and what `mukca solve` says. None may pass, and none may end in a
@@ -192,7 +197,7 @@ def page(figures: Mapping[str, Any]) -> str:
             body = "\n".join(table_rows(kept["found"])) + "\n"
         else:
             words = COMMANDS[name].format(tracker="TRACKER")
-            found = kept["found"] if name == "faults" else f"```\n{kept['found']}\n```"
+            found = kept["found"] if kept["found"].startswith("|") else f"```\n{kept['found']}\n```"
             body = f"\n`python benchmarks/{words}` prints:\n\n{found}\n"
         parts.append(f"{text}{body}\nMeasured on {kept['date']}, {kept['machine']}.\n")
     return "\n".join(parts)

@@ -117,4 +117,6 @@ def test_figures_are_those_of_the_benchmarks():
         text = " ".join((ROOT / page).read_text().split())
         assert [row for row in rows if row not in text] == [], page
         assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text, page
+    costs = figures["costs"]["found"]
+    assert costs in (ROOT / "docs" / "use.md").read_text()
     assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text

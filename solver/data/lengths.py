@@ -51,4 +51,4 @@ def agreed_length(readings: Sequence[float]) -> float:
 
 def agreeing(length: float, readings: Sequence[float]) -> int:
     """Return how many readings agree with a length [m]."""
-    return sum(abs(reading - length) <= AGREEING for reading in readings)
+    return sum(bool(abs(reading - length) <= AGREEING) for reading in readings)

@@ -1,8 +1,11 @@
 """Lengths are typed with or without their unit, and two readings that agree are believed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import mukca
 from mukca.recorder import Placement
 from mukca.solver.data import agreed_length, measure, metres, millimetres
 from mukca.solver.diagnostics import size_level
@@ -47,6 +50,15 @@ def test_a_reading_typed_again_agrees_with_that_of_the_recording(panda):
         0.0496: (0.0496, 1),
         (0.0496, 0.04965): (0.049625, 2),
     }
+
+
+def test_a_distance_computed_by_numpy_is_said_in_the_verdict(panda, session):
+    """As a program's, or the guide's, whose recordings never saw a file."""
+    (front,) = mukca.read_placements(session / "front")
+    front = replace(front, distance=np.float64(front.distance), readings=())
+    found = mukca.calibrate(panda, [front], method="paper")
+    premise = next(one for one in found.verdict.rests_on if one.name == "distance")
+    assert "(as placement.json says; " in premise.text
 
 
 def test_a_size_is_doubted_until_its_distance_was_read_twice():
