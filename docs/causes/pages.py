@@ -21,6 +21,7 @@ EXAMPLE = {
     "gravity": [0.0, 0.0, 9.81], "option": "0 0 9.81",
     "source": "as given: measure it again, and give what you read by --distance MEASURED",
 }  # fmt: skip
+POINT = {**EXAMPLE, "point": 18}
 LOOKS = {
     "distance": "Every fit is as good as ever, and the arm comes out too long or too short: its "
     "size follows the distance that was typed. It looks the same as a model that is scaled.",
@@ -77,7 +78,11 @@ def main() -> None:
         lines = [line for line in dict.fromkeys(lines) if line]
         prior = 100 * sum(cause.prior for cause in own) / total
         title = TITLES.get(name, name.replace("_", " ").capitalize())
+        of_points = [c.for_points().text(POINT) for c in own if c.of_points]
         told = "\n".join(f"- `{line}`" for line in lines)
+        if of_points:
+            told += "\n\nOf points that an instrument measured:\n\n"
+            told += "\n".join(f"- `{line}`" for line in of_points)
         todo = list(dict.fromkeys(c.advice.format(**EXAMPLE) for c in own))
         tells = list(dict.fromkeys(c.tell for c in own if c.tell))
         tell = " Or: ".join(_sentence(one) for one in tells)

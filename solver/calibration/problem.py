@@ -269,7 +269,7 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     options, robot = problem.options, problem.robot
     right = mended(robot, problem.measurements, problem.test, options)
     survey, place = right.survey, None
-    if survey.placements:
+    if any(m.kind == "sockets" for m in (*right.train, *right.test)):
         place = results.NextPlacement(text=next_placement(robot, survey))
     return replace(
         problem,

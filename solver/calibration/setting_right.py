@@ -57,9 +57,7 @@ def mended(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    (trained, of_points), (held_out, points_held_out) = map(_by_kind, (train, test))
-    if not trained and not held_out:
-        return MendedRecordings(tuple(train), tuple(test))
+    trained, held_out = list(train), list(test)
     look, actions = _look(robot, trained, options), actions_of(options)
     survey, done = look(trained, held_out), list[Diagnostic]()
     wrong = survey.unclear or any(one.corrections for one in survey.placements)
@@ -71,16 +69,7 @@ def mended(
             trained, done = by_findings(trained, seen, LEAST, actions)
         held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
         survey, done = look(trained, held_out), [*done, *more]
-    train, test = (*trained, *of_points), (*held_out, *points_held_out)
-    return MendedRecordings(train, test, tuple(done), survey)
-
-
-def _by_kind(
-    measurements: Sequence[Measurement],
-) -> tuple[list[Measurement], list[Measurement]]:
-    """Return placements in sockets, and those of which an instrument measured points."""
-    seated = [m for m in measurements if m.kind == "sockets"]
-    return seated, [m for m in measurements if m.kind != "sockets"]
+    return MendedRecordings(tuple(trained), tuple(held_out), tuple(done), survey)
 
 
 def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:

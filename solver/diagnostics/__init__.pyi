@@ -26,4 +26,4 @@ from .live import Fault as Fault
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse
 from .robust_fit import RigidModel as RigidModel
-from .robust_fit import Samples as Samples
+from .samples import Samples as Samples

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..robot import Robot
 from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Scene, kind_of, of_zero
-from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, Samples
+from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
+from .samples import Samples
 
 STEPS = 8
 MAX_STEP = 0.2
@@ -52,7 +53,7 @@ class ColumnHypothesis:
     def apply(self, samples: Samples) -> Samples:
         """Return samples as they would be."""
         q = samples.positions[:, self.order] * self.signs - self.offsets
-        return Samples(q, samples.sockets)
+        return replace(samples, positions=q)
 
     @property
     def mistakes(self) -> dict[str, list[int]]:
@@ -206,7 +207,9 @@ def of_columns(
             tried.append((rows, measured.name))
     found: list[Candidate] = []
     for rows, placement in tried:
-        some = Samples(scene.q[rows], scene.sockets[rows] - scene.sockets[rows].min())
+        seats = scene.sockets[rows]
+        measured = scene.points[rows] if scene.frames else None
+        some = Samples(scene.q[rows], seats - seats.min(), measured)
         if not some.is_overdetermined(len(scene.parameters)):
             continue
         if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
@@ -218,9 +221,10 @@ def of_columns(
         for wrong in likely:
             q = scene.q.copy()
             q[rows] = wrong.apply(some).positions
-            fit = model.fit(Samples(q, scene.sockets).thinned(ABOUT, FEW))
+            measured = scene.points if scene.frames else None
+            fit = model.fit(Samples(q, scene.sockets, measured).thinned(ABOUT, FEW))
             if fit.noise < UNEXPLAINED:
-                changed = replace(scene, x=fit.x, centres=fit.centres, readings=q)
+                changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)
                 found.append(_candidate(wrong, changed, placement, told["noise"]))
     return found
 

@@ -110,7 +110,7 @@ def named(
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
-    return [(m.name, socket) for m in measurements for socket in m.sockets]
+    return [(m.name, socket) for m in measurements if m.kind == "sockets" for socket in m.sockets]
 
 
 def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
@@ -119,6 +119,20 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
     for words in measured.placement.kept_alarms:
         text = f"an alarm said while it was recorded: {words}"
         yield Diagnostic("warning", "kept", where, text, "the operator kept the samples")
+    if measured.kind == "sockets":
+        yield from _of_sockets(measured)
+    travels = np.ptp(measured.positions, axis=0).tolist()
+    for joint, travel in zip(robot.joint_names, travels, strict=True):
+        if travel < STILL:
+            moved = f"moved by {np.rad2deg(travel):.1f} deg only"
+            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else moved}"
+            advice = "its parameters stay near nominal: move every joint by 60 deg or more"
+            yield Diagnostic("warning", "still", where, text, advice)
+
+
+def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
+    """Return sockets with few samples, and samples that are nearly the same."""
+    where = where_of([measured])
     for socket, count in zip(measured.sockets, measured.counts, strict=True):
         if count < FEWEST:
             text = f"{count} samples in socket {socket}"
@@ -133,13 +147,6 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
             advice = "it adds little: guide the arm to other configurations"
             row = row_of(measured, socket, later)
             yield Diagnostic("warning", "duplicate", row, text, advice)
-    travels = np.ptp(measured.positions, axis=0).tolist()
-    for joint, travel in zip(robot.joint_names, travels, strict=True):
-        if travel < STILL:
-            moved = f"moved by {np.rad2deg(travel):.1f} deg only"
-            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else moved}"
-            advice = "its parameters stay near nominal: move every joint by 60 deg or more"
-            yield Diagnostic("warning", "still", where, text, advice)
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..results import Consequence
 from ..robot import workspace
 from .hypotheses import INDEPENDENT, Candidate, Scene
-from .robust_fit import robust_weights, typical
+from .samples import robust_weights, typical
 
 POSES, PAIRS, ROUNDS = 200, 400, 5
 """Random poses of the workspace, pairs of poses, and rounds of the robust fits."""

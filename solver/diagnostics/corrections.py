@@ -44,6 +44,8 @@ class Correction:
     """The samples that the finding concerns, by their rank in the recording."""
     seat: Seat
     """Where the ball lay in samples to relabel."""
+    of_points: bool = False
+    """True where an instrument measured the samples."""
 
 
 def correction_of(
@@ -66,7 +68,7 @@ def correction_of(
         action, every = "leave out", len(measured.placement.samples)
         before = range(ranks[0])
         ranks = (*before,) if len(before) < every / 2 else (*range(ranks[0], every),)
-    return Correction(diagnostic, action, ranks, seat)
+    return Correction(diagnostic, action, ranks, seat, measured.kind == "points")
 
 
 def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
@@ -80,7 +82,8 @@ def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
     of_arm: list[int] = (rows.start + np.flatnonzero(changed)).tolist()
     for row in of_arm:
         _, socket = scene.labels[int(scene.sockets[row])]
-        own = measured.order[measured.slices[measured.sockets.index(socket)]]
+        seat = 0 if measured.kind == "points" else measured.sockets.index(socket)
+        own = measured.order[measured.slices[seat]]
         ranks.append(int(own[int(scene.numbers[row])]))
     return tuple(sorted(ranks))
 
@@ -123,14 +126,21 @@ def corrected(
 
 
 def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
-    """Return a placement's parts, each a placement; the first has its name for now, and alarms."""
+    """Return a placement's parts, each a placement; the first has its name for now, and alarms.
+
+    Parts after the first of an instrument's points have a frame of their own.
+    """
     parts: list[Measurement] = []
+    before = 0
     for number, samples in enumerate(pieces):
         name = measured.name + PART * min(number, 1)
         alarms = () if number else measured.placement.kept_alarms
-        placement = replace(
-            measured.placement, name=name, samples=tuple(samples), kept_alarms=alarms
-        )
+        frame = measured.placement.frame
+        if number and measured.kind == "points":  # the instrument stands elsewhere
+            frame = f"{measured.frame} from point {before + 1} of {measured.name}"
+        before += len(samples)
+        part = replace(measured.placement, name=name, samples=tuple(samples))
+        placement = replace(part, kept_alarms=alarms, frame=frame)
         parts.append(replace(measured, placement=placement))
     return parts
 
@@ -166,9 +176,10 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)
     samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
+    of_frame = ", in a frame of its own" * correction.of_points
     samples = "the sample is" if count == 1 else samples
     done = {
-        "split": "what follows is taken for a placement of its own",
+        "split": "what follows is taken for a placement of its own" + of_frame,
         "relabel": "taken so" if correction.seat[0] in names else "left out",
         "leave out": f"{samples} left out",
     }[correction.action]

@@ -14,7 +14,8 @@ from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene
-from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel, median, samples_of
+from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
+from .samples import medians, samples_of
 
 ROUNDS = 8
 """Largest number of causes."""
@@ -23,6 +24,8 @@ MOST = 240
 USUAL, USUAL_WIDTH, KNOWN_WIDTH = 2e-4, 0.6, 0.25
 """Prior noise of an arm of unknown repeatability [m], the standard deviation of its logarithm, and
 that where the repeatability is known."""
+INSTRUMENTS = 1.0
+"""That of the noise of points: trackers measure to 0.02 mm, cameras to a millimetre."""
 SERVOS = 4e-4
 """Noise of arms made of servos apart from the play of their gears [m]."""
 RESOLUTION = 1e-4
@@ -55,13 +58,19 @@ def scene_of(
     start: np.ndarray | None = None,
 ) -> Scene:
     """Return recordings as a linear model about a robust fit, begun at some unknowns."""
+    width = USUAL_WIDTH if model.zeros or repeatability is None else KNOWN_WIDTH
+    width = INSTRUMENTS if any(m.kind == "points" for m in measurements) else width
     thin = [_thinned(m) for m in measurements]
     odd = [typical is not None for typical in standing_out(floors)]
     good = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
     some = samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW)
     fit = model.fit(some, start=start)
-    balls = [model.points(fit.x, m.positions) for m, _ in thin]
-    centres = [median(b[rows]) for b, (m, _) in zip(balls, thin, strict=True) for rows in m.slices]
+    centres, turns = fit.centres, fit.R
+    every = samples_of([m for m, _ in thin])
+    if any(odd):
+        balls = model.points(fit.x, every.positions)
+        turns = every.robustly_aligned(balls)
+        centres = medians(balls - every.offsets(turns), every)
     return Scene(
         robot=model.robot,
         parameters=model.parameters,
@@ -69,10 +78,11 @@ def scene_of(
         known=tuple(known),
         x=fit.x,
         by_scale=model.by_scale,
-        centres=np.array(centres) if any(odd) else fit.centres,
+        centres=centres,
+        R=turns,
         floors=tuple(floors),
         noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),
-        noise_width=USUAL_WIDTH if model.zeros or repeatability is None else KNOWN_WIDTH,
+        noise_width=width,
         zeros=model.zeros,
         sample_numbers=np.concatenate([numbers for _, numbers in thin]),
     )

@@ -42,6 +42,9 @@ MANY = 5.0
 though nothing explains it."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
+POINTS_HINT = (
+    "Measured points need no socket: spread the next ones over the workspace, and hold some out."
+)
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that cannot be confused with play."""
 
@@ -116,7 +119,7 @@ def inspect_all(
 
     Args:
         robot: The robot.
-        measurements: The placements; those that an instrument measured are passed over.
+        measurements: The placements.
         given: What was said of them.
         zeros: The joints may have offsets of degrees, as on arms made of servos: then that is no
             mistake.
@@ -125,40 +128,44 @@ def inspect_all(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    seated = [m for m in measurements if m.kind == "sockets"]
     given = given or Given()
-    known = known_distances(seated, given.known, given.deviation)
-    if not seated:
+    known = known_distances(measurements, given.known, given.deviation)
+    if not measurements:
         return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
-    floors = fitted_alone(robot, seated)
-    scene = scene_of(model, seated, known, repeatability, list(floors.values()))
+    floors = fitted_alone(robot, measurements)
+    scene = scene_of(model, measurements, known, repeatability, list(floors.values()))
     scene = replace(scene, load=given.load)
     findings, hypotheses = explain(model, scene)
-    told = [(f, _diagnostic(f, seated, given, zeros=zeros)) for f in findings]
+    told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
     shared = tuple(d for f, d in told if "placement" not in f.parameters)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
-    for m, rows in zip(seated, scene.places, strict=True):
+    for m, rows in zip(measurements, scene.places, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
         mends = [correction_of(f, d, m) for f, d in own]
         corrections = tuple(one for one in mends if one is not None)
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         wrong = any(d.level == "error" or d.advice.endswith(HELD_OUT) for _, d in told)
+        wrong = wrong or any("frame" in f.parameters for f, _ in told)
         if floors[m.name] > MANY * scene.noise and not wrong:
-            diagnostics.append(_unexplained(m, floors[m.name], scene.noise))
+            worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
+            diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
         middle = np.median(balls[rows], axis=0)
         inspections.append(Inspection(m, floors[m.name], corrections, tuple(diagnostics), middle))
     causes = tuple(finding.kind.name for finding in findings)
     return Survey(tuple(inspections), shared, hypotheses, causes)
 
 
-def _unexplained(measured: Measurement, floor: float, noise: float) -> Diagnostic:
+def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:
     text = (
         f"fitted alone it leaves {1e3 * floor:.2f} mm, more than {MANY:.0f} times the "
         f"{1e3 * noise:.2f} mm that are usual of this arm, and no single cause explains it"
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
+    if measured.kind == "points":
+        number = int(measured.order[worst]) + 1
+        advice = f"the worst is point {number}: are all of one target, in a right-handed frame?"
     level = "error" if floor > GARBAGE else "warning"
     return Diagnostic(level, "floor", where_of([measured]), text, advice)
 
@@ -187,6 +194,8 @@ def _diagnostic(
     if told.name == "ball_sample" and p["size"] > SEATED:
         code = "elsewhere"
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
+        if finding.of_points:
+            advice = "it is of another target, or of another pose; solve leaves it out"
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += PLAY_HINT
     sound_enough = not (scattered or _is_garbage(finding))
@@ -214,13 +223,15 @@ def next_placement(robot: Robot, survey: Survey) -> str:
     """Return in words which two placements to train on (paper, Fig. 6), and the next place."""
     mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
     names = [one.measured.name for one in survey.placements]
-    sound = np.array([one.sound and not mistaken for one in survey.placements])
-    centres = np.array([one.centre for one in survey.placements])[sound]
-    wrong, good = (
-        [name for name, fine in zip(names, sound, strict=True) if fine == kept]
-        for kept in (False, True)
-    )
+    sound = [one.sound and not mistaken for one in survey.placements]
+    wrong = [name for name, fine in zip(names, sound, strict=True) if not fine]
     words = [f"First mend {' and '.join(wrong)}: see the errors."] if wrong else []
+    seated = [one for one in survey.placements if one.measured.kind == "sockets"]
+    if not seated:
+        return " ".join([*words, POINTS_HINT])
+    kept = [one for one in seated if one.measured.name not in wrong]
+    good = [one.measured.name for one in kept]
+    centres = np.array([one.centre for one in kept])
     if not good:
         return " ".join(words)
     if len(good) > 1:

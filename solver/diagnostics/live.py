@@ -17,7 +17,8 @@ from ..robot import Robot
 from .configurations import known_distances
 from .explain import scene_of
 from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
-from .robust_fit import ABOUT, FEW, RigidModel, Samples
+from .robust_fit import ABOUT, FEW, RigidModel
+from .samples import Samples
 
 LEAST = 6
 """Fewest samples for a check."""

@@ -5,19 +5,18 @@ Gauss-Newton steps with Student's noise; priors of fixed width hold the arm, and
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import log
 
 import numpy as np
 
-from ..bayes.model import NU, extend
+from ..bayes.model import extend
 from ..bayes.model.effects import JOINT_OFFSET
-from ..data import Measurement
 from ..robot import BallModel, Robot, choose_parameters
-from .hypotheses import BALL, widths_of
+from .hypotheses import ARMS, BALL, ROTATION, widths_of
+from .samples import SMALLEST, Samples, means, medians, robust_weights, typical
 
 SCALE = 1e-5
-"""Standard deviation of the prior that holds the arm's scale at nominal."""
+"""Standard deviation of the prior that holds the arm's scale at nominal; points tell it."""
 ITERATIONS = 40
 MAX_OFFSET = np.deg2rad(30)
 """Prior standard deviation of joint offsets in a search [rad]."""
@@ -27,8 +26,8 @@ SETTLED = 1e-2
 """Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
 LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
-SMALLEST = 1e-7
-"""Noise is never taken for less [m]."""
+TURN = 1.0
+"""Width of the prior of a frame's turn in a step [rad]."""
 UNEXPLAINED = 5e-3
 """Largest error of a fit to sound recordings [m]."""
 BACKLASH_NOISE = 1.9e-3
@@ -37,57 +36,6 @@ ENOUGH, LEAST = 4000, 20
 """Samples that a fit uses at most, about, and at least of each socket."""
 ABOUT, FEW = 120, 10
 """The same of the fit about which hypotheses are linearised."""
-
-
-@dataclass(frozen=True)
-class Samples:
-    """Joint positions and their sockets."""
-
-    positions: np.ndarray
-    """Shape (N, m)."""
-    sockets: np.ndarray
-    """Index of each sample's socket, shape (N,)."""
-
-    @cached_property
-    def count(self) -> int:
-        """Number of sockets."""
-        return int(self.sockets.max()) + 1
-
-    @cached_property
-    def rows(self) -> list[np.ndarray]:
-        """Indices of the samples in each socket."""
-        return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
-
-    @cached_property
-    def order(self) -> np.ndarray | slice:
-        """Socket after socket, as they mostly come."""
-        ascending = bool((np.diff(self.sockets) >= 0).all())
-        return slice(None) if ascending else np.argsort(self.sockets, kind="stable")
-
-    @cached_property
-    def starts(self) -> np.ndarray:
-        """First index of each socket in that order."""
-        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
-
-    def is_overdetermined(self, unknowns: int) -> bool:
-        """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
-        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
-
-    def thinned(self, enough: int, least: int = 1) -> "Samples":
-        """Return about so many of the samples, evenly from each socket, and so many of it."""
-        enough = max(enough // self.count, least)
-        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
-        few = np.concatenate(kept)
-        return Samples(self.positions[few], self.sockets[few])
-
-
-def samples_of(measurements: Sequence[Measurement]) -> Samples:
-    """Return the samples of placements, socket after socket."""
-    counts = [count for m in measurements for count in m.counts]
-    return Samples(
-        np.concatenate([m.positions for m in measurements]),
-        np.repeat(np.arange(len(counts)), counts),
-    )
 
 
 @dataclass(frozen=True)
@@ -104,6 +52,8 @@ class RigidFit:
     """Scale of the noise per axis [m], corrected for the number of fitted unknowns."""
     x: np.ndarray
     """Change of the parameters from nominal, and joint offsets if any, shape (n,) [m, rad]."""
+    R: np.ndarray
+    """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
 
 
 class RigidModel:
@@ -119,7 +69,10 @@ class RigidModel:
         self._place = BallModel(robot, of_place)
         by_scale = model.by_scale()
         self.by_scale = by_scale[: model.geometry]
-        self._prior = np.diag(self.widths**-2) + np.outer(by_scale, by_scale) / SCALE**2
+        widths = np.diag(self.widths**-2)
+        by_size = np.outer(by_scale, by_scale)
+        self._prior = widths + by_size / SCALE**2
+        self._prior_of_points = widths + by_size / ARMS**2
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
@@ -147,20 +100,24 @@ class RigidModel:
         by_joints = linear.by_joints.reshape(N, V, 3, m)[:, np.arange(V)[:, None], :, joints]
         parts = points[..., None], linear.by_parameters.reshape(N, V, 3, 3)
         values = np.concatenate([*parts, np.moveaxis(by_joints, (0, 1, 2), (1, 3, 0))], axis=3)
-        widths = np.array([BALL] * 3 + [width] * joints.shape[1])
-        off = np.zeros((V, len(widths)))
-        e = points - _medians(points, samples)[samples.sockets]
+        unknowns = 3 + joints.shape[1]
+        turns = [TURN] * (3 * len(samples.frames))
+        widths = np.array([BALL] * 3 + [width] * joints.shape[1] + turns)
+        off = np.zeros((V, unknowns))
+        places = points - samples.offsets(samples.aligned(points, np.ones((N, V))))
+        e = places - medians(places, samples)[samples.sockets]
         noise = typical(e)
         for _ in range(SEED_ITERATIONS):
             noise = typical(e)
             weights = robust_weights(e, noise)
-            centred = values - _means(values, samples, weights)[samples.sockets]
+            every = _with_turns(values, off, samples, weights) if samples.frames else values
+            centred = every - means(every, samples, weights)[samples.sockets]
             slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
             A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
             H = A @ slopes + np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
             e = centred[..., 0].swapaxes(0, 1).reshape(V, 3 * N, 1)
             steps = np.linalg.solve(H, A @ e)
-            off = steps[:, :, 0]
+            off = steps[:, :unknowns, 0]
             e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
         errors = np.linalg.norm(e, axis=2)
         return off, np.average(errors, axis=0, weights=robust_weights(e, noise))
@@ -179,29 +136,38 @@ class RigidModel:
     ) -> RigidFit:
         """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
         few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
-        P, widths = self._prior, self.widths
-        first = np.zeros(len(widths)) if start is None else start
+        n, turns = len(self.widths), 3 * len(few.frames)
+        widths = np.append(self.widths, np.full(turns, ROTATION))
+        P = np.zeros((len(widths), len(widths)))
+        P[:n, :n] = self._prior_of_points if turns else self._prior
+        P[n:, n:] = np.eye(turns) / TURN**2
+        first = np.zeros(n) if start is None else start
 
         def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
             return self.points(x, q) if linear is None else linear[0] + linear[1] @ (x - first)
 
         x, points = first, balls(first, few.positions)
-        centres = _medians(points, few)
+        rotations = few.robustly_aligned(points)
+        points = points - few.offsets(rotations)
+        centres = medians(points, few)
         noise = float(typical(points - centres[few.sockets]))
         for _ in range(iterations):
             points, by_unknowns = linear or self.linearised(x, few.positions)
-            points = balls(x, few.positions) if linear else points
+            offsets = few.offsets(rotations)
+            points = (balls(x, few.positions) if linear else points) - offsets
+            by_unknowns = np.concatenate([by_unknowns, few.by_turns(offsets)], axis=2)
             weights = robust_weights(points - centres[few.sockets], noise)
-            centres = _means(points, few, weights)
+            centres = means(points, few, weights)
             e = points - centres[few.sockets]
-            slopes = _means(by_unknowns, few, weights)
+            slopes = means(by_unknowns, few, weights)
             D = by_unknowns - slopes[few.sockets]
             A = (D * weights[:, None, None] / noise**2).reshape(-1, len(widths))
             H = A.T @ D.reshape(-1, len(widths)) + P
             covariance = np.linalg.inv(H)
-            step = -covariance @ (A.T @ e.ravel() + P @ x)
+            step = -covariance @ (A.T @ e.ravel() + P[:, :n] @ x)
             step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
-            x = x + step
+            x = x + step[:n]
+            rotations = few.turned(rotations, step[n:])
             centres = centres + slopes @ step
             left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
             fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
@@ -210,41 +176,31 @@ class RigidModel:
             change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
             if change < SETTLED:
                 break
-        points = balls(x, samples.positions)
-        centres = _means(points, samples, robust_weights(points - centres[samples.sockets], noise))
+        points = balls(x, samples.positions) - samples.offsets(rotations)
+        centres = means(points, samples, robust_weights(points - centres[samples.sockets], noise))
         left = points - centres[samples.sockets]
         errors = np.linalg.norm(left, axis=1)
         mean = float(np.average(errors, weights=robust_weights(left, noise)))
-        return RigidFit(centres, errors, mean, noise, x)
+        return RigidFit(centres, errors, mean, noise, x, rotations)
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the balls at some poses, shape (N, 3) [m], and their derivatives, (N, 3, n)."""
         return self._model.linearise(x, q, np.tile(0 * q, 3))[:2]
 
 
-def _medians(points: np.ndarray, samples: Samples) -> np.ndarray:
-    return np.array([median(points[rows]) for rows in samples.rows])
+def _with_turns(
+    values: np.ndarray, off: np.ndarray, samples: Samples, weights: np.ndarray
+) -> np.ndarray:
+    """Return places of seats and their derivatives, those by the turns of frames behind them.
 
-
-def _means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
-    """Return the weighted mean in each socket of values of shape (N, ...)."""
-    weights = weights.reshape(*weights.shape, *[1] * (values.ndim - weights.ndim))
-    sums = np.add.reduceat((weights * values)[samples.order], samples.starts, axis=0)
-    return sums / np.add.reduceat(weights[samples.order], samples.starts, axis=0)
-
-
-def median(values: np.ndarray) -> np.ndarray:
-    """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
-    values, n = np.sort(values, axis=0), len(values)
-    return (values[(n - 1) // 2] + values[n // 2]) / 2
-
-
-def typical(errors: np.ndarray) -> np.ndarray:
-    """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
-    square = median(np.einsum("...i,...i->...", errors, errors))
-    return np.maximum(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
-
-
-def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
-    """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
-    return (NU + 3) / (NU + np.einsum("...i,...i->...", errors, errors) / noise**2)
+    Args:
+        values: Balls of V models and their derivatives by k unknowns, shape (N, V, 3, 1 + k).
+        off: Errors of the unknowns at which frames are turned, shape (V, k).
+        samples: The samples, with what was measured.
+        weights: Of the samples in each model, shape (N, V).
+    """
+    points, slopes = values[..., 0], values[..., 1:]
+    balls = points - np.einsum("nvij,vj->nvi", slopes, off)
+    offsets = samples.offsets(samples.aligned(balls, weights))
+    places = (points - offsets)[..., None]
+    return np.concatenate([places, slopes, samples.by_turns(offsets)], axis=3)

@@ -40,6 +40,7 @@ from .pose_solver import TOLERANCE as TOLERANCE
 from .pose_solver import PoseSolver as PoseSolver
 from .pose_solver import Solutions as Solutions
 from .rotations import angles_near as angles_near
+from .rotations import cross_matrices as cross_matrices
 from .rotations import matrix_rpy as matrix_rpy
 from .rotations import rotation_vectors as rotation_vectors
 from .rotations import rpy_axes as rpy_axes

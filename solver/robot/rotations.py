@@ -19,7 +19,7 @@ SMALL = 1e-4
 def turn(vector: np.ndarray) -> np.ndarray:
     """Return exp(w), the rotations by vectors, shape (..., 3) [rad], as (..., 3, 3) (Rodrigues)."""
     angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    K = _cross_matrices(vector)
+    K = cross_matrices(vector)
     half = np.sinc(angle / 2 / np.pi)
     return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * half**2 * K @ K
 
@@ -30,13 +30,13 @@ def turn_rates(vector: np.ndarray) -> np.ndarray:
     J = I - (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2, with a = |w| and K v = w x v.
     """
     angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    K = _cross_matrices(vector)
+    K = cross_matrices(vector)
     square = np.maximum(angle, SMALL) ** 2
     last = np.where(angle < SMALL, 1 / 6, (1 - np.sinc(angle / np.pi)) / square)
     return np.eye(3) - 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K + last * K @ K
 
 
-def _cross_matrices(vector: np.ndarray) -> np.ndarray:
+def cross_matrices(vector: np.ndarray) -> np.ndarray:
     """Return the matrices K with K v = w x v, shape (..., 3, 3)."""
     K = np.zeros((*vector.shape, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):

@@ -7,8 +7,12 @@ from .kinds import kind_of as kind_of
 from .scene import ARMS as ARMS
 from .scene import BALL as BALL
 from .scene import COARSE as COARSE
+from .scene import ROTATION as ROTATION
 from .scene import Scene as Scene
 from .scene import widths_of as widths_of
+from .seats import measured_points as measured_points
+from .seats import rotations as rotations
+from .seats import seats_of as seats_of
 from .table import CURABLE as CURABLE
 from .table import KINDS as KINDS
 from .table import ONLY_SOUND as ONLY_SOUND

@@ -63,9 +63,10 @@ def loose_here(
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples that may lie in other sockets, each alone and all together."""
-    balls, every = scene.linear[0], np.arange(len(scene.q))
-    away = np.linalg.norm(balls[:, None] - scene.centres[None], axis=2)
-    own = away[every, scene.sockets].copy()
+    every = np.arange(len(scene.q))
+    away = np.linalg.norm(scene.seats[:, None] - scene.centres[None], axis=2)
+    away[:, scene.frames] = np.inf
+    own = np.nan_to_num(away[every, scene.sockets], posinf=0.0)
     away[every, scene.sockets] = np.inf
     nearest = np.argmin(away, axis=1)
     doubtful = away.min(axis=1) < NEARER * own

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ...robot import cross_matrices
 from .kinds import Block, Parameters
 from .scene import DISTANCE_WEIGHT, Scene
 
@@ -40,7 +41,9 @@ def changes(
         # where whole sockets moved alone, their centres hold that
         partly = np.logical_and(counts != 0, counts != own.sum(axis=1)).any(axis=1)
         ranks, after = ranks[partly], after[partly]
-        if throughout and len(scene.places) > 1:
+        of_frame = np.isin(scene.sockets, np.unique(scene.sockets[rows]))
+        alone = int(of_frame.sum()) == len(times)
+        if (throughout and len(scene.places) > 1) or not alone:
             ranks, after = np.append(0, ranks), np.vstack([times >= 0, after])
         if len(ranks):
             C, k = slopes.shape[2:]
@@ -55,9 +58,26 @@ def changes(
 
 
 def moved(scene: Scene) -> Iterable[Block]:
-    """Return blocks of bases that moved before some sample."""
-    slopes = np.tile(np.eye(3)[:, None, :], (len(scene.q), 1, 1, 1))
-    return changes(scene, slopes, MOVES, throughout=False)
+    """Return blocks of bases, or instruments, that moved before some sample."""
+    slopes = np.tile(np.eye(3), (len(scene.q), 1, 1))
+    if scene.frames:
+        slopes = np.concatenate([slopes, _turns(scene)], axis=2)
+    return changes(scene, slopes[:, :, None, :], MOVES, throughout=False)
+
+
+def _turns(scene: Scene) -> np.ndarray:
+    """Return the shifts of points by turns of their frame about their middle, (N, 3, 3).
+
+    A turn by 1 moves a point by 1 m on average; sockets have no turn.
+    """
+    slopes = np.zeros((len(scene.q), 3, 3))
+    for k in scene.frames:
+        rows = scene.sockets == k
+        offsets: np.ndarray = scene.offsets[rows]
+        offsets = offsets - offsets.mean(axis=0)
+        size = float(np.mean(offsets**2)) ** 0.5
+        slopes[rows] = cross_matrices(offsets) / max(size, 1e-6)
+    return slopes
 
 
 def drifting(scene: Scene) -> Iterable[Block]:
@@ -71,9 +91,9 @@ def drifting(scene: Scene) -> Iterable[Block]:
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
-    if size > FAR:
+    if size > FAR and "point" not in parameters:
         own = scene.sockets == scene.labels.index((parameters["placement"], parameters["socket"]))
-        balls, after = scene.linear[0][own], scene.numbers[own] >= parameters["sample"]
+        balls, after = scene.seats[own], scene.numbers[own] >= parameters["sample"]
         if not after.all():  # in a socket that was entered after the move, none tells how far
             size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
     return {"size": size}
@@ -112,18 +132,39 @@ def of_known(scene: Scene) -> Iterable[Block]:
 
 
 def of_distance(scene: Scene) -> Iterable[Block]:
-    """Return the block of one share by which all distances of bases are too long."""
+    """Return blocks of a share by which all distances of bases are too long, or all points."""
     first = 3 * len(scene.q)
-    pairs = zip(scene.expected, scene.known, strict=True)
-    columns = np.array([DISTANCE_WEIGHT * length * ruler.on_base for length, ruler in pairs])
+    columns = _of_bases(scene)
     if columns.any():
         yield Block(slice(first, first + len(columns)), -columns[None, :, None], [{}], SHARES)
+    for k in scene.frames:
+        there = scene.sockets == k
+        column = -(scene.offsets * there[:, None]).reshape(1, -1, 1)
+        frame = {"frame": scene.labels[k][0]}
+        yield Block(scene.all_samples, column, [frame], SHARES)
+
+
+def of_model(scene: Scene) -> Iterable[Block]:
+    """Return the block of one share by which all lengths of the model are too short."""
+    columns = np.append(scene.offsets.ravel(), _of_bases(scene))
+    if columns.any():
+        first = 0 if scene.frames else 3 * len(scene.q)
+        rows = slice(first, len(columns))
+        yield Block(rows, -columns[None, first:, None], [{}], SHARES)
+
+
+def _of_bases(scene: Scene) -> np.ndarray:
+    """Return the changes of all distances for each share that those of bases are too long, (K,)."""
+    pairs = zip(scene.expected, scene.known, strict=True)
+    return np.array([DISTANCE_WEIGHT * length * ruler.on_base for length, ruler in pairs])
 
 
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
-    given = next(k.distance for k in scene.known if k.on_base)
     value = float(values[0])
+    given = next((k.distance for k in scene.known if k.on_base), 0.0)
+    if "frame" in parameters or not given:
+        return {"share": value / max(1 - value, 0.1)}
     likely = given / max(1 + value, 0.1)
     source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]
     return {"share": value, "given": given, "likely": likely, "source": source}

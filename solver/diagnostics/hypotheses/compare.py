@@ -51,11 +51,20 @@ class Candidate:
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
-        kind, p = self.kind, dict(self.parameters)
+        p = dict(self.parameters)
+        kind = self.kind.for_points() if self.of_points else self.kind
         advice = kind.advice.format(**p)
         if all(np.abs(m.positions).max() < TINY for m in self.scene.measurements):
             advice += f"; or are the angles in another unit? none is beyond {TINY:g} rad"
         return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
+
+    @property
+    def of_points(self) -> bool:
+        """True where it concerns points that an instrument measured, and no sockets."""
+        names = self.block.parameters[0]
+        place = names.get("placement")
+        concerned = [m for m in self.scene.measurements if place in (None, m.name)]
+        return "frame" in names or all(m.kind == "points" for m in concerned)
 
     @property
     def has_no_effect(self) -> bool:

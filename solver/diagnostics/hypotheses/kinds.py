@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.resources import files as resources
 from string import Formatter
 from typing import Any
@@ -75,7 +75,12 @@ def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
 
 
 def sample_named(p: Parameters) -> str:
-    """Return a sample by its number as recorded, or where there is none by that in its socket."""
+    """Return a sample by its number as recorded, or where there is none by that in its socket.
+
+    A point that an instrument measured has one in its recording.
+    """
+    if "point" in p and not p.get("number"):
+        return f"point {p['point']}"
     return sample_name(p.get("number", 0), p.get("place", p["sample"] + 1), p["socket"])
 
 
@@ -115,10 +120,16 @@ class Kind:
     """Prior of the noise; None for that of sound recordings."""
     sentence: Callable[[Parameters], str] | None = None
     """Function that writes its sentence in place of :attr:`form`."""
+    of_points: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Its words where an instrument measured the ball, in place of :attr:`form` and others."""
     separate: bool = False
     """True where several candidates may hold at once, each a cause of its own."""
     scene_after: Callable[[Scene, Parameters], Scene] | None = None
     """Function that corrects the scene; None to add its columns to the nuisance parameters."""
+
+    def for_points(self) -> "Kind":
+        """Return it with its words for points that an instrument measured."""
+        return replace(self, **self.of_points)
 
     def text(self, p: Parameters) -> str:
         """Return its sentence."""

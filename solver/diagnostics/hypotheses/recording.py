@@ -28,6 +28,7 @@ def copies(scene: Scene) -> Iterable[Block]:
     twins = np.zeros((len(q), len(scene.centres)))
     twins[i[same], ends[j[same]]] = 1
     shares = np.array([twins[ends == k].mean(axis=0) for k in range(len(scene.centres))])
+    shares[scene.frames] = 0.0  # an instrument measures a pose again
     pairs: list[list[int]] = np.argwhere(np.tril(shares, -1) > COPIED).tolist()
     for later, earlier in pairs[:1]:
         (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
@@ -71,8 +72,13 @@ def _effect(scene: Scene, step: np.ndarray) -> float:
 
 
 def pushed(scene: Scene) -> Iterable[Block]:
-    """Return the block of arms whose joints the hand turned against their gears."""
-    if not any(scattered_placements(scene)):  # one placement that stands out is told by itself
+    """Return the block of arms whose joints the hand turned against their gears.
+
+    No hand is on an arm while an instrument measures.
+    """
+    by_hand = any(m.kind == "sockets" for m in scene.measurements)
+    # one placement that stands out is told by itself
+    if by_hand and not any(scattered_placements(scene)):
         usual = np.ones(scene.q.shape[1])
         yield without_columns({}, max(_gain(scene, usual, PUSHED), -CHANCE))
 
@@ -81,7 +87,9 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
     roots = np.linalg.cholesky(J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3))
-    return loose_here(scene, roots, (5e-4, 4e-3, 0.05))
+    for block in loose_here(scene, roots, (5e-4, 4e-3, 0.05)):
+        if scene.measured(block.parameters[0]["placement"]).kind == "sockets":
+            yield block
 
 
 def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:

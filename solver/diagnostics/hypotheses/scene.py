@@ -12,22 +12,18 @@ import numpy as np
 
 from ...bayes.model import ExtendedModel, extend
 from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
-from ...data import SEAT_DEVIATION, STANDARD_LOAD, Known, Load, Measurement
+from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
+from . import nuisances
+from .nuisances import CENTRE, DISTANCE_WEIGHT
+from .seats import Seat, measured_points, seats_of
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
 ARMS = 0.002
 """Standard deviation of the scale of real arms about their models."""
-CENTRE = 0.3
-"""Width of the prior of a socket's centre about the fit's [m]."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
-SIDES = 0.4
-"""Share of the play by which the rest of a joint differs from socket to socket."""
-DISTANCE_WEIGHT = 3.0
-"""Weight of a distance relative to a sample: centres err by a third of a sample's noise, since the
-errors of samples are correlated."""
 
 
 def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
@@ -39,7 +35,7 @@ def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Scene:
-    """Samples of all placements, socket after socket, the known distances, and prior knowledge."""
+    """Samples of all placements, seat after seat, the known distances, and prior knowledge."""
 
     robot: Robot
     parameters: tuple[Parameter, ...]
@@ -51,11 +47,13 @@ class Scene:
     by_scale: np.ndarray
     """Derivative of the logarithm of the arm's size by the geometry, shape (n,)."""
     centres: np.ndarray
-    """Of the sockets, shape (S, 3) [m]."""
+    """Places of the seats, sockets and then frames of instruments, shape (S, 3) [m]."""
     noise: float
     """Expected of a sound recording, per axis [m]."""
     noise_width: float
     """Of its logarithm, above that."""
+    R: np.ndarray
+    """Rotations of the seats, shape (S, 3, 3); of sockets they are 1."""
     floors: tuple[float, ...] = ()
     """Error of a fit to each placement alone [m]."""
     load: Load = STANDARD_LOAD
@@ -81,15 +79,34 @@ class Scene:
         return np.concatenate([m.positions for m in self.measurements])
 
     @cached_property
-    def labels(self) -> tuple[tuple[str, int], ...]:
-        """Placement and number of each socket."""
-        return tuple((m.name, k) for m in self.measurements for k in m.sockets)
+    def labels(self) -> tuple[Seat, ...]:
+        """Placement and number of each socket; then the frames of instruments."""
+        return seats_of(self.measurements)[0]
 
     @cached_property
     def sockets(self) -> np.ndarray:
-        """Index of each sample's socket, shape (N,)."""
-        counts = [n for m in self.measurements for n in m.counts]
-        return np.repeat(np.arange(len(counts)), counts)
+        """Index of each sample's seat, shape (N,)."""
+        return seats_of(self.measurements)[1]
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Balls in their frame as instruments measured them, zero in sockets, shape (N, 3) [m]."""
+        return measured_points(self.measurements)
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        """The same turned into the base's axes, R y, shape (N, 3) [m]."""
+        return np.einsum("nij,nj->ni", self.R[self.sockets], self.points)
+
+    @cached_property
+    def seats(self) -> np.ndarray:
+        """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
+        return self.linear[0] - self.offsets
+
+    @cached_property
+    def frames(self) -> list[int]:
+        """Indices of the seats that are frames of instruments."""
+        return [k for k, (_, socket) in enumerate(self.labels) if socket < 0]
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -162,7 +179,7 @@ class Scene:
     @cached_property
     def residuals(self) -> np.ndarray:
         """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
-        of_samples = (self.linear[0] - self.centres[self.sockets]).ravel()
+        of_samples = (self.seats - self.centres[self.sockets]).ravel()
         slopes = self.linear[1][:, :, : len(self.x)].reshape(-1, len(self.x))
         of_samples = of_samples - slopes @ self.x  # beside those at the nominal model
         of_distances = [n - k.distance for n, k in zip(self.expected, self.known, strict=True)]
@@ -183,27 +200,18 @@ class Scene:
         every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.known))
         coarse = self.zeros or self.noise > COARSE
         parts = [
-            (slice(0, last.stop), self._of_centres()),
+            (slice(0, last.stop), nuisances.of_centres(self)),
             (every, self.by_geometry @ self.usual),
             (every, self.of_effects()),
-            (last, self._of_calipers()),
-            *([(every, self._of_play())] if coarse else []),
+            (last, nuisances.of_calipers(self)),
+            (every, nuisances.of_turns(self)),
+            *([(every, nuisances.of_play(self))] if coarse else []),
             *((rows, columns) for rows, columns, _ in self.explained),
         ]
         found = [np.zeros((last.stop, columns.shape[1])) for _, columns in parts]
         for full, (rows, columns) in zip(found, parts, strict=True):
             full[rows] = columns
         return np.hstack(found)
-
-    def _of_centres(self) -> np.ndarray:
-        S, K = len(self.centres), len(self.known)
-        of_samples = np.kron(np.eye(S)[self.sockets], CENTRE * np.eye(3))
-        of_known = np.zeros((K, S, 3))
-        for row, k, length in zip(of_known, self.known, self.expected, strict=True):
-            unit = (self.centres[k.second] - self.centres[k.first]) / length
-            row[k.first] = DISTANCE_WEIGHT * CENTRE * unit
-            row[k.second] = -row[k.first]
-        return np.vstack([of_samples, of_known.reshape(K, 3 * S)])
 
     @cached_property
     def usual(self) -> np.ndarray:
@@ -228,15 +236,6 @@ class Scene:
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
         return np.concatenate(widths)
 
-    def _of_play(self) -> np.ndarray:
-        """Offsets of the joints in each socket: gears with play rest on one side there."""
-        lever = np.sqrt(np.mean(np.sum(self.by_joints**2, axis=1), axis=0)).clip(min=0.05)
-        turned = self.by_joints * (SIDES * self.noise / lever)
-        S, m = len(self.centres), turned.shape[2]
-        found = np.zeros((len(turned), 3, S, m))
-        found[np.arange(len(turned)), :, self.sockets] = turned
-        return found.reshape(3 * len(turned), S * m)
-
     @cached_property
     def whitening(self) -> np.ndarray | None:
         """Inverse root of each sample's covariance beside the noise's square, shape (N, 3, 3)."""
@@ -246,16 +245,6 @@ class Scene:
         turned = self.linear[2] * (self.play / self.noise)
         variances, axes = np.linalg.eigh(np.eye(3) + turned @ turned.transpose(0, 2, 1))
         return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
-
-    def _of_calipers(self) -> np.ndarray:
-        bases = sorted({k.distance for k in self.known if k.on_base})
-        found = np.zeros((len(self.known), len(bases) + len(self.known)))
-        for i, k in enumerate(self.known):
-            own = SEAT_DEVIATION if k.on_base else k.deviation
-            found[i, len(bases) + i] = DISTANCE_WEIGHT * own
-            if k.on_base:
-                found[i, bases.index(k.distance)] = DISTANCE_WEIGHT * k.deviation
-        return found
 
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
@@ -290,12 +279,16 @@ class Scene:
         return {"placement": self.measurements[place].name}
 
     def sample(self, place: int, row: int) -> dict[str, int]:
-        """Return socket, index in it, and the numbers as recorded, of a placement's sample."""
+        """Return socket, index in it, and the numbers as recorded, of a placement's sample.
+
+        A point that an instrument measured has its number in the recording, too, from 1.
+        """
         at = self.places[place].start + row
         recorded = self.measurements[place].placement.samples[int(self.times[place][row])]
-        socket = self.labels[int(self.sockets[at])][1]
         named = {"number": recorded.number, "place": recorded.place}
-        return {"socket": socket, "sample": int(self.numbers[at]), **named}
+        if recorded.point is not None:
+            named["point"] = int(self.times[place][row]) + 1
+        return {"socket": recorded.socket, "sample": int(self.numbers[at]), **named}
 
     def first_from(self, place: int, rank: int) -> dict[str, object]:
         """Return placement, socket and number of the first sample from a time on."""

@@ -8,7 +8,7 @@ from .kinds import NoisePrior, kind_of
 KINDS = (
     kind_of("sound"),
     kind_of("distance", base.of_distance, base.share),
-    kind_of("scaled", base.of_distance, base.share),
+    kind_of("scaled", base.of_model, base.share),
     kind_of("one_socket", base.of_one_socket),
     kind_of("known", base.of_known),
     kind_of(

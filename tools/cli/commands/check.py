@@ -16,15 +16,7 @@ _SOURCES = {"given": "as given", "recording": "by the recording", "default": "th
 _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
 """Options that a calibration has of its own."""
 
-POINTS_HINT = (
-    "Measured points need no socket: spread the next ones over the workspace, and hold some out."
-)
-
-
-POINTS_CHECKED = (
-    "Nothing wrong was seen. Of measured points only the arm's size is looked at: a zero, a sign "
-    "or an instrument that moved is not looked for."
-)
+POINTS = "points that an instrument measured"
 
 
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
@@ -64,10 +56,8 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         accuracy = design.accuracy_by(robot, placements, *given, zeros=bool(settings.zeros))
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
-    hint = POINTS_HINT if problem.next_placement is None else problem.next_placement.text
-    measured = [f"{m.name}: {sum(m.counts)}" for m in placements if m.kind == "points"]
-    points = [f"{words} points that an instrument measured" for words in measured]
-    lines = [*_seen(survey, shared), *points, _amount(placements, predicted, broken=broken), hint]
+    hint = diagnostics.next_placement(robot, survey)
+    lines = [*_seen(survey, shared), _amount(placements, predicted, broken=broken), hint]
     seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in seated if m.distance_source == "default"]
     readings = max((m.distance_readings for m in seated), default=1)
@@ -79,7 +69,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     if verdict.status != "pass":
         lines.append(f"{verdict.title}: {verdict.text}")
     elif not findings:
-        lines.append(POINTS_CHECKED if measured else "Nothing wrong was seen.")
+        lines.append("Nothing wrong was seen.")
     terminal.say(*lines)
     emit_with_page(
         options,
@@ -116,13 +106,14 @@ def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") 
     for one in survey.placements:
         measured = one.measured
         counts = "+".join(map(str, measured.counts))
+        samples = "samples" if measured.kind == "sockets" else POINTS
         distance = (
             f"; sockets {1e3 * measured.distance:g} mm apart ({_SOURCES[measured.distance_source]})"
             if measured.has_distance
             else ""
         )
         lines.append(
-            f"{measured.name}: {counts} samples{distance}; fitted alone it leaves "
+            f"{measured.name}: {counts} {samples}{distance}; fitted alone it leaves "
             f"{1e3 * one.floor:.3f} mm"
         )
         lines += [f"  {finding.level}: {finding}" for finding in one.diagnostics]

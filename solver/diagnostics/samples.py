@@ -1,0 +1,150 @@
+"""Samples of several seats, their means and medians seat by seat, and robust weights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..bayes.model import NU
+from ..data import Measurement
+from ..robot import cross_matrices, turn
+from .hypotheses import measured_points, rotations, seats_of
+
+SMALLEST = 1e-7
+"""Noise is never taken for less [m]."""
+ROUNDS = 5
+"""Times that weights follow from the errors that are left."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Joint positions, the seats of their balls, and what instruments measured."""
+
+    positions: np.ndarray
+    """Shape (N, m)."""
+    sockets: np.ndarray
+    """Index of each sample's seat, a socket or an instrument's frame, shape (N,)."""
+    measured: np.ndarray | None = None
+    """Balls in their frame as measured, shape (N, 3) [m], zero in sockets; None in sockets only."""
+
+    @cached_property
+    def count(self) -> int:
+        """Number of sockets."""
+        return int(self.sockets.max()) + 1
+
+    @cached_property
+    def rows(self) -> list[np.ndarray]:
+        """Indices of the samples in each socket."""
+        return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
+
+    @cached_property
+    def order(self) -> np.ndarray | slice:
+        """Socket after socket, as they mostly come."""
+        ascending = bool((np.diff(self.sockets) >= 0).all())
+        return slice(None) if ascending else np.argsort(self.sockets, kind="stable")
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """First index of each socket in that order."""
+        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
+
+    def is_overdetermined(self, unknowns: int) -> bool:
+        """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
+        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
+
+    def thinned(self, enough: int, least: int = 1) -> "Samples":
+        """Return about so many of the samples, evenly from each socket, and so many of it."""
+        enough = max(enough // self.count, least)
+        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
+        few = np.concatenate(kept)
+        measured = None if self.measured is None else self.measured[few]
+        return Samples(self.positions[few], self.sockets[few], measured)
+
+    @cached_property
+    def frames(self) -> list[int]:
+        """The seats that are frames of instruments."""
+        if self.measured is None:
+            return []
+        measured = self.measured
+        return [k for k, rows in enumerate(self.rows) if measured[rows].any()]
+
+    def aligned(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
+
+        Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
+        """
+        R = np.tile(np.eye(3), (self.count, points.shape[1], 1, 1))
+        for k in self.frames:
+            rows = self.rows[k]
+            assert self.measured is not None
+            R[k] = rotations(points[rows], self.measured[rows], weights[rows])
+        return R
+
+    def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
+        """Return the same of one model's balls, shape (N, 3), by robust weights, (S, 3, 3)."""
+        weights = np.ones((len(points), 1))
+        turns = self.aligned(points[:, None], weights)[:, 0]
+        for _ in range(ROUNDS if self.frames else 0):
+            places = points - self.offsets(turns)
+            e = places - medians(places, self)[self.sockets]
+            weights = robust_weights(e, float(typical(e)))[:, None]
+            turns = self.aligned(points[:, None], weights)[:, 0]
+        return turns
+
+    def offsets(self, R: np.ndarray) -> np.ndarray:
+        """Return R y of the samples by the rotations of their seats, shape (N, ..., 3) [m]."""
+        if self.measured is None:
+            return np.zeros((len(self.sockets), *R.shape[1:-1]))
+        return np.einsum("n...ij,nj->n...i", R[self.sockets], self.measured)
+
+    def by_turns(self, offsets: np.ndarray) -> np.ndarray:
+        """Return the derivatives of -exp(w) R y by the turns w of all frames, (N, ..., 3, 3 F)."""
+        slopes = np.zeros((*offsets.shape, 3 * len(self.frames)))
+        for i, k in enumerate(self.frames):
+            rows = self.rows[k]
+            slopes[rows, ..., 3 * i : 3 * i + 3] = cross_matrices(offsets[rows])
+        return slopes
+
+    def turned(self, R: np.ndarray, turns: np.ndarray) -> np.ndarray:
+        """Return rotations of seats after small turns of the frames, shape (3 F,) [rad]."""
+        after = R.copy()
+        after[self.frames] = turn(turns.reshape(-1, 3)) @ R[self.frames]
+        return after
+
+
+def samples_of(measurements: Sequence[Measurement]) -> Samples:
+    """Return the samples of placements, seat after seat."""
+    q = np.concatenate([m.positions for m in measurements])
+    any_points = any(m.kind == "points" for m in measurements)
+    measured = measured_points(measurements) if any_points else None
+    return Samples(q, seats_of(measurements)[1], measured)
+
+
+def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
+    """Return the medians in each seat, shape (S, 3)."""
+    return np.array([median(points[rows]) for rows in samples.rows])
+
+
+def means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
+    """Return the weighted mean in each socket of values of shape (N, ...)."""
+    weights = weights.reshape(*weights.shape, *[1] * (values.ndim - weights.ndim))
+    sums = np.add.reduceat((weights * values)[samples.order], samples.starts, axis=0)
+    return sums / np.add.reduceat(weights[samples.order], samples.starts, axis=0)
+
+
+def median(values: np.ndarray) -> np.ndarray:
+    """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
+    values, n = np.sort(values, axis=0), len(values)
+    return (values[(n - 1) // 2] + values[n // 2]) / 2
+
+
+def typical(errors: np.ndarray) -> np.ndarray:
+    """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
+    square = median(np.einsum("...i,...i->...", errors, errors))
+    return np.maximum(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
+
+
+def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
+    """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
+    return (NU + 3) / (NU + np.einsum("...i,...i->...", errors, errors) / noise**2)

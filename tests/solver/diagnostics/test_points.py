@@ -1,0 +1,112 @@
+"""Explanations of points that an instrument measured: those of sockets, by the same evidence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca import calibrate
+from mukca.recorder import Placement, Sample
+from mukca.solver.robot import BallModel, turn, workspace
+
+HALF = 25
+
+
+def scaled(q, y):
+    return q, 1.02 * y
+
+
+def moved(q, y):
+    return q, np.concatenate([y[:HALF], y[HALF:] + [3e-3, 0, 0]])
+
+
+def moved_far(q, y):
+    return q, np.concatenate([y[:HALF], y[HALF:] @ turn(np.array([0.0, 0.05, 0.0])) + 0.05])
+
+
+def zero_off(q, y):
+    return q + 0.1 * np.eye(7)[2], y
+
+
+def zero_lost(q, y):
+    return np.concatenate([q[:HALF], q[HALF:] + 0.01 * np.eye(7)[2]]), y
+
+
+def sign_turned(q, y):
+    return q * [1, 1, -1, 1, 1, 1, 1], y
+
+
+def joints_swapped(q, y):
+    return q[:, [0, 1, 4, 3, 2, 5, 6]], y
+
+
+def points_wrong(q, y):
+    return q, y + 8e-3 * np.isin(np.arange(len(y)), [3, 17])[:, None]
+
+
+@pytest.fixture(scope="module")
+def points(panda, true_panda):
+    """Return placements that share an instrument's frame, with a fault."""
+
+    def points(fault=lambda q, y: (q, y), names=("front",)):
+        generator = np.random.default_rng(5)
+        q = workspace(panda, 2 * HALF)
+        balls = BallModel(true_panda, ()).points(np.zeros(0), q)
+        y = (balls - 1.0) @ turn(np.array([0.3, 2.0, -0.4]))
+        q, y = fault(q, y + 1e-4 * generator.normal(size=y.shape))
+        samples = [
+            Sample(tuple(a), 0, point=tuple(b)) for a, b in zip(q.tolist(), y.tolist(), strict=True)
+        ]
+        placement = Placement(name="", samples=(), joint_names=panda.joint_names)
+        parts = np.array_split(np.arange(len(q)), len(names))
+        return [
+            replace(placement, name=name, samples=tuple(samples[i] for i in rows))
+            for name, rows in zip(names, parts, strict=True)
+        ]
+
+    return points
+
+
+@pytest.mark.parametrize(
+    "fault, name, words",
+    [
+        (scaled, "distance", "all measured coordinates are 2.0 % too large"),
+        (moved, "base_moved", "the instrument, or the arm's base, moved by 3.0 mm before point 26"),
+        (moved_far, "base_moved", "before point 26"),
+        (zero_off, "zero", "joint 3 (panda_joint3) looks off by +5"),
+        (zero_lost, "zero_lost", "panda_joint3 is off by +0.5"),
+        (sign_turned, "sign", "joint 3 (panda_joint3) looks sign-flipped"),
+        (joints_swapped, "swap", "joints 3 and 5 (panda_joint3, panda_joint5) look swapped"),
+        (points_wrong, "ball_sample", "mm off: it was measured badly"),
+    ],
+)
+def test_faults_of_points_are_named_as_those_of_sockets(look, points, fault, name, words):
+    first = look(points(fault)).hypotheses[0]
+    assert first.name == name and words in first.text
+
+
+def test_sound_points_are_sound_and_an_instrument_moved_between_placements_is_told(look, points):
+    names = ("front", "left")
+    assert look(points()).hypotheses[0].name == "sound"
+    assert look(points(names=names)).hypotheses[0].name == "sound"
+    (first, *_) = look(points(moved, names)).hypotheses
+    assert first.name == "base_moved" and first.text.endswith("before point 1")
+
+
+def test_an_instrument_that_moved_has_another_frame_after(panda, points):
+    calibration = calibrate(panda, points(moved))
+    frames = [row.frame for row in calibration.document.data]
+    assert frames == [None, "instrument from point 26 of front"]
+    (split,) = [d for d in calibration.document.checks if d.code == "set_right"]
+    assert "in a frame of its own" in split.advice
+
+
+def test_points_and_sockets_are_explained_together(look, points, placements):
+    both = [placements[0], *points(zero_lost, ["tracker"]), placements[1]]
+    assert (
+        look([placements[0], *points(names=["tracker"]), placements[1]]).hypotheses[0].name
+        == "sound"
+    )
+    survey = look(both)
+    assert survey.hypotheses[0].name == "zero_lost"
+    assert [one.measured.name for one in survey.placements] == ["front", "tracker", "left"]
