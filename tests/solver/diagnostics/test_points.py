@@ -17,7 +17,7 @@ def scaled(q, y):
 
 
 def moved(q, y):
-    return q, np.concatenate([y[:HALF], y[HALF:] + [3e-3, 0, 0]])
+    return q, np.concatenate([y[:HALF], y[HALF:] + np.array([3e-3, 0, 0])])
 
 
 def moved_far(q, y):
