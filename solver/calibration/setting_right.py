@@ -25,7 +25,7 @@ from .options import SolveOptions
 
 Look = Callable[..., Survey]
 NOTHING_SEEN = Survey((), ())
-"""Of placements in no sockets."""
+"""Of no placements."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
 
