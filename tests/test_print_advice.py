@@ -19,7 +19,7 @@ ROWS = [[cell.strip() for cell in line.split("|")[1:-1]] for line in TEXT.splitl
 
 def test_its_options_exist(capsys):
     with pytest.raises(SystemExit):
-        main(["print-parts", "--help"])
+        main(["print-parts", "--help-all"])
     known = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     named = set(re.findall(r"--[a-z-]+(?=[ `])", TEXT))
     assert len(named) > 8

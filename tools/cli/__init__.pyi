@@ -9,6 +9,7 @@ from .arguments import PayloadOptions as PayloadOptions
 from .arguments import add_options as add_options
 from .arguments import argument as argument
 from .arguments import option as option
+from .arguments import option_names as option_names
 from .arguments import part as part
 from .arguments import read_options as read_options
 from .commands.main import VERBS as VERBS

@@ -7,7 +7,7 @@ takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help a
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from inspect import get_annotations
@@ -97,8 +97,20 @@ class OutputOptions(JsonOption):
             results.refuse_existing(self.out, force=self.force)
 
 
-def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
-    """Add the options of a dataclass; or of a union of them, each an experiment with a name."""
+def option_names(options: Any) -> list[str]:
+    """Return the options of a dataclass, or of a union of them, as they are typed."""
+    kinds = get_args(options) if isinstance(options, UnionType) else (options,)
+    rows = [row for kind in kinds for row in _described(kind)]
+    return [_typed(one.name) for one, _, about in rows if not about.get("positional")]
+
+
+def add_options(
+    parser: argparse.ArgumentParser, options: Any, shown: Collection[str] | None = None
+) -> None:
+    """Add the options of a dataclass; or of a union of them, each an experiment with a name.
+
+    The help has those ``shown`` alone, None for all.
+    """
     if isinstance(options, UnionType):
         kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
         for kind in get_args(options):
@@ -113,7 +125,10 @@ def add_options(parser: argparse.ArgumentParser, options: Any) -> None:
         positional = about.get("positional", False)
         required = {"required": True} if one.default is MISSING and not positional else {}
         name = one.name if positional else _typed(one.name)
-        groups[title].add_argument(name, **_keywords(kind, about), **required)
+        keywords = _keywords(kind, about)
+        if not positional and shown is not None and name.removeprefix("--") not in shown:
+            keywords["help"] = argparse.SUPPRESS
+        groups[title].add_argument(name, **keywords, **required)
     parser.set_defaults(options=options)
 
 

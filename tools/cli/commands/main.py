@@ -5,26 +5,51 @@
 """
 
 import argparse
+import difflib
 import importlib
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, NoReturn
 
 from ...._version import __version__
 from ....errors import MukcaError
 from .. import Terminal
 
+GROUPS = {
+    "every day": "record check solve validate report",
+    "before": "demo print-parts plan robots drivers",
+    "afterwards": "command poses export tool handeye rezero compare",
+    "many arms": "fleet crossval",
+    "data": "info convert extract stream",
+    "for developers": "simulate emulate",
+}
+"""Verbs by what people do."""
 _PAGES = Path(__file__).with_name("verbs.txt").read_text(encoding="utf-8")
-VERBS: dict[str, tuple[str, str, str]] = {
-    name: (line, text, module or name.replace("-", "_"))
-    for name, module, line, text in re.findall(
-        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(.*?)(?=^# |\Z)", _PAGES
+
+
+class Verb(NamedTuple):
+    """A verb, as ``verbs.txt`` has it."""
+
+    line: str
+    """Line in ``mukca --help``."""
+    text: str
+    """Text below the options."""
+    module: str
+    often: tuple[str, ...]
+    """Options that ``--help`` shows; none for all."""
+
+
+VERBS: dict[str, Verb] = {
+    name: Verb(line, text, module or name.replace("-", "_"), tuple(often.split()))
+    for name, module, line, often, text in re.findall(
+        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(?:often: (.*?)\n)?(.*?)(?=^# |\Z)", _PAGES
     )
 }
-"""Line of each verb in ``mukca --help``, the text below its options, and its module."""
+EXAMPLES = 2
+"""Examples that ``--help`` shows."""
 
 
 TYPED = {
@@ -41,7 +66,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
-        arguments = build_parser(verb).parse_args(words)
+        parser = build_parser(verb, words)
+        if verb is None:
+            parser.print_help()
+            return 0
+        if verb not in VERBS and not verb.startswith("-"):
+            sys.stderr.write(
+                f"mukca: no verb is called {verb!r}; mukca --help lists them{meant(verb, VERBS)}\n"
+            )
+            return 2
+        arguments = parser.parse_args(words)
         terminal = Terminal(json=bool(getattr(arguments, "json", False)))
         return run_verb(arguments, terminal)
     except MukcaError as error:
@@ -65,34 +99,93 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return _verb(arguments.verb)[0](read_options(arguments), terminal)
 
 
-def build_parser(verb: str | None) -> argparse.ArgumentParser:
+class _Parser(argparse.ArgumentParser):
+    """Parser whose errors name what the words that it does not know are probably meant for."""
+
+    typed: Sequence[str] = ()
+    """Words of the command line."""
+    names: Collection[str] = ()
+    """Options, or verbs, that there are."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with an error, and with what was probably meant."""
+        unknown = [word.partition("=")[0] for word in self.typed if word.startswith("--")]
+        for word in unknown:
+            if not any(name.startswith(word) for name in self.names):
+                message += meant(word, self.names)
+        super().error(message)
+
+
+def meant(word: str, names: Collection[str]) -> str:
+    """Return which name a word is probably meant for; empty where none is near."""
+    near = difflib.get_close_matches(word, names, 1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _verbs_by_group() -> str:
+    """Return the verbs, a line each, below what people do."""
+    lines: list[str] = []
+    for group, verbs in GROUPS.items():
+        lines += [f"{group}:", *(f"  {verb:12} {VERBS[verb].line}" for verb in verbs.split()), ""]
+    return "\n".join([*lines, "mukca VERB --help shows a verb's options and examples."])
+
+
+def build_parser(verb: str | None, words: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser; only the given verb's own options are filled in."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="mukca",
+        usage="mukca VERB [options]",
         description="Calibrate a robot arm with a printed ball and socket base.",
-        epilog="mukca VERB --help shows a verb's options and an example.",
+        epilog=_verbs_by_group(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.typed = words
     parser.add_argument(
         "--version",
         action="version",
         version=f"mukca {__version__}",
         help="show the version and exit",
     )
-    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for name, (line, text, _) in VERBS.items():
+    verbs = parser.add_subparsers(
+        dest="verb", metavar="VERB", required=True, help=argparse.SUPPRESS, prog="mukca"
+    )
+    for name, about in VERBS.items():
         sub = verbs.add_parser(
             name,
-            help=line,
-            description=line[0].upper() + line[1:] + ".",
+            description=f"{about.line[0].upper()}{about.line[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        sub.typed = words
         if name == verb:
-            from .. import add_options
-
-            run, module = _verb(name)
-            sub.epilog = text if "{list}" not in text else text.replace("{list}", module.LIST)
-            add_options(sub, run.__annotations__["options"])
+            parser.names = sub.names = _fill(sub, name, everything="--help-all" in words)
     return parser
+
+
+def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> list[str]:
+    """Add a verb's options, ``everything`` or those used often in its help; return their names."""
+    from .. import add_options, option_names
+
+    (run, module), about = _verb(name), VERBS[name]
+    options = run.__annotations__["options"]
+    text = about.text.replace("{list}", getattr(module, "LIST", ""))
+    shown = None if everything or not about.often else about.often
+    names = option_names(options)
+    hidden = len(names) - len(about.often) if shown else 0
+    add_options(parser, options, shown)
+    more = f"{hidden} more options, and all about them" if hidden else "all about it"
+    parser.add_argument("--help-all", action="help", help=more)
+    parser.epilog = text if everything else _in_short(text)
+    return [*names, "--help", "--help-all"]
+
+
+def _in_short(text: str) -> str:
+    """Return the lists of a verb's text, such as formats, and its first examples."""
+    lists = [part for part in text.strip().split("\n\n") if re.match(r"\w+:\n", part)]
+    for number, part in enumerate(lists):
+        if part.startswith("example"):
+            head, *each = re.split(r"(?m)^(?=  mukca )", part)
+            lists[number] = "".join([head, *each[:EXAMPLES]]).rstrip()
+    return "\n\n".join(lists)
 
 
 def _verb(name: str) -> tuple[Callable[[Any, Terminal], int], Any]:
@@ -100,5 +193,5 @@ def _verb(name: str) -> tuple[Callable[[Any, Terminal], int], Any]:
 
     Where the verb's text has ``{list}``, the module has ``LIST``.
     """
-    module = importlib.import_module(f".{VERBS[name][2]}", __package__)
+    module = importlib.import_module(f".{VERBS[name].module}", __package__)
     return getattr(module, f"run_{name.replace('-', '_')}"), module
