@@ -77,8 +77,8 @@ class Calibration(FittedModel):
         mend = "Check --distance, that sockets are not mixed up, and the data"
         if joints_wrong(self.document.checks):
             mend = "Mend first what the checks say of the joints"
-        found = distortion_row(self.document).text
-        return f"refused: {found}. {mend}; accept_distorted (--accept-distorted) writes it"
+        distortion = distortion_row(self.document).text
+        return f"refused: {distortion}. {mend}; accept_distorted (--accept-distorted) writes it"
 
     @cached_property
     def assessment(self) -> Assessment:
@@ -145,10 +145,10 @@ class Calibration(FittedModel):
             UsageError: No placement is given.
             MeasurementError: A placement is not of this robot.
         """
-        given = as_list(placements)
-        if not given:
+        several = as_list(placements)
+        if not several:
             raise UsageError("no placement to validate on; read some by mukca.read_placements")
-        return self.errors_of([measure(p, self.robot, sockets=1, load=self.load) for p in given])
+        return self.errors_of([measure(p, self.robot, sockets=1, load=self.load) for p in several])
 
     def errors_of(self, data: Sequence[Measurement], *, other_tip: bool = False) -> Errors:
         """Return the errors of checked placements, those trained on first.
@@ -165,16 +165,16 @@ class Calibration(FittedModel):
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to most of these samples, in whatever form they are."""
-        own = [row for row in self.document.data if row.role == "train"]
-        return any(_are_in(measured, row) for row in own)
+        trained_rows = [row for row in self.document.data if row.role == "train"]
+        return any(_are_in(measured, row) for row in trained_rows)
 
     def as_read_now(self, measured: Measurement) -> Measurement:
         """Return samples as the joints read them since their zeros changed.
 
         Those that the calibration was made of, recorded before, are shifted.
         """
-        later = {zero.joint: zero.offset for zero in self.document.later_zeros}
-        offsets = np.array([later.get(name, 0.0) for name in self.robot.joint_names])
+        offset_by_joint = {zero.joint: zero.offset for zero in self.document.later_zeros}
+        offsets = np.array([offset_by_joint.get(name, 0.0) for name in self.robot.joint_names])
         before = (row.shifted(offsets.tolist()) for row in self.document.data)
         if not offsets.any() or not any(_are_in(measured, row) for row in before):
             return measured
@@ -192,8 +192,8 @@ class Calibration(FittedModel):
 
 def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
     """Return whether most samples are in a placement of a calibration, in whatever order."""
-    ours, known = (
+    ours, theirs = (
         [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in samples]
         for samples in (measured.placement.samples, row.samples)
     )
-    return 2 * len({*known}.intersection(ours)) > len(ours)
+    return 2 * len({*theirs}.intersection(ours)) > len(ours)

@@ -30,9 +30,9 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
     everything = tuple(range(count))
     left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
-    alone = [Job("alone", (i,)) for i in everything]
-    again = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
-    return [*(left_out if count > 1 else []), *alone, *again]
+    singles = [Job("alone", (i,)) for i in everything]
+    resampled = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
+    return [*(left_out if count > 1 else []), *singles, *resampled]
 
 
 def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | None:
@@ -42,9 +42,9 @@ def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | No
         generator = np.random.default_rng(job.seed)
         train = [_resampled(measured, generator) for measured in train]
     names = {measured.name for measured in train}
-    known = named(problem.measurements, problem.options.distances)
+    distances = named(problem.measurements, problem.options.distances)
     options = replace(
-        problem.options, known=[k for k in known if {k.first[0], k.second[0]} <= names]
+        problem.options, known=[k for k in distances if {k.first[0], k.second[0]} <= names]
     )
     try:
         (fit,) = fit_robots([replace(problem, measurements=train)], options, require_scale=False)
@@ -59,5 +59,5 @@ def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | No
 def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
     """Return a placement with as many samples drawn from its own (the bootstrap)."""
     sockets = [measured.order[rows] for rows in measured.slices]
-    drawn = [own[generator.integers(len(own), size=len(own))] for own in sockets]
+    drawn = [rows[generator.integers(len(rows), size=len(rows))] for rows in sockets]
     return measured.only(np.concatenate(drawn))

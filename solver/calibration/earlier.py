@@ -41,12 +41,20 @@ Priors = TypePriors | GivenPrior
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
     """Return the expected elasticity of each robot's type, by extension."""
-    own = [robot.joint_names for robot in robots]
-    types = [one for file in files if file != "none" for one in _types_for(file, own)]
+    joint_names = [robot.joint_names for robot in robots]
+    types = [
+        elasticity
+        for file in files
+        if file != "none"
+        for elasticity in _types_for(file, joint_names)
+    ]
     other_tilts = {robot.joint_names: tilts_about_other_axes(robot) for robot in robots}
-    types = [_without_tilts(one, other_tilts.get(one.joint_names, ())) for one in types]
-    pooled = {one.joint_names: one for one in _pooled(types)}
-    return [_expected(pooled.get(joints)) for joints in own]
+    types = [
+        _without_tilts(elasticity, other_tilts.get(elasticity.joint_names, ()))
+        for elasticity in types
+    ]
+    pooled = {elasticity.joint_names: elasticity for elasticity in _pooled(types)}
+    return [_expected(pooled.get(joints)) for joints in joint_names]
 
 
 def tilts_about_other_axes(robot: Robot) -> list[str]:
@@ -62,24 +70,28 @@ def _without_tilts(
     """Return a type without some tilts, if they are about the axes of frames."""
     if elasticity.tilt_axes == "link":
         return elasticity
-    kept = tuple(one for one in elasticity.coefficients if one.name not in names)
-    return structs.replace(elasticity, coefficients=kept)
+    coefficients = tuple(
+        coefficient for coefficient in elasticity.coefficients if coefficient.name not in names
+    )
+    return structs.replace(elasticity, coefficients=coefficients)
 
 
 def _types_for(
-    file: str | Path, own: Sequence[tuple[str, ...]]
+    file: str | Path, names_of_arms: Sequence[tuple[str, ...]]
 ) -> Sequence[results.TypeElasticity]:
     """Return the types in a file; refuse one of the user's that has none of these robots."""
     if file == SHIPPED:
         return _types(_SHIPPED)
     types = _types(Path(file))
-    joints = [one.joint_names for one in types]
-    if not set(own) & set(joints):
-        known, others = ("; ".join(map(", ".join, each)) for each in (dict.fromkeys(own), joints))
-        raise UsageError(
-            f"--type-prior {file}: of an arm with the joints {others}, while this has {known}"
+    joints = [elasticity.joint_names for elasticity in types]
+    if not set(names_of_arms) & set(joints):
+        ours, theirs = (
+            "; ".join(map(", ".join, names)) for names in (dict.fromkeys(names_of_arms), joints)
         )
-    if not any(one.coefficients for one in types):
+        raise UsageError(
+            f"--type-prior {file}: of an arm with the joints {theirs}, while this has {ours}"
+        )
+    if not any(elasticity.coefficients for elasticity in types):
         raise UsageError(
             f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
             "that list `compliance` or `tilt` under `deflection`"
@@ -89,9 +101,9 @@ def _types_for(
 
 def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
-    types = [one for file in files for one in _types(file) if one.coefficients]
-    by_frame = _pooled([one for one in types if one.tilt_axes == "frame"])
-    by_link = _pooled([one for one in types if one.tilt_axes == "link"])
+    types = [elasticity for file in files for elasticity in _types(file) if elasticity.coefficients]
+    by_frame = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "frame"])
+    by_link = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "link"])
     return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=(*by_frame, *by_link))
 
 
@@ -104,12 +116,14 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
         either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
         raise results.DocumentError(either) from None
     joints = document.model.joint_names
-    kept = [effect for effect in SHARED if effect.name in document.deflection]
-    names = {name for effect in kept for name in effect.coefficient_names(joints)}
-    found = tuple(one for one in document.coefficients or () if one.name in names)
+    effects = [effect for effect in SHARED if effect.name in document.deflection]
+    names = {name for effect in effects for name in effect.coefficient_names(joints)}
+    coefficients = tuple(
+        coefficient for coefficient in document.coefficients or () if coefficient.name in names
+    )
     axes = "frame" if document.rotation_numbers == "rpy" else "link"
     elasticity = results.TypeElasticity(
-        joint_names=joints, arms=1, coefficients=found, tilt_axes=axes
+        joint_names=joints, arms=1, coefficients=coefficients, tilt_axes=axes
     )
     return (elasticity,)
 
@@ -117,30 +131,42 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
 def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElasticity]:
     """Return one for each type: the means of its coefficients."""
     pooled: list[results.TypeElasticity] = []
-    for joints in dict.fromkeys(one.joint_names for one in types):
-        own = [one for one in types if one.joint_names == joints]
-        every = [coefficient for one in own for coefficient in one.coefficients]
-        names = dict.fromkeys(one.name for one in every)
-        means = tuple(_mean([one for one in every if one.name == name]) for name in names)
-        arms = sum(one.arms for one in own)
-        pooled.append(structs.replace(own[0], arms=arms, coefficients=means, source=None))
+    for joints in dict.fromkeys(elasticity.joint_names for elasticity in types):
+        of_arm = [elasticity for elasticity in types if elasticity.joint_names == joints]
+        coefficients = [
+            coefficient for elasticity in of_arm for coefficient in elasticity.coefficients
+        ]
+        names = dict.fromkeys(coefficient.name for coefficient in coefficients)
+        means = tuple(
+            _mean([coefficient for coefficient in coefficients if coefficient.name == name])
+            for name in names
+        )
+        arms = sum(elasticity.arms for elasticity in of_arm)
+        pooled.append(structs.replace(of_arm[0], arms=arms, coefficients=means, source=None))
     return pooled
 
 
-def _mean(each: Sequence[results.Coefficient]) -> results.Coefficient:
-    weights = np.array([max(one.standard_deviation, LEAST) for one in each]) ** -2
-    mean = float(weights @ [one.value for one in each] / weights.sum())
-    return structs.replace(each[0], value=mean, standard_deviation=float(weights.sum() ** -0.5))
+def _mean(coefficients: Sequence[results.Coefficient]) -> results.Coefficient:
+    weights = (
+        np.array([max(coefficient.standard_deviation, LEAST) for coefficient in coefficients]) ** -2
+    )
+    mean = float(weights @ [coefficient.value for coefficient in coefficients] / weights.sum())
+    return structs.replace(
+        coefficients[0], value=mean, standard_deviation=float(weights.sum() ** -0.5)
+    )
 
 
-def _expected(known: results.TypeElasticity | None) -> dict[str, Expected]:
+def _expected(elasticity: results.TypeElasticity | None) -> dict[str, Expected]:
     """Return the expected coefficients of a type and their deviations, by extension."""
-    if known is None:
+    if elasticity is None:
         return {}
-    by_name = {one.name: (one.value, one.standard_deviation) for one in known.coefficients}
+    by_name = {
+        coefficient.name: (coefficient.value, coefficient.standard_deviation)
+        for coefficient in elasticity.coefficients
+    }
     expected: dict[str, Expected] = {}
     for effect in SHARED:
-        names = effect.coefficient_names(known.joint_names)
+        names = effect.coefficient_names(elasticity.joint_names)
         if all(name in by_name for name in names):
             values, deviations = np.array([by_name[name] for name in names]).T
             expected[effect.name] = values, deviations
@@ -150,7 +176,7 @@ def _expected(known: results.TypeElasticity | None) -> dict[str, Expected]:
 def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Priors:
     """Return the priors of some robots that the options ask for."""
     if options.prior is None:
-        return type_priors(options.type_prior, [one.robot for one in robots])
+        return type_priors(options.type_prior, [recordings.robot for recordings in robots])
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
     return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
@@ -163,47 +189,47 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     if joints[0] != joints[1]:
         theirs, ours = map(", ".join, joints)
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
-    found = posterior_of(document, str(file))
-    model = found.model
-    ball, values = BallModel(robot, model.ball.free.tolist()), found.values
-    mean, slopes = found.x.copy(), np.eye(model.size)
+    posterior = posterior_of(document, str(file))
+    model = posterior.model
+    ball, values = BallModel(robot, model.ball.free.tolist()), posterior.values
+    mean, slopes = posterior.x.copy(), np.eye(model.size)
     mean[: model.geometry] = ball.parameters_at(model.ball.origins(values)) - ball.nominal
     slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
-    covariance = slopes @ found.covariance[: model.size, : model.size] @ slopes.T
+    covariance = slopes @ posterior.covariance[: model.size, : model.size] @ slopes.T
     prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
     first = model.parameters[0].joint if model.parameters else ""
-    moved = {
+    shifts = {
         p.name
         for p in model.parameters
         if (p.of_ball and "tool" in remounted) or (p.joint == first and "base" in remounted)
     }
     if document.rotation_numbers == "rpy":
-        moved |= set(tilts_about_other_axes(robot))
-    return prior.without(moved)
+        shifts |= set(tilts_about_other_axes(robot))
+    return prior.without(shifts)
 
 
 def stored_posterior(
-    found: JointPosterior, robot: int, recordings: RobotRecordings
+    posterior: JointPosterior, robot: int, recordings: RobotRecordings
 ) -> results.StoredPosterior | None:
     """Return what a robot's file keeps of a posterior: of its unknowns, frames, and sockets.
 
     None for one of several robots if an instrument measured its balls.
     """
-    if found.arms[1:] and (found.arms[robot].data.sockets < 0).any():
+    if posterior.arms[1:] and (posterior.arms[robot].data.sockets < 0).any():
         return None
-    arm, count = found.arms[robot], len(found.arms)
-    known = found.covariance if count == 1 else arm.covariance
-    size, first = arm.model.size, len(known) - arm.centres.size
-    seated = [m for m in recordings.measurements if m.kind == "sockets"]
-    named = [(base_name(m, count), s) for m in seated for s in m.sockets]
-    kept = [arm.data.labels.index(name) for name in named]
-    of_centres = (first + 3 * np.array(kept, dtype=int)[:, None] + np.arange(3)).ravel()
+    arm, count = posterior.arms[robot], len(posterior.arms)
+    covariance = posterior.covariance if count == 1 else arm.covariance
+    size, first = arm.model.size, len(covariance) - arm.centres.size
+    in_sockets = [m for m in recordings.measurements if m.kind == "sockets"]
+    labels = [(base_name(m, count), s) for m in in_sockets for s in m.sockets]
+    indices = [arm.data.labels.index(name) for name in labels]
+    of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
-    sigma = known[np.ix_(rows, rows)]
+    sigma = covariance[np.ix_(rows, rows)]
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
-    noises = {kind: (one.space, one.joint, one.nu) for kind, one in arm.noises.items()}
-    places = tuple(map(as_point, arm.centres[kept]))
+    noises = {kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()}
+    places = tuple(map(as_point, arm.centres[indices]))
     return results.StoredPosterior(covariance=text, noises=noises, centres=places)
 
 
@@ -215,10 +241,10 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     from .fit import fit_robots
 
     arm = _problem_of(document, source)
-    kept, settings = document.posterior, document.settings
+    stored, settings = document.posterior, document.settings
     chained = document.curves is not None and settings.get("prior")
-    if kept is not None and not (document.later_zeros or settings.get("zeros") or chained):
-        return _stored(document, kept, arm, source)
+    if stored is not None and not (document.later_zeros or settings.get("zeros") or chained):
+        return _stored(document, stored, arm, source)
     if document.arms is not None:
         raise UsageError(f"{source}: of several arms, or by an older mukca; calibrate it alone")
     (fit,) = fit_robots([arm], arm.options)
@@ -228,7 +254,7 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
 
 def _stored(
     document: results.CalibrationDocument,
-    kept: results.StoredPosterior,
+    stored: results.StoredPosterior,
     arm: CalibrationProblem,
     source: str,
 ) -> Posterior:
@@ -252,32 +278,34 @@ def _stored(
     count += 3 * data.socket_count
     try:
         unpacker = zlib.decompressobj()
-        packed, size = base64.b64decode(kept.covariance), count * (count + 1) // 2
+        packed, size = base64.b64decode(stored.covariance), count * (count + 1) // 2
         triangle = np.frombuffer(unpacker.decompress(packed, 8 * size + 1), "<f8")
         covariance = np.zeros((count, count))
         covariance[np.tril_indices(count)] = triangle.reshape(size)
     except (ValueError, zlib.error):
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     covariance += np.tril(covariance, -1).T
-    trained = [part for part in document.data if part.role == "train"]
-    rows = [sample for part in trained for sample in part.by_socket]
+    training = [part for part in document.data if part.role == "train"]
+    rows = [sample for part in training for sample in part.by_socket]
     weights = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
     frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
-    found = Posterior(
+    posterior = Posterior(
         model,
         data,
         x,
-        np.reshape(kept.centres, (-1, 3)),
+        np.reshape(stored.centres, (-1, 3)),
         covariance,
         (),
-        {kind: Noise(*kept.noises[kind]) for kind in KINDS if kind in kept.noises},
+        {kind: Noise(*stored.noises[kind]) for kind in KINDS if kind in stored.noises},
         model.predict(x, data.positions, data.torques),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),
     )
     poses = tuple(frames[name] for name in data.frames)
-    return replace(found, covariance=restored_covariance(found, scene, poses, _scales(document)))
+    return replace(
+        posterior, covariance=restored_covariance(posterior, scene, poses, _scales(document))
+    )
 
 
 def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
@@ -291,10 +319,12 @@ def _problem_of(document: results.CalibrationDocument, source: str) -> Calibrati
     if document.method != "auto":
         raise UsageError(f"{source}: give a calibration by --method auto")
     robot = results.calibrated_robot(document, source).robot
-    later = {zero.joint: zero.offset for zero in document.later_zeros}
-    zeros = [later.get(joint, 0.0) for joint in robot.joint_names]
-    known = {name: value for name, value in document.settings.items() if name in option_table()}
-    options = replace(SolveOptions(**known), accept_distorted=True)
+    offset_by_joint = {zero.joint: zero.offset for zero in document.later_zeros}
+    zeros = [offset_by_joint.get(joint, 0.0) for joint in robot.joint_names]
+    stored_options = {
+        name: value for name, value in document.settings.items() if name in option_table()
+    }
+    options = replace(SolveOptions(**stored_options), accept_distorted=True)
     if document.arms is not None:  # what ties it to the others is in its posterior
         options = replace(options, known=(), sockets_at=())
     options = options.validated()

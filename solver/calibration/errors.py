@@ -40,7 +40,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
         """Return errors by number, or by the placement's name or the last part of it."""
         if not isinstance(index, str):
             return super().__getitem__(index)
-        names = [one.name for one in self]
+        names = [row.name for row in self]
         ends = [i for i, name in enumerate(names) if index in (name, name.split("/")[-1])]
         if len(ends) != 1:
             raise UsageError(f"no one placement is called {index!r}; there are: {', '.join(names)}")
@@ -94,8 +94,8 @@ class Errors(tuple[results.PlacementErrors, ...]):
         rows = [list(HEADS), *(cells for _, cells in self.table())]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = [self.title]
-        for first, *others in rows:
-            cells = [first.ljust(widths[0]), *map(str.rjust, others, widths[1:])]
+        for first, *values in rows:
+            cells = [first.ljust(widths[0]), *map(str.rjust, values, widths[1:])]
             lines.append("  ".join(cells).rstrip())
         return "\n".join(lines)
 
@@ -111,11 +111,11 @@ def _kind(row: results.PlacementErrors) -> str:
 def _rows(
     row: results.PlacementErrors | results.Summary, name: str, samples: str
 ) -> list[tuple[bool, list[str]]]:
-    before, loaded, full = map(_figures, (row.before, row.loaded, row.calibrated))
+    before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
     cells = [f"{first} > {last}" for first, last in zip(before, loaded, strict=True)]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
-        rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in full)]))
+        rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in corrected)]))
     return rows
 
 
@@ -131,8 +131,8 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
         return None
     means: dict[str, Any] = {}
     for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
-        there = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
-        means[name] = data.mean_metrics(there) if there else None
+        values = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
+        means[name] = data.mean_metrics(values) if values else None
     return results.Summary(
         **means, removed_error=data.removed_share(means["nominal"], means["calibrated"])
     )
@@ -143,7 +143,7 @@ def placement_errors(
     role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
-    others: Mapping[str, results.CalibratedRobot] | None = None,
+    robots_beside: Mapping[str, results.CalibratedRobot] | None = None,
     *,
     other_tip: bool = False,
 ) -> results.PlacementErrors:
@@ -152,7 +152,7 @@ def placement_errors(
     ``other_tip``: of points measured with another probe, whose tip is refitted by each model.
     """
     metrics: dict[str, Any] = {}
-    for name, model in {**calibrated.models, **(others or {})}.items():
+    for name, model in {**calibrated.models, **(robots_beside or {})}.items():
         turned = measured.has_orientations and name in calibrated.models
         rotations = model.rotations(measured) if turned else None
         frame = (frames or {}).get(name)
@@ -180,18 +180,18 @@ def errors_of(
 
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
-    others = {} if before is None else {"ball_refitted": before}
+    robots_beside = {} if before is None else {"ball_refitted": before}
     points = [m for m in problem.measurements if m.kind == "points"]
     frames = {
         name: data.fit_frames([(model.predict(m), m) for m in points])
-        for name, model in {**fit.calibrated.models, **others}.items()
+        for name, model in {**fit.calibrated.models, **robots_beside}.items()
     }
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
-        row = placement_errors(fit.calibrated, role, m, frames, others)
+        row = placement_errors(fit.calibrated, role, m, frames, robots_beside)
         if fit.posterior is not None:
-            known = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
-            row = structs.replace(row, **known)
+            deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
+            row = structs.replace(row, **deviations)
         rows.append(row)
     return Errors(rows)
 
@@ -209,14 +209,14 @@ def _deviations(
         noises = {"sockets": posterior.noises.get("points", posterior.noise)}
         posterior = replace(posterior, noises=noises)
     by_socket = calibrated.load.by_socket(calibrated.robot, measured)
-    found = {
+    deviations = {
         "predicted_deviation": predicted_deviation(posterior, by_socket),
         "found_deviation": data.found_deviation(points, measured),
     }
     if held_out and measured.has_distance:
-        known = measured.distance_deviation or data.CALIPER_DEVIATION
-        found["distance_deviation"] = length_deviation(posterior, by_socket, known)
-    return found
+        deviation = measured.distance_deviation or data.CALIPER_DEVIATION
+        deviations["distance_deviation"] = length_deviation(posterior, by_socket, deviation)
+    return deviations
 
 
 def history(
@@ -265,7 +265,7 @@ def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarra
         by_frame.setdefault(m.frame, []).append(m)
     for _ in range(BALL_STEPS):
         rows: list[np.ndarray] = []
-        off: list[np.ndarray] = []
+        offsets: list[np.ndarray] = []
         for group in by_frame.values():
             linear = model.linearise(x, np.concatenate([m.positions for m in group]))
             measured = np.concatenate([m.points for m in group])
@@ -273,6 +273,6 @@ def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarra
             slopes = pose.slopes(measured).reshape(-1, 6)
             by_ball = linear.by_parameters.reshape(-1, len(x))
             rows.append(by_ball - slopes @ np.linalg.lstsq(slopes, by_ball, rcond=None)[0])
-            off.append((linear.points - pose.apply(measured)).ravel())
-        x -= np.linalg.lstsq(np.concatenate(rows), np.concatenate(off), rcond=None)[0]
+            offsets.append((linear.points - pose.apply(measured)).ravel())
+        x -= np.linalg.lstsq(np.concatenate(rows), np.concatenate(offsets), rcond=None)[0]
     return x

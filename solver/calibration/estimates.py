@@ -18,10 +18,10 @@ def parameter_values(
 ) -> tuple[results.ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
-    known: list[Any] = [None] * len(calibrated.values)
+    deviations: list[Any] = [None] * len(calibrated.values)
     if posterior is not None:
-        known = bayes.deviations(posterior).tolist()
-    rows = zip(calibrated.parameters, *(c.tolist() for c in columns), known, strict=False)
+        deviations = bayes.deviations(posterior).tolist()
+    rows = zip(calibrated.parameters, *(c.tolist() for c in columns), deviations, strict=False)
     return tuple(
         results.ParameterValue.filled(
             p, nominal=a, calibrated=b, change=b - a, exported=c, standard_deviation=deviation
@@ -37,14 +37,16 @@ def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
         return None
     model, group = posterior.model, posterior.groups[-1]
     assert group.length is not None
-    (knots, m), own = curves.shape, model.slices[-1]
-    one = np.eye(knots)
-    at_knots = (np.roll(one, 1, axis=0) + 4 * one + np.roll(one, -1, axis=0)) / 6  # cubic B-spline
+    (knots, m), members = curves.shape, model.slices[-1]
+    identity = np.eye(knots)
+    at_knots = (
+        np.roll(identity, 1, axis=0) + 4 * identity + np.roll(identity, -1, axis=0)
+    ) / 6  # cubic B-spline
     joints: list[results.JointCurve] = []
     for k, joint in enumerate(model.robot.actuated):
         if joint.type == "prismatic":
             continue
-        sigma = posterior.covariance[own, own][k::m, k::m]
+        sigma = posterior.covariance[members, members][k::m, k::m]
         variances = np.sum((at_knots @ sigma) * at_knots, axis=1)
         joints.append(
             results.JointCurve(

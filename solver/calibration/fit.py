@@ -42,8 +42,8 @@ class Fit:
         """Posterior of the robot; None where it has none, or its covariance is not finite."""
         if self.selected is None:
             return None
-        found = self.selected.full.arms[self.index]
-        return found if _is_covariance(found.covariance) else None
+        posterior_of_arm = self.selected.full.arms[self.index]
+        return posterior_of_arm if _is_covariance(posterior_of_arm.covariance) else None
 
 
 def _is_covariance(matrix: np.ndarray) -> bool:
@@ -72,11 +72,16 @@ def fit_robots(
         A fit for each robot. By the default method they share one :attr:`Fit.selected`.
     """
     options = options.validated()
-    parameters = [choose_parameters(one.robot, options.free, options.fix) for one in robots]
+    parameters = [
+        choose_parameters(recordings.robot, options.free, options.fix) for recordings in robots
+    ]
     if options.method == "paper":
         pairs = zip(robots, parameters, strict=True)
-        return [_fit_by_paper(one, free, options) for one, free in pairs]
-    given = priors_of(options, robots) if types is None else types
+        return [
+            _fit_by_paper(recordings, parameters_of_arm, options)
+            for recordings, parameters_of_arm in pairs
+        ]
+    priors = priors_of(options, robots) if types is None else types
     begin = time.perf_counter()
     data = observe_all(
         robots,
@@ -85,17 +90,20 @@ def fit_robots(
         deviation=options.deviation,
         require_scale=require_scale,
     )
-    chosen = select_models(
-        [(one.robot, free) for one, free in zip(robots, parameters, strict=True)],
+    selected = select_models(
+        [
+            (recordings.robot, parameters_of_arm)
+            for recordings, parameters_of_arm in zip(robots, parameters, strict=True)
+        ],
         data,
         stages=[name for name in EXTENSIONS if name not in options.without],
         joint_noise="joint-noise" not in options.without,
         zeros=bool(options.zeros),
-        types=given,
+        types=priors,
         progress=progress,
     )
     seconds = time.perf_counter() - begin
-    return [_fit_of(one, chosen, i, seconds) for i, one in enumerate(robots)]
+    return [_fit_of(recordings, selected, i, seconds) for i, recordings in enumerate(robots)]
 
 
 def _fit_by_paper(
@@ -114,14 +122,14 @@ def _fit_by_paper(
     return Fit(calibrated, optimizer, seconds, iterates, covariance(problem, solution.x))
 
 
-def _fit_of(arm: RobotRecordings, chosen: Selected, i: int, seconds: float) -> Fit:
-    full = chosen.full.arms[i]
-    model, deflection = full.model, full.deflection.without(JOINT_OFFSET.name)
-    given, values = (arm.robot, model.parameters), with_joint_offsets(full)
-    exported = project_to_geometry(full, arm.load) if deflection.extensions else None
-    calibrated = CalibratedRobot(*given, values, deflection, arm.load, exported)
+def _fit_of(arm: RobotRecordings, selected: Selected, i: int, seconds: float) -> Fit:
+    posterior = selected.full.arms[i]
+    model, deflection = posterior.model, posterior.deflection.without(JOINT_OFFSET.name)
+    nominal, values = (arm.robot, model.parameters), with_joint_offsets(posterior)
+    exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
+    calibrated = CalibratedRobot(*nominal, values, deflection, arm.load, exported)
     iterates = tuple(
-        CalibratedRobot(*given, model.values(x), model.deflection(x), arm.load)
-        for x in full.iterates
+        CalibratedRobot(*nominal, model.values(x), model.deflection(x), arm.load)
+        for x in posterior.iterates
     )
-    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=chosen, index=i)
+    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected, index=i)

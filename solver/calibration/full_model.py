@@ -81,18 +81,18 @@ class FullModel:
 
         Args and errors are those of :meth:`.CalibratedRobot.ball`.
         """
-        found = self.calibrated.ball(q, effort)
+        points = self.calibrated.ball(q, effort)
         checked(self.calibrated, q)
-        return found
+        return points
 
     def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
         """Return where the joints truly are while their encoders read q [rad].
 
         Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
         """
-        found = self.calibrated.true_positions(q, effort)
+        positions = self.calibrated.true_positions(q, effort)
         checked(self.calibrated, q)
-        return found
+        return positions
 
     def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return positions at which ``calibrated.urdf`` has its flange where the full model has it.
@@ -106,9 +106,9 @@ class FullModel:
         """
         arm = self.kinematics(**setup).calibrated
         rows = arm.positions(q, stacked=True)
-        found = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
-        check_nearby(found, rows)
-        return found.positions.reshape(np.shape(q))
+        solutions = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
+        check_nearby(solutions, rows)
+        return solutions.positions.reshape(np.shape(q))
 
     def kinematics(self, **setup: "Unpack[Setup]") -> "FullModel":
         """Return the kinematics of a tool, with a payload and a base, by which all methods compute.
@@ -192,13 +192,13 @@ class FullModel:
         """
         on = self.kinematics(**setup)
         goal, targets = on.goal(pose)
-        found = on.calibrated.search(goal, targets, near, prefer, on.tool)
+        solutions = on.calibrated.search(goal, targets, near, prefer, on.tool)
         leading = np.shape(pose)[: -2 if goal == "pose" else -1]
-        if not found.reached.all():
-            row = int(np.flatnonzero(~found.reached)[0])
-            joint = on.calibrated.stopped(found.positions[row])
-            raise not_reached(f"pose {row}" if leading else "pose", found, row, joint)
-        return found.positions.reshape(*leading, found.positions.shape[1])
+        if not solutions.reached.all():
+            row = int(np.flatnonzero(~solutions.reached)[0])
+            joint = on.calibrated.stopped(solutions.positions[row])
+            raise not_reached(f"pose {row}" if leading else "pose", solutions, row, joint)
+        return solutions.positions.reshape(*leading, solutions.positions.shape[1])
 
     def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:
         """Return what of the tool's poses counts, and poses in the base as rows of 12."""
@@ -222,15 +222,15 @@ class FullModel:
         """
         on = self.kinematics(**setup)
         arm, (goal, targets) = on.calibrated, on.goal(poses)
-        near = arm.starts(start, 1, "start")
+        first_start = arm.starts(start, 1, "start")
         if start is None and len(targets):
-            near = arm.search(goal, targets[:1], near, prefer, on.tool).positions
-        prefer = near if prefer is None else arm.starts(prefer, 1, "prefer")
-        found = along(partial(arm.search, goal, tool=on.tool), targets, near, prefer)
-        q, turns = found.positions, goal == "pose"
+            first_start = arm.search(goal, targets[:1], first_start, prefer, on.tool).positions
+        prefer = first_start if prefer is None else arm.starts(prefer, 1, "prefer")
+        solutions = along(partial(arm.search, goal, tool=on.tool), targets, first_start, prefer)
+        q, turns = solutions.positions, goal == "pose"
         J = on.jacobian(q) if turns else on.jacobian(q)[:, :3]
         return JointPath(
-            **vars(found),
+            **vars(solutions),
             joint_names=arm.robot.joint_names,
             at_limit=tuple(map(arm.stopped, q)),
             singular_value=np.linalg.svd(J, compute_uv=False).min(axis=1),
@@ -309,9 +309,9 @@ class FullModel:
             q_way = self.command_path(way, near, **setup).checked()
             sent = self.corrected_pose(way, q_way, q_way, controller, **setup)
             middles = half_way(way[:-1], way[1:])
-            wanted = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)
-            off = np.linalg.norm((half_way(sent[:-1], sent[1:]) - wanted)[:, :3, 3], axis=1)
-            bowed = np.flatnonzero(off > tolerance)
+            goals = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)
+            bow = np.linalg.norm((half_way(sent[:-1], sent[1:]) - goals)[:, :3, 3], axis=1)
+            bowed = np.flatnonzero(bow > tolerance)
             if not bowed.size:
                 return sent
             way = np.insert(way, bowed + 1, middles[bowed], axis=0)

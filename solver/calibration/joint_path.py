@@ -23,11 +23,11 @@ FARTHEST = 0.1
 class CommandError(MukcaError):
     """A pose that no joint positions within the limits reach, as far as was found."""
 
-    def __init__(self, message: str, found: Solutions, row: int, joint: str = "") -> None:
+    def __init__(self, message: str, solutions: Solutions, row: int, joint: str = "") -> None:
         super().__init__(message)
-        self.positions: np.ndarray = found.positions[row]
+        self.positions: np.ndarray = solutions.positions[row]
         """The nearest joint positions, shape (m,) [rad]."""
-        self.left: np.ndarray = found.left[row]
+        self.left: np.ndarray = solutions.left[row]
         """Distance [m] and angle [rad] that are left there, shape (2,)."""
         self.joint = joint
         """The joint that stands at its limit there; empty for none."""
@@ -59,9 +59,9 @@ class JointPath(Solutions):
         Raises:
             CommandError: A pose is not reached, or the joints jump between two.
         """
-        wrong = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
-        if wrong:
-            row = min(wrong)
+        faults = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
+        if faults:
+            row = min(faults)
             where, joint = f"pose {row}", self.at_limit[row]
             if not self.reached[row]:
                 raise not_reached(where, self, row, joint)
@@ -81,42 +81,43 @@ def along(
     """Return solutions for poses, each searched for near the last one that was reached."""
     rows: list[Solutions] = []
     for target in targets:
-        found = search(target[None], near, prefer)
-        near = found.positions if found.reached.all() else near
-        rows.append(found)
+        solution = search(target[None], near, prefer)
+        near = solution.positions if solution.reached.all() else near
+        rows.append(solution)
     rows = rows or [search(targets, near, prefer)]
     names = ("positions", "left", "rounds")
-    return Solutions(*(np.concatenate([getattr(one, name) for one in rows]) for name in names))
+    return Solutions(*(np.concatenate([getattr(row, name) for row in rows]) for name in names))
 
 
-def check_nearby(found: Solutions, rows: np.ndarray) -> None:
+def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
     """Refuse positions of a URDF that are far from those of the full model, or lead elsewhere."""
-    far = np.abs(found.positions - rows).max(axis=1, initial=0) > FARTHEST
-    for row in np.flatnonzero(far | ~found.reached)[:1].tolist():
+    is_far = np.abs(solutions.positions - rows).max(axis=1, initial=0) > FARTHEST
+    for row in np.flatnonzero(is_far | ~solutions.reached)[:1].tolist():
         raise CommandError(
             f"row {row}: the URDF has no joint positions nearby that put its flange where the "
-            f"full model has it, {1e3 * found.left[row, 0]:.3g} mm and "
-            f"{1e3 * found.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+            f"full model has it, {1e3 * solutions.left[row, 0]:.3g} mm and "
+            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
             "fewer than six joints",
-            found,
+            solutions,
             row,
         )
 
 
-def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandError:
+def not_reached(where: str, solutions: Solutions, row: int, joint: str) -> CommandError:
     """Return the error that says how far a pose is from being reached."""
-    cure, left = "give a pose within reach, or start near another posture", found.left[row]
-    if left[0] > BEYOND:
+    cure, residual = "give a pose within reach, or start near another posture", solutions.left[row]
+    if residual[0] > BEYOND:
         cure = (
             "the pose is out of the arm's reach, its joints' limits kept: give one that is that "
             "much nearer; poses are those of the tool, or of the flange, in the base's frame"
         )
-    if left[0] > FAR:
+    if residual[0] > FAR:
         cure = "poses are in metres: is this one in millimetres?"
     return CommandError(
-        f"{where}: not reached; at the nearest joint positions found {1e3 * left[0]:.6g} mm and "
-        f"{1e3 * left[1]:.6g} mrad are left, with {joint or 'no joint'} at its limit; {cure}",
-        found,
+        f"{where}: not reached; at the nearest joint positions found "
+        f"{1e3 * residual[0]:.6g} mm and {1e3 * residual[1]:.6g} mrad are left, "
+        f"with {joint or 'no joint'} at its limit; {cure}",
+        solutions,
         row,
         joint,
     )
@@ -124,19 +125,19 @@ def not_reached(where: str, found: Solutions, row: int, joint: str) -> CommandEr
 
 def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
     """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
-    one, between, other = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
-    jumps = np.zeros(len(one), dtype=bool)
-    for distance, least in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
-        direct = distance(one, other)
-        detour = distance(one, between) + distance(between, other) - direct
-        jumps |= detour > 2 * least + direct
+    first, between, second = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
+    jumps = np.zeros(len(first), dtype=bool)
+    for distance, threshold in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
+        direct = distance(first, second)
+        detour = distance(first, between) + distance(between, second) - direct
+        jumps |= detour > 2 * threshold + direct
     return (1 + np.flatnonzero(jumps)).tolist()
 
 
-def _distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(other[:, :3, 3] - one[:, :3, 3], axis=1)
+def _distance(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(second[:, :3, 3] - first[:, :3, 3], axis=1)
 
 
-def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    trace = np.einsum("nij,nij->n", one[:, :3, :3], other[:, :3, :3])
+def _angle(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    trace = np.einsum("nij,nij->n", first[:, :3, :3], second[:, :3, :3])
     return np.arccos(((trace - 1) / 2).clip(-1, 1))

@@ -37,14 +37,15 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         self._poses = {document.robots[0]: IDENTITY}
         """Of the bases in the first one's; those that are not known are missing."""
         for name in document.robots[1:]:
-            known = document.between[f"{document.robots[0]}_to_{name}"]
-            if known.xyz and known.rpy:
-                self._poses[name] = Pose.of(Origin(known.xyz, known.rpy))
+            relative = document.between[f"{document.robots[0]}_to_{name}"]
+            if relative.xyz and relative.rpy:
+                self._poses[name] = Pose.of(Origin(relative.xyz, relative.rpy))
         self._calibrations: dict[str, Calibration] = {}
-        for name, one in calibrations.items():
-            own = msgspec.structs.replace(one.document, arm_name=name, arms=document)
-            self._calibrations[name] = Calibration(own, one.calibrated, one.source)
-            self._calibrations[name].base_in = partial(self.base_in, name)
+        for name, calibration in calibrations.items():
+            file = msgspec.structs.replace(calibration.document, arm_name=name, arms=document)
+            arm = Calibration(file, calibration.calibrated, calibration.source)
+            arm.base_in = partial(self.base_in, name)
+            self._calibrations[name] = arm
 
     def __getitem__(self, name: str) -> Calibration:
         return self._calibrations[name]
@@ -66,8 +67,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             UsageError: No such robot, or the recordings do not tell where it stands.
         """
         if name not in self._poses:
-            known = self.document.between.get(f"{self.document.robots[0]}_to_{name}")
-            raise UsageError(known.text if known else f"no robot is called {name!r}")
+            relative = self.document.between.get(f"{self.document.robots[0]}_to_{name}")
+            raise UsageError(relative.text if relative else f"no robot is called {name!r}")
         return self._poses[name]
 
     def base_in(self, name: str, frame: str, at: ArrayLike | None = None) -> np.ndarray:
@@ -82,22 +83,30 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         Raises:
             UsageError: No such frame, or the recordings do not tell where it is.
         """
-        other, _, link = frame.partition("/")
-        measured = {one.name: Pose.of(Origin(one.xyz, one.rpy)) for one in self.document.frames}
-        if other not in self and (link or other not in measured):
-            known = ", ".join([*(f"{each}, {each}/flange" for each in self), *measured])
-            raise UsageError(f"frame {frame!r}: there is none; there are: {known}")
-        place = (self.pose(other) if other in self else measured[other]).matrix
+        robot, _, link = frame.partition("/")
+        measured = {
+            frame_pose.name: Pose.of(Origin(frame_pose.xyz, frame_pose.rpy))
+            for frame_pose in self.document.frames
+        }
+        if robot not in self and (link or robot not in measured):
+            names = ", ".join(
+                [*(f"{robot_name}, {robot_name}/flange" for robot_name in self), *measured]
+            )
+            raise UsageError(f"frame {frame!r}: there is none; there are: {names}")
+        place = (self.pose(robot) if robot in self else measured[robot]).matrix
         if link:
             if at is None:
-                raise UsageError(f"frame {frame!r}: say by `at` which joint positions {other} has")
-            place = place @ self[other].flange(at, tool=None if link == "flange" else link)
+                raise UsageError(f"frame {frame!r}: say by `at` which joint positions {robot} has")
+            place = place @ self[robot].flange(at, tool=None if link == "flange" else link)
         return np.linalg.inv(place) @ self.pose(name).matrix
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return one URDF with all robots, each in its place; see :meth:`.CalibratedRobot.urdf`."""
-        placed = [Placed(name, one.calibrated, self.pose(name)) for name, one in self.items()]
-        return joined_urdf(placed, folder)
+        robots = [
+            Placed(name, calibration.calibrated, self.pose(name))
+            for name, calibration in self.items()
+        ]
+        return joined_urdf(robots, folder)
 
     def save(
         self,
@@ -133,25 +142,33 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
-        robots = {name: one.result.as_dict() for name, one in self.items()}
-        rows = [{**row, "robot": name} for name, one in robots.items() for row in one["placements"]]
-        errors = Errors(row for one in self.values() for row in one.document.placements)
+        robots = {name: calibration.result.as_dict() for name, calibration in self.items()}
+        rows = [
+            {**row, "robot": name}
+            for name, result in robots.items()
+            for row in result["placements"]
+        ]
+        errors = Errors(
+            row for calibration in self.values() for row in calibration.document.placements
+        )
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")
-        common = self.document.as_dict()
+        shared = self.document.as_dict()
         return {
-            "robot": ", ".join(f"{name}={one['robot']}" for name, one in robots.items()),
+            "robot": ", ".join(f"{name}={result['robot']}" for name, result in robots.items()),
             **{key: first[key] for key in same},
             "placements": rows,
             "summary": errors.summary.as_dict(),
             "robots": robots,
-            **common["between"],
-            "frames": common["frames"],
+            **shared["between"],
+            "frames": shared["frames"],
         }
 
     def __repr__(self) -> str:
-        parts = [f"{name}: {one!r}" for name, one in self.items()]
-        return "\n\n".join([*parts, *(one.text for one in self.document.between.values())])
+        parts = [f"{name}: {calibration!r}" for name, calibration in self.items()]
+        return "\n\n".join(
+            [*parts, *(relative.text for relative in self.document.between.values())]
+        )
 
 
 def calibration_files(file: str | Path) -> dict[str, Path]:
@@ -171,8 +188,8 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
             f"first, by mukca solve DATA --robot {file} --out DIR, and give DIR"
         )
     if path.is_dir():
-        one, arms = path / "calibration.json", path / "arms.json"
-        path = arms if arms.is_file() and not one.is_file() else one
+        single, arms = path / "calibration.json", path / "arms.json"
+        path = arms if arms.is_file() and not single.is_file() else single
     if path.name != "arms.json" and results.format_of(path) != results.ARMS_FORMAT:
         return {"": path}
     names = _arms(path).robots
@@ -208,9 +225,9 @@ def common_document(
     calibrations: Mapping[str, Calibration], posterior: JointPosterior
 ) -> results.ArmsDocument:
     """Return everything that robots have in common."""
-    first, *others = calibrations
-    relative = {f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(others, 1)}
-    known = [0, *(i for i, one in enumerate(relative.values(), 1) if one.xyz)]
+    first, *names = calibrations
+    relative = {f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(names, 1)}
+    known = [0, *(i for i, relative_pose in enumerate(relative.values(), 1) if relative_pose.xyz)]
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
@@ -218,13 +235,13 @@ def common_document(
         arms=tuple(
             results.GivenArm(
                 name=name,
-                robot=one.document.robot,
-                options=dict(one.robot.loaded_with),
-                train=tuple(row.folder for row in one.document.data if row.role == "train"),
-                test=tuple(row.folder for row in one.document.data if row.role == "test"),
+                robot=calibration.document.robot,
+                options=dict(calibration.robot.loaded_with),
+                train=tuple(row.folder for row in calibration.document.data if row.role == "train"),
+                test=tuple(row.folder for row in calibration.document.data if row.role == "test"),
                 postures=_postures(posterior, i) if i in known else [],
             )
-            for i, (name, one) in enumerate(calibrations.items())
+            for i, (name, calibration) in enumerate(calibrations.items())
         ),
         sockets=_visited_sockets(posterior, known),
     )
@@ -250,8 +267,8 @@ def _visited_sockets(
 def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
     arm, data = world.arms[robot], world.scene.arms[robot]
-    others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
-    shared = np.isin(data.sockets, np.concatenate(others)) & (data.sockets >= 0)
+    sockets_of_others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
+    shared = np.isin(data.sockets, np.concatenate(sockets_of_others)) & (data.sockets >= 0)
     _, first = np.unique(data.recorded_at[shared], return_index=True)
     q = data.positions[np.flatnonzero(shared)[first]]
     links = link_poses(arm.model.robot.joints, q, arm.model.ball.origins(arm.values))

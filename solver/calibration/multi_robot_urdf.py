@@ -40,16 +40,16 @@ class Placed:
 def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
     """Return one URDF with all robots, in which meshes are found from a folder."""
     first = robots[0].robot
-    tips = {one.robot.tip for one in robots}  # different chains, and not one model several times
-    if all(one.robot.source == first.source for one in robots) and len(tips) == len(robots):
+    tips = {arm.robot.tip for arm in robots}  # different chains, and not one model several times
+    if all(arm.robot.source == first.source for arm in robots) and len(tips) == len(robots):
         return _in_one_file(robots)
-    root = ET.Element("robot", name="_".join(one.name for one in robots))
+    root = ET.Element("robot", name="_".join(arm.name for arm in robots))
     ET.SubElement(root, "link", name=WORLD)
-    for one in robots:
-        urdf = one.calibrated.urdf(folder)
+    for arm in robots:
+        urdf = arm.calibrated.urdf(folder)
         tree = ET.fromstring(urdf)  # noqa: S314 - it was refused if it defined any entity
-        root.extend(list(_renamed(tree, one.name)))
-        root.append(_stand(one, urdf))
+        root.extend(list(_renamed(tree, arm.name)))
+        root.append(_stand(arm, urdf))
     ET.indent(root)
     return b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"
 
@@ -67,63 +67,65 @@ def _renamed(tree: ET.Element, prefix: str) -> ET.Element:
     for element in tree.iter():
         if element is tree:
             continue
-        named = {"link": links, "joint": joints}.get(element.tag, set())
-        for key, known in owners.items():
+        names = {"link": links, "joint": joints}.get(element.tag, set())
+        for key, names_of_owner in owners.items():
             value = element.get(key)
-            whole = element.tag == "material" and key == "name"
-            if value and (value in known or whole or (key == "name" and value in named)):
+            of_material = element.tag == "material" and key == "name"
+            if value and (
+                value in names_of_owner or of_material or (key == "name" and value in names)
+            ):
                 element.set(key, f"{prefix}_{value}")
     return tree
 
 
-def _stand(one: Placed, urdf: bytes) -> ET.Element:
+def _stand(arm: Placed, urdf: bytes) -> ET.Element:
     """Return the joint from the world to a robot's root."""
-    text = one.robot.text
+    text = arm.robot.text
     root = find_root(text)
-    in_root, origins = IDENTITY, scan(urdf, one.name).origins
-    for joint in find_chain(text, root, one.robot.base):
+    in_root, origins = IDENTITY, scan(urdf, arm.name).origins
+    for joint in find_chain(text, root, arm.robot.base):
         if joint.actuated:
             raise ModelError(
-                f"{one.name}: joint {joint.name!r} moves the base link {one.robot.base!r}; "
+                f"{arm.name}: joint {joint.name!r} moves the base link {arm.robot.base!r}; "
                 "one URDF with all robots needs a base that stands"
             )
         in_root = in_root @ Pose.of(origins[joint.name])
-    origin = (one.pose @ in_root.inverse()).origin
-    stand = ET.Element("joint", name=f"{WORLD}_to_{one.name}", type="fixed")
+    origin = (arm.pose @ in_root.inverse()).origin
+    stand = ET.Element("joint", name=f"{WORLD}_to_{arm.name}", type="fixed")
     xyz, rpy = (" ".join(f"{value:.17g}" for value in part) for part in (origin.xyz, origin.rpy))
     ET.SubElement(stand, "origin", xyz=xyz, rpy=rpy)
     ET.SubElement(stand, "parent", link=WORLD)
-    ET.SubElement(stand, "child", link=f"{one.name}_{root}")
+    ET.SubElement(stand, "child", link=f"{arm.name}_{root}")
     return stand
 
 
 def _in_one_file(robots: Sequence[Placed]) -> bytes:
     """Return the one file with the calibrated origins of all chains."""
     first, text = robots[0].robot, robots[0].robot.text
-    for one in robots[1:]:
-        flange, ball = (one.robot.loaded_with.get(key) for key in ("flange", "ball"))
-        if flange is not None and ball is not None and one.robot.tip not in text.links:
+    for arm in robots[1:]:
+        flange, ball = (arm.robot.loaded_with.get(key) for key in ("flange", "ball"))
+        if flange is not None and ball is not None and arm.robot.tip not in text.links:
             x, y, z = ball
-            text = scan(add_link(text, flange, Origin((x, y, z)), one.robot.tip), first.source)
+            text = scan(add_link(text, flange, Origin((x, y, z)), arm.robot.tip), first.source)
     changed: dict[str, Origin] = {}
-    for one in reversed(robots):
-        if one.robot.base != first.base:
+    for arm in reversed(robots):
+        if arm.robot.base != first.base:
             raise ModelError(
-                f"{one.name}: base {one.robot.base!r}, but {robots[0].name} has {first.base!r}; "
+                f"{arm.name}: base {arm.robot.base!r}, but {robots[0].name} has {first.base!r}; "
                 "chains of one URDF start at one link: give it by --base"
             )
         shared = 0
-        while one.robot is not first and one.robot.joints[shared].name == first.joints[shared].name:
+        while arm.robot is not first and arm.robot.joints[shared].name == first.joints[shared].name:
             if first.joints[shared].actuated:
                 raise ModelError(
                     f"joint {first.joints[shared].name!r} moves both {robots[0].name} and "
-                    f"{one.name}; give the link behind it by --base"
+                    f"{arm.name}; give the link behind it by --base"
                 )
             shared += 1
-        origins = [Origin.of(numbers) for numbers in one.calibrated.origins]
-        if one.robot is not first:
+        origins = [Origin.of(numbers) for numbers in arm.calibrated.origins]
+        if arm.robot is not first:
             before = reduce(Pose.__matmul__, map(Pose.of, origins[:shared]), IDENTITY)
-            moved = before.inverse() @ one.pose @ before
-            origins[shared] = (moved @ Pose.of(origins[shared])).origin
-        changed |= {j.name: own for j, own in zip(one.robot.joints, origins, strict=True)}
+            shift = before.inverse() @ arm.pose @ before
+            origins[shared] = (shift @ Pose.of(origins[shared])).origin
+        changed |= {j.name: origin for j, origin in zip(arm.robot.joints, origins, strict=True)}
     return set_origins(text, changed)

@@ -42,8 +42,10 @@ class Option:
     @property
     def help(self) -> str:
         """The text, with the default where there is one to name."""
-        named = isinstance(self.default, str | int | float) and not isinstance(self.default, bool)
-        return f"{self.text} (default: {self.default})" if named else self.text
+        plain_value = isinstance(self.default, str | int | float) and not isinstance(
+            self.default, bool
+        )
+        return f"{self.text} (default: {self.default})" if plain_value else self.text
 
     @property
     def described(self) -> str:
@@ -55,9 +57,9 @@ class Option:
         words = f"--{name.replace('_', '-')}"
         if self.within is not None and not self._is_within(value):
             numbers = cast("Sequence[Any]", value if isinstance(value, tuple | list) else [value])
-            given = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
-            raise UsageError(f"{words} {given}: give {self.unit}")
-        unknown = [one for one in value if one not in self.choices] if self.choices else []
+            typed_numbers = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
+            raise UsageError(f"{words} {typed_numbers}: give {self.unit}")
+        unknown = [item for item in value if item not in self.choices] if self.choices else []
         if unknown:
             raise UsageError(f"{words} {unknown[0]}: choose among {', '.join(self.choices)}")
 
@@ -77,10 +79,10 @@ def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
 
     It has names between commas, or one word in which ``*`` is each of the model's names.
     """
-    named = words.split(",") if "*" not in words else [words.replace("*", j) for j in joints]
-    if len(named) != len(joints):
+    names = words.split(",") if "*" not in words else [words.replace("*", j) for j in joints]
+    if len(names) != len(joints):
         raise UsageError(
-            f"--joints {words}: {len(named)} names, but the model has {len(joints)} joints: "
+            f"--joints {words}: {len(names)} names, but the model has {len(joints)} joints: "
             f"{', '.join(joints)}"
         )
-    return tuple(name.strip() for name in named)
+    return tuple(name.strip() for name in names)

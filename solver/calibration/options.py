@@ -262,17 +262,17 @@ def option_table() -> dict[str, Option]:
     return {field.name: Option(**field.metadata) for field in fields(SolveOptions)}
 
 
-def check_keywords(function: str, given: Collection[str], known: Collection[str]) -> None:
+def check_keywords(function: str, names: Collection[str], choices: Collection[str]) -> None:
     """Refuse a keyword that a function does not have, and name the nearest that it has."""
     from difflib import get_close_matches
 
-    for name in given:
-        if name not in known:
-            (near,) = get_close_matches(name, known, n=1, cutoff=0.0)
-            raise UsageError(f"{function} has no option {name!r}; the nearest is {near!r}")
+    for name in names:
+        if name not in choices:
+            (nearest,) = get_close_matches(name, choices, n=1, cutoff=0.0)
+            raise UsageError(f"{function} has no option {name!r}; the nearest is {nearest!r}")
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, tuple | list):
-        return [one if isinstance(one, float | int) else str(one) for one in value]  # pyright: ignore
+        return [item if isinstance(item, float | int) else str(item) for item in value]  # pyright: ignore
     return value

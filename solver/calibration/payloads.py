@@ -19,15 +19,15 @@ def read_payloads(words: float | str | Sequence[float | str] | None) -> dict[str
     """
     several = words if isinstance(words, Sequence) and not isinstance(words, str) else [words]
     masses: dict[str, float] = {}
-    for one in several if words is not None else ():
-        name, _, mass = str(one).rpartition("=")
+    for item in several if words is not None else ():
+        name, _, mass = str(item).rpartition("=")
         try:
             masses[name] = float(mass)
         except ValueError:
             masses[name] = -1.0
         if not 0 <= masses[name] <= PAYLOAD.largest:
-            shown = one if isinstance(one, str) else f"{one:g}"
-            raise UsageError(f"--payload {shown}: give kilograms, zero or more")
+            text = item if isinstance(item, str) else f"{item:g}"
+            raise UsageError(f"--payload {text}: give kilograms, zero or more")
     return masses
 
 
@@ -43,8 +43,8 @@ def check_payloads(placements: "Iterable[Placement]", masses: Mapping[str, float
     names = [(p.name, p.place) for p in placements]
     for name, mass in masses.items():
         if name and not any(name in pair for pair in names):
-            known = ", ".join(name for name, _ in names)
-            raise UsageError(f"--payload {name}={mass:g}: no such placement; there are {known}")
+            listing = ", ".join(name for name, _ in names)
+            raise UsageError(f"--payload {name}={mass:g}: no such placement; there are {listing}")
 
 
 def carrying(

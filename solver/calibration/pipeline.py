@@ -95,8 +95,8 @@ def calibrate(
     if not isinstance(robot, Mapping):
         return calibrations[""]
     assert fits[0].selected is not None  # the paper's method knows one robot
-    together = common_document(calibrations, fits[0].selected.full)
-    return MultiRobotCalibration(calibrations, together)
+    document = common_document(calibrations, fits[0].selected.full)
+    return MultiRobotCalibration(calibrations, document)
 
 
 def _show_options(function: Callable[..., Any]) -> None:
@@ -118,15 +118,15 @@ def _converged(
 ) -> list[Fit]:
     """Return fits that converged to finite numbers; else name an error in the recordings."""
     findings = [finding for problem in problems for finding in problem.checks]
-    wrong = next((finding for finding in findings if finding.level == "error"), None)
+    contradiction = next((finding for finding in findings if finding.level == "error"), None)
     try:
         fits = fit_robots(problems, options, progress=progress)
     except NotConverged:
-        if wrong is None:
+        if contradiction is None:
             raise
-        raise NotConverged(f"the fit did not converge; {wrong}") from None
+        raise NotConverged(f"the fit did not converge; {contradiction}") from None
     except np.linalg.LinAlgError as error:
         raise NotConverged(f"the fit did not converge ({error}); run mukca check") from None
-    if not all(np.isfinite(one.calibrated.values).all() for one in fits):
+    if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
         raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
     return fits

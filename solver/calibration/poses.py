@@ -64,28 +64,28 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
     :class:`PoseError`.
     """
     try:
-        given = np.asarray(pose, dtype=float)
+        array = np.asarray(pose, dtype=float)
     except (TypeError, ValueError):
         raise PoseError(f"{what}: {pose!r:.60} are no numbers") from None
-    points = given.shape[-2:] != (4, 4) and given.shape[-1:] == (3,)
-    if not points and given.shape[-2:] != (4, 4):
+    points = array.shape[-2:] != (4, 4) and array.shape[-1:] == (3,)
+    if not points and array.shape[-2:] != (4, 4):
         raise PoseError(
-            f"{what} of shape {given.shape}: give a pose of shape (4, 4), or a point of shape (3,)"
+            f"{what} of shape {array.shape}: give a pose of shape (4, 4), or a point of shape (3,)"
         )
-    if not np.isfinite(given).all():
+    if not np.isfinite(array).all():
         raise PoseError(f"{what}: holds numbers that are not finite")
-    if given.shape == (3, 3) and np.abs(_nearest_rotation(given) - given).max() < SKEWED:
+    if array.shape == (3, 3) and np.abs(_nearest_rotation(array) - array).max() < SKEWED:
         raise PoseError(
             f"{what} of shape (3, 3): a rotation alone; give the pose [R p; 0 0 0 1], shape (4, 4)"
         )
     if points:
-        return _translations(given)
-    T = given.copy()
-    T[..., :3, :3], T[..., 3, :] = _nearest_rotation(given[..., :3, :3]), [0, 0, 0, 1]
-    off = float(np.abs(T - given).max(initial=0))
-    if off > SKEWED:
+        return _translations(array)
+    T = array.copy()
+    T[..., :3, :3], T[..., 3, :] = _nearest_rotation(array[..., :3, :3]), [0, 0, 0, 1]
+    skew = float(np.abs(T - array).max(initial=0))
+    if skew > SKEWED:
         raise PoseError(
-            f"{what}: not a rigid motion [R p; 0 0 0 1]; its numbers are off one by {off:.2g}"
+            f"{what}: not a rigid motion [R p; 0 0 0 1]; its numbers are off one by {skew:.2g}"
         )
     if (np.linalg.det(T[..., :3, :3]) < 0).any():
         raise PoseError(f"{what}: its rotation is mirrored (left-handed)")
@@ -99,9 +99,9 @@ def _translations(points: np.ndarray) -> np.ndarray:
     return T
 
 
-def half_way(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def half_way(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the poses half way between others, shape (..., 4, 4)."""
-    T = (one + other) / 2
+    T = (first + second) / 2
     T[..., :3, :3] = _nearest_rotation(T[..., :3, :3])
     return T
 
@@ -116,22 +116,24 @@ def _nearest_rotation(matrix: np.ndarray) -> np.ndarray:
 
 def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
     """Return poses, shape (..., 4, 4), of x y z with roll pitch yaw, or with qx qy qz qw."""
-    given = np.asarray(numbers, dtype=float)
-    if given.shape[-1:] not in ((6,), (7,)):
-        raise PoseError(f"{given.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw")
-    T, turns = _translations(given[..., :3]), given[..., 3:]
+    values = np.asarray(numbers, dtype=float)
+    if values.shape[-1:] not in ((6,), (7,)):
+        raise PoseError(
+            f"{values.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw"
+        )
+    T, turns = _translations(values[..., :3]), values[..., 3:]
     if turns.shape[-1] == 3:
         for row, rpy in enumerate(turns.reshape(-1, 3)):
             doubt = ROTATION.doubt(rpy)
             if doubt:
-                where = f"row {row}: " if given.ndim > 1 else ""
+                where = f"row {row}: " if values.ndim > 1 else ""
                 raise PoseError(f"{where}roll, pitch or yaw is {doubt}")
         for pose, rpy in zip(T.reshape(-1, 4, 4), turns.reshape(-1, 3), strict=True):
             pose[:3, :3] = matrix_rpy(rpy)
         return T
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
-    if (wrong := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
-        where = f"row {wrong[0]}: " if given.ndim > 1 else ""
+    if (rows := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
+        where = f"row {rows[0]}: " if values.ndim > 1 else ""
         raise PoseError(f"{where}a quaternion qx qy qz qw needs length 1")
     T[..., :3, :3] = rotation_matrices(turns / length)
     return T
@@ -139,8 +141,8 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
 
 def quaternion_of(rotations: np.ndarray) -> np.ndarray:
     """Return unit quaternions qx qy qz qw, shape (N, 4), qw not negative, of rotations."""
-    found = np.empty((len(rotations), 4))
-    for row, R in zip(found, rotations, strict=True):
+    quaternions = np.empty((len(rotations), 4))
+    for row, R in zip(quaternions, rotations, strict=True):
         # the outer product of the quaternion with itself, times 4 (Bar-Itzhack 2000)
         K = np.empty((4, 4))
         K[:3, :3] = R + R.T + (1 - np.trace(R)) * np.eye(3)
@@ -148,7 +150,7 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
         K[3, 3] = 1 + np.trace(R)
         longest = K[:, int(np.argmax(np.diag(K)))]
         row[:] = longest / np.linalg.norm(longest) * (1 if longest[3] >= 0 else -1)
-    return found
+    return quaternions
 
 
 def one_payload(payload: Payload | None) -> Payload | None:

@@ -34,11 +34,11 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         problem = problem.at_rest(posterior and posterior.moved, selected.movements)
     before, deflection = ball_refitted(problem), calibrated.deflection
     errors = errors_of(problem, fit, before)
-    full = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
+    with_errors = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    known, names = estimates.known_of(fit, problem, before), problem.robot.joint_names
+    parameters, names = estimates.known_of(fit, problem, before), problem.robot.joint_names
     for m in problem.test:
-        beyond = results.beyond_words(known.get("curves"), names, m.positions, m.name)
+        beyond = results.beyond_words(parameters.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
     return results.CalibrationDocument(
         format=results.FORMAT,
@@ -50,7 +50,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         solve_seconds=fit.seconds,
         placements=errors.placements,
         summary=errors.summary,
-        distorted=tuple(m.name for m, metrics in full if is_distorted(metrics, m)),
+        distorted=tuple(m.name for m, metrics in with_errors if is_distorted(metrics, m)),
         parameters=estimates.parameter_values(calibrated, posterior),
         rotation_numbers=calibrated.rotation_numbers,
         choices=selected and selected.notes[fit.index],
@@ -72,7 +72,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         data=_samples(problem, posterior),
         scale=estimates.scale_of(fit),
         outlook=outlook_of(problem, fit),
-        **known,
+        **parameters,
     )
 
 
@@ -88,13 +88,13 @@ def _samples(
     for role, measured in problem.placements:
         placement = measured.placement
         count = len(placement.samples)
-        of_ball = of_turn = moved = [None] * count
+        of_ball = of_turn = shifts = [None] * count
         if of_balls.size:
             of_ball, of_balls = measured.as_recorded(of_balls[:count]).tolist(), of_balls[count:]
             if measured.has_orientations:
                 of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
         if measured.moved is not None:
-            moved = list(map(as_point, measured.as_recorded(measured.moved)))
+            shifts = list(map(as_point, measured.as_recorded(measured.moved)))
         rows.append(
             results.PlacementSamples(
                 name=measured.name,
@@ -108,7 +108,7 @@ def _samples(
                         sample, weight=weight, orientation_weight=turn, moved=shift
                     )
                     for sample, weight, turn, shift in zip(
-                        placement.samples, of_ball, of_turn, moved, strict=True
+                        placement.samples, of_ball, of_turn, shifts, strict=True
                     )
                 ),
             )

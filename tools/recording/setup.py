@@ -106,7 +106,7 @@ def _guidance(options: RecordOptions, metadata: Metadata, robot: Robot) -> Backg
         settings |= {"calibration": one_arm(options.calibration), "target": options.samples}
     else:
         goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
-        settings |= {"goal": goal, "earlier": session_start.recorded_beside(options.out, robot)}
+        settings |= {"goal": goal, "parts": session_start.recorded_beside(options.out, robot)}
     return BackgroundGuidance(options, **settings)
 
 
