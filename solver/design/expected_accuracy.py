@@ -6,6 +6,7 @@ All of it follows from the posterior's covariance, to first order; docs/model.md
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +92,7 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     middles = (np.floor(points[:, :2] / width) + 0.5) * width
     for middle, variance in zip(middles.tolist(), variances.tolist(), strict=True):
         by_cell.setdefault((middle[0], middle[1]), []).append(variance)
-    cells = ((x, y, float(np.median(values)) ** 0.5) for (x, y), values in sorted(by_cell.items()))
+    cells = ((x, y, median(values) ** 0.5) for (x, y), values in sorted(by_cell.items()))
     return ErrorMap(width, tuple(cells))
 
 
@@ -154,5 +155,5 @@ def accuracy_by(
     if not fits:
         return None
     posterior = max(fits, key=lambda fit: fit.log_evidence).arms[0]
-    median = workspace_errors(posterior, load).median
-    return Accuracy(median, scale(posterior)) if np.isfinite(median) else None
+    error = workspace_errors(posterior, load).median
+    return Accuracy(error, scale(posterior)) if np.isfinite(error) else None

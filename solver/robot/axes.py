@@ -17,8 +17,8 @@ def link_axes(robot: Robot) -> np.ndarray:
         Shape (joints + 1, 3, 3).
     """
     frames = [np.eye(3)]
-    for joint in robot.joints:
-        axes = matrix_rpy(joint.origin.rpy).T @ frames[-1]
+    for joint, turn in zip(robot.joints, matrix_rpy(robot.origins[:, 3:]), strict=True):
+        axes = turn.T @ frames[-1]
         if joint.actuated:
             b, c = joint.tilt_axes or across(joint.axis)
             axes = np.array([b, c, joint.axis]).T

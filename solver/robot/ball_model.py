@@ -21,7 +21,7 @@ from .kinematics import (
     kind_of_joint,
     rotation_rpy,
 )
-from .rotations import angles_near, rotation_vectors, turn, turn_rates
+from .rotations import angles_near, rotation_vectors, turns_and_rates
 from .row_function import RowFunction
 from .urdf import Robot
 
@@ -65,7 +65,13 @@ class BallModel:
             self._given[:, 3:] = 0.0
         self.nominal: np.ndarray = self._given.ravel()[self.free]
         self._turned = np.unique(self.free[self.free % 6 >= 3] // 6)
+        self._functions = dict[tuple[str, int], RowFunction]()
+        self._latest = b"", np.empty(0)
         self._chain = (tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go to other processes without what was compiled here."""
+        return BallModel, (self.robot, self.free.tolist(), self.rotation_numbers)
 
     @property
     def function(self) -> Any:
@@ -92,10 +98,10 @@ class BallModel:
             return frames_of_origins(numbers)
         frames = self._frames.copy()
         frames[:, :, 0] = numbers[:, :3]
-        vectors = numbers[self._turned, 3:]
-        R = frames[self._turned, :, 1:4] @ turn(vectors)
+        turns, rates = turns_and_rates(numbers[self._turned, 3:])
+        R = frames[self._turned, :, 1:4] @ turns
         frames[self._turned, :, 1:4] = R
-        frames[self._turned, :, 4:] = R @ turn_rates(vectors)
+        frames[self._turned, :, 4:] = R @ rates
         return frames
 
     def _numbers(self, parameters: np.ndarray) -> np.ndarray:
@@ -184,8 +190,18 @@ class BallModel:
         return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
     def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
-        function = _row_function(kind, *self._chain, positions.shape[1])
-        return function(positions, columns_of(self.frames(parameters)))
+        key = kind, positions.shape[1]
+        if key not in self._functions:  # hashing a chain takes as long as many a call
+            self._functions[key] = _row_function(kind, *self._chain, positions.shape[1])
+        return self._functions[key](positions, self._numbers_of_frames(parameters))
+
+    def _numbers_of_frames(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the numbers of all frames; several values are computed of the same in turn."""
+        key, (latest, numbers) = parameters.tobytes(), self._latest
+        if key != latest or not numbers.size:
+            numbers = columns_of(self.frames(parameters))
+            self._latest = key, numbers
+        return numbers
 
     def _by_axis(self, slopes: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         """Yield slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""

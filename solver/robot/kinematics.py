@@ -65,8 +65,8 @@ def frames_of_origins(origins: np.ndarray) -> np.ndarray:
 
     The axes are those of roll, pitch and yaw.
     """
-    parts = [(o[:3, None], matrix_rpy(o[3:]), rpy_axes(o[3:])) for o in origins]
-    return np.array([np.hstack(part) for part in parts]).reshape(-1, 3, 7)
+    rpy = origins[:, 3:]
+    return np.concatenate([origins[:, :3, None], matrix_rpy(rpy), rpy_axes(rpy)], axis=2)
 
 
 def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:

@@ -12,16 +12,29 @@ import numpy as np
 
 LOCKED = 1e-9
 """Cosine of the pitch, below which roll and yaw are one turn."""
+_IDENTITY = np.eye(3)
+LEAST = 1e-100
+"""Angle that stands for none [rad], so that a fraction is one."""
 SMALL = 1e-4
 """Angle below which a fraction takes its limit [rad]."""
 
 
+def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return :func:`turn` and :func:`turn_rates` of vectors, shapes (..., 3, 3), at once."""
+    angles = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
+    whole = angles.clip(min=LEAST)
+    first, half = np.sin(whole) / whole, np.sin(whole / 2) / (whole / 2)
+    last = np.where(angles < SMALL, 1 / 6, (1 - first) / np.maximum(angles, SMALL) ** 2)
+    K = cross_matrices(vectors)
+    squares = K @ K
+    middle = 0.5 * half**2
+    turned = _IDENTITY + first * K + middle * squares
+    return turned, _IDENTITY - middle * K + last * squares
+
+
 def turn(vector: np.ndarray) -> np.ndarray:
     """Return exp(w), the rotations by vectors, shape (..., 3) [rad], as (..., 3, 3) (Rodrigues)."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    K = cross_matrices(vector)
-    half = np.sinc(angle / 2 / np.pi)
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * half**2 * K @ K
+    return turns_and_rates(vector)[0]
 
 
 def turn_rates(vector: np.ndarray) -> np.ndarray:
@@ -29,11 +42,7 @@ def turn_rates(vector: np.ndarray) -> np.ndarray:
 
     J = I - (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2, with a = |w| and K v = w x v.
     """
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    K = cross_matrices(vector)
-    square = np.maximum(angle, SMALL) ** 2
-    last = np.where(angle < SMALL, 1 / 6, (1 - np.sinc(angle / np.pi)) / square)
-    return np.eye(3) - 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K + last * K @ K
+    return turns_and_rates(vector)[1]
 
 
 def cross_matrices(vector: np.ndarray) -> np.ndarray:
@@ -54,22 +63,25 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
 
 
 def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return Rz(yaw) Ry(pitch) Rx(roll) of numbers, shape (3, 3)."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
-    return np.array(
+    """Return Rz(yaw) Ry(pitch) Rx(roll) of numbers, shape (..., 3), as (..., 3, 3)."""
+    angles = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
+    rows = np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
             [-sp, cp * sr, cp * cr],
         ]
     )
+    return np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the axes about which roll, pitch and yaw turn, in columns, shape (3, 3)."""
-    _, pitch, yaw = rpy
-    roll_axis, pitch_axis = matrix_rpy((0, pitch, yaw))[:, 0], matrix_rpy((0, 0, yaw))[:, 1]
-    return np.stack([roll_axis, pitch_axis, np.array([0, 0, 1])], axis=1)
+    """Return the axes about which roll, pitch and yaw turn, in columns, shape (..., 3, 3)."""
+    _, pitch, yaw = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
+    zero, (sp, sy), (cp, cy) = 0 * yaw, np.sin((pitch, yaw)), np.cos((pitch, yaw))
+    rows = np.array([[cy * cp, -sy, zero], [sy * cp, cy, zero], [-sp, zero, zero + 1]])
+    return np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float, float]:

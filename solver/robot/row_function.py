@@ -50,8 +50,16 @@ class RowFunction:
     @cached_property
     def _known(self) -> bool:
         """True where NumPy knows all instructions."""
-        steps = map(self.function.instruction_id, range(self.function.n_instructions()))
-        return _NAMES.keys() >= set(steps)
+        return all(name for name, _, _ in self._steps)
+
+    @cached_property
+    def _steps(self) -> list[tuple[str, list[int], list[int]]]:
+        """Each instruction's name, none for one that NumPy does not know, outputs and operands."""
+        f = self.function
+        names = [_NAMES.get(f.instruction_id(k), "") for k in range(f.n_instructions())]
+        into = map(f.instruction_output, range(len(names)))
+        operands = map(f.instruction_input, range(len(names)))
+        return [*zip(names, into, operands, strict=True)]
 
     def _by_rows(self, *arguments: np.ndarray) -> list[np.ndarray]:
         *fixed, rows = map(np.ascontiguousarray, arguments)
@@ -108,9 +116,7 @@ class RowFunction:
             [np.ones((size, length)) for size in sizes] for sizes in (self._lengths, self._sizes)
         )
         sines: dict[tuple[str, int], np.ndarray] = {}
-        for k in range(f.n_instructions()):
-            name = _NAMES[f.instruction_id(k)]
-            into, operands = f.instruction_output(k), f.instruction_input(k)
+        for k, (name, into, operands) in enumerate(self._steps):
             if name == "OUTPUT":
                 program.append((np.copyto, (outputs[into[0]][into[1]], column[operands[0]])))
                 continue

@@ -1,5 +1,7 @@
 from .extended_model import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
+from .extended_model import deflected as deflected
+from .extended_model import design_matrix as design_matrix
 from .extended_model import extend as extend
 from .gaussian import Gaussian as Gaussian
 from .gaussian import check as check

@@ -8,7 +8,7 @@ import numpy as np
 from ...data import Load
 from ...robot import BallModel, workspace
 from ..inference import Posterior
-from ..model.effects import JOINT_OFFSET
+from ..model.effects import CURVE, JOINT_OFFSET
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
 from .uncertainty import prior_covariance, sum_of_variances
@@ -156,7 +156,7 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
     rows = difference(slopes)
     covariance = posterior.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
-    parts = np.array_split(rows, PLACES)
+    parts = np.array_split(rows, PLACES if CURVE.name in model.extensions else 1)
     variance = sum(sum_of_variances(part, covariance) for part in parts) / max(len(rows), 1)
     return Use(q, points, difference, variance)
 

@@ -160,7 +160,7 @@ def distance_deviations(
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
     covariance = covariance_of(posterior)
-    return distances, np.sqrt([sum_of_variances(slope[None], covariance) for slope in slopes])
+    return distances, np.sqrt(np.sum((slopes @ covariance) * slopes, axis=1))
 
 
 @lru_cache(maxsize=1)  # it takes a while

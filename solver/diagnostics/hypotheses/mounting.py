@@ -49,7 +49,8 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
     of_samples = (3 * some[:, None] + np.arange(3)).ravel()
     loads = [Load(tuple(g.tolist()), scene.load.payload) for g in directions]
     scenes = [replace(scene, load=load) for load in loads]
-    columns = [one.of_effects(elastic=True)[of_samples] for one in scenes]
+    slopes = scene.by_readings
+    columns = [one.of_effects(elastic=True, by_readings=slopes)[of_samples] for one in scenes]
     before = scene.centres.size + len(scene.parameters)
     B = np.delete(scene.nuisances, slice(before, before + 3 * m), axis=1)
     rows = np.append(of_samples, np.arange(3 * every, len(B)))

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import ExtendedModel, extend
+from ...bayes.model import ExtendedModel, deflected, design_matrix, extend
 from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
 from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
@@ -220,9 +220,23 @@ class Scene:
         precision = np.diag(1 / widths_of(self.parameters) ** 2) + size
         return np.linalg.cholesky(np.linalg.inv(precision))
 
-    def of_effects(self, *, elastic: bool = False) -> np.ndarray:
-        """Return derivatives of samples' residuals by effects, or elastic ones, in their widths."""
-        columns = -self.linear[1][:, :, len(self.parameters) :].reshape(3 * len(self.q), -1)
+    @cached_property
+    def by_readings(self) -> np.ndarray:
+        """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
+        turned, turns = design_matrix(self.effects, self.q, self.torques)
+        true = deflected(self.q, turned, turns, self.start[len(self.parameters) :])
+        return self.model.ball.linearise(self.model.values(self.start), true).by_joints
+
+    def of_effects(
+        self, *, elastic: bool = False, by_readings: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return derivatives of samples' residuals by effects, or elastic ones, in their widths.
+
+        Scenes of other loads share :attr:`by_readings`.
+        """
+        turned, turns = design_matrix(self.effects, self.q, self.torques)
+        slopes = self.by_readings if by_readings is None else by_readings
+        columns = -(slopes[:, :, turned] * turns[:, None]).reshape(3 * len(self.q), -1)
         every = self.widths_of_effects(elastic=elastic)
         return columns[:, every > 0] * every[every > 0]
 
