@@ -14,6 +14,7 @@ from .errors import RoleSummaries as RoleSummaries
 from .errors import SampleErrors as SampleErrors
 from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
+from .formatting import apart_words as apart_words
 from .formatting import area as area
 from .formatting import fixed as fixed
 from .formatting import joined as joined

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+from ..results import Apart
+
 
 def mm(metres: float, digits: int = 2) -> str:
     """Return a length in millimetres."""
@@ -68,3 +70,11 @@ def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> fl
     """Return the smallest round number, a digit times a power of ten, not below one above zero."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(d * power for d in digits if d * power >= value * (1 - 1e-9))
+
+
+def apart_words(apart: Apart | None) -> str:
+    """Return how far two calibrations are apart, and by chance, in millimetres without the unit."""
+    if apart is None:
+        return "-"
+    chance = f"{millimetres(apart.chance)} +- {millimetres(apart.deviation)}"
+    return f"{millimetres(apart.value)}{'!' * apart.beyond_chance} (by chance {chance})"

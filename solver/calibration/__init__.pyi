@@ -1,6 +1,9 @@
 # keep: Option, SolveOptions, option_table, Method
 from .calibration import Calibration as Calibration
+from .chance import Comparison as Comparison
+from .chance import differences as differences
 from .crossval import Job as Job
+from .crossval import JobResult as JobResult
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
 from .earlier import learn_types as learn_types

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..bayes.inference import Posterior
 from ..data import Measurement
 from ..diagnostics import named
 from ..paper import NotConverged
@@ -12,6 +13,8 @@ from .errors import placement_errors
 from .fit import fit_robots
 from .problem import CalibrationProblem
 
+HALVES = ("odd", "even")
+
 
 @dataclass(frozen=True)
 class Job:
@@ -19,11 +22,21 @@ class Job:
 
     kind: str
     """``left_out``: trained on all placements but one; ``alone``: on one; ``bootstrap``: on all,
-    with samples drawn anew from them."""
+    with samples drawn anew from them; ``odd``, ``even``: on every other sample of one."""
     trained: tuple[int, ...]
     """Indices of the placements that it is trained on."""
     seed: int | None = None
     """Of the random draw, for a bootstrap."""
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """Result of a fit of a cross-validation."""
+
+    errors: list[PlacementErrors]
+    """At every placement."""
+    posterior: Posterior | None
+    """None by the paper's method."""
 
 
 def jobs(count: int, bootstrap: int = 0) -> list[Job]:
@@ -32,15 +45,18 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
     singles = [Job("alone", (i,)) for i in everything]
     resampled = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
-    return [*(left_out if count > 1 else []), *singles, *resampled]
+    halves = [Job(kind, (i,)) for kind in HALVES for i in everything]
+    return [*(left_out if count > 1 else []), *singles, *resampled, *halves]
 
 
-def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | None:
+def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
     train = [problem.measurements[i] for i in job.trained]
     if job.seed is not None:
         generator = np.random.default_rng(job.seed)
         train = [_resampled(measured, generator) for measured in train]
+    if job.kind in HALVES:
+        train = [_half(measured, HALVES.index(job.kind)) for measured in train]
     names = {measured.name for measured in train}
     distances = named(problem.measurements, problem.options.distances)
     options = replace(
@@ -50,10 +66,18 @@ def run_job(problem: CalibrationProblem, job: Job) -> list[PlacementErrors] | No
         (fit,) = fit_robots([replace(problem, measurements=train)], options, require_scale=False)
     except NotConverged:
         return None
-    return [
+    errors = [
         placement_errors(fit.calibrated, "train" if i in job.trained else "test", measured)
         for i, measured in enumerate(problem.measurements)
     ]
+    return JobResult(errors, fit.posterior)
+
+
+def _half(measured: Measurement, first: int) -> Measurement:
+    """Return every other sample of each socket, from the first or the second."""
+    return measured.only(
+        np.concatenate([measured.order[rows][first::2] for rows in measured.slices])
+    )
 
 
 def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

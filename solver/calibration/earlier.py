@@ -12,7 +12,7 @@ from msgspec import structs
 
 from .. import results
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
-from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend
+from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend, groups_at
 from ..bayes.model.effects import EFFECTS, TILT
 from ..data import (
     Measurement,
@@ -295,7 +295,7 @@ def _stored(
         x,
         np.reshape(stored.centres, (-1, 3)),
         covariance,
-        (),
+        groups_at(model, data, {group.name: group.width for group in document.groups or ()}),
         {kind: Noise(*stored.noises[kind]) for kind in KINDS if kind in stored.noises},
         model.predict(x, data.positions, data.torques),
         np.array(weights, dtype=float),

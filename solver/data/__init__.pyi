@@ -28,6 +28,7 @@ from .known import KnownDistance as KnownDistance
 from .known import KnownError as KnownError
 from .known import Located as Located
 from .known import SocketAt as SocketAt
+from .known import common_covariance as common_covariance
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import in_placements as in_placements

@@ -106,12 +106,23 @@ def distance_covariance(lengths: Sequence[Known[int]]) -> np.ndarray:
     A base that was measured once with a wrong result is wrong by the same amount wherever it
     stands: placements whose stated distances are equal share that error.
     """
-    covariance = np.zeros((len(lengths), len(lengths)))
+    covariance = common_covariance(lengths, lengths)
     for i, length in enumerate(lengths):
-        for j, second in enumerate(lengths):
-            if i == j or (length.on_base and second.on_base and length.distance == second.distance):
-                covariance[i, j] = length.deviation * second.deviation
+        covariance[i, i] = length.deviation**2
         covariance[i, i] += min(SEAT_DEVIATION, length.deviation) ** 2 * length.on_base
+    return covariance
+
+
+def common_covariance(first: Sequence[Known[int]], second: Sequence[Known[int]]) -> np.ndarray:
+    """Return the covariance of the errors that known distances share by their bases [m^2].
+
+    Its shape is (K, L) for K and L distances.
+    """
+    covariance = np.zeros((len(first), len(second)))
+    for i, length in enumerate(first):
+        for j, twin in enumerate(second):
+            if length.on_base and twin.on_base and length.distance == twin.distance:
+                covariance[i, j] = length.deviation * twin.deviation
     return covariance
 
 

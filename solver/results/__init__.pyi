@@ -26,6 +26,7 @@ from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
 from .curves import sampled_ranges as sampled_ranges
+from .estimates import Apart as Apart
 from .estimates import Better as Better
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation

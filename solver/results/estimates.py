@@ -224,6 +224,26 @@ class Better(Document, kw_only=True, frozen=True):
         return min((p for p in those if p is not None), default=None)
 
 
+class Apart(Document, kw_only=True, frozen=True):
+    """Mean distance of the balls of two calibrations, and what chance would make of it [m]."""
+
+    value: float
+    """After a rigid motion of the base frame."""
+    chance: float
+    """Its mean, if the arm is the same and all that the models lack is noise."""
+    deviation: float
+    """Its standard deviation by chance."""
+    largest: float
+    """By chance 19 of 20 are not larger."""
+    probability: float
+    """That chance alone makes it as large."""
+
+    @property
+    def beyond_chance(self) -> bool:
+        """True if it is larger than 19 of 20 would be by chance."""
+        return self.value > self.largest
+
+
 class Forecast(Document, kw_only=True, frozen=True):
     """Gain of another placement, if it were trained on too."""
 

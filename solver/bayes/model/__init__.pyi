@@ -25,4 +25,5 @@ from .prior_group import GivenPrior as GivenPrior
 from .prior_group import PriorGroup as PriorGroup
 from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
+from .priors import groups_at as groups_at
 from .priors import prior_groups as prior_groups

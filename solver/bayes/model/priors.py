@@ -1,5 +1,6 @@
 """The priors of a model's unknowns at the start of the estimation, group by group."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +58,14 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         shifts = effect.derivatives(data.positions, data.torques)
         groups.append(_prior_of_effect(effect, members, shifts, of_type))
     return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
+
+
+def groups_at(
+    model: ExtendedModel, data: Observations, widths: Mapping[str, float]
+) -> tuple[PriorGroup, ...]:
+    """Return the groups that have a width, at these widths."""
+    groups = [group for group in prior_groups(model, data) if group.name in widths]
+    return tuple(replace(group, width=widths[group.name]) for group in groups)
 
 
 def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | None:

@@ -1,3 +1,5 @@
+from .chance import Estimate as Estimate
+from .chance import apart_by_chance as apart_by_chance
 from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .identifiability import unobservable as unobservable

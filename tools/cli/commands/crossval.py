@@ -39,9 +39,11 @@ def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     work = calibration.jobs(len(placements), options.bootstrap)
     with terminal.progress(len(work)) as progress:
         kinds = [job.kind.replace("_", " ") for job in work]
-        metrics = options.workers.map(fit, work, lambda i: progress(kinds[i]))
+        fits = options.workers.map(fit, work, lambda i: progress(kinds[i]))
+    metrics = [one and one.errors for one in fits]
     result: dict[str, Any] = {"robot": options.robot, "method": settings.method}
     result |= summary([m.name for m in placements], work, metrics)
+    result["apart"] = apart(problem, work, fits)
     wrong = [one.measured.name for one in survey.placements if not one.sound]
     result["advice"] = advice(result, wrong)
     show(result, terminal)
@@ -76,6 +78,37 @@ def summary(
             for name, each in zip(names, zip(*drawn, strict=True), strict=True)
         ]
     return result
+
+
+def apart(
+    problem: "calibration.CalibrationProblem",
+    work: "list[calibration.Job]",
+    fits: "list[calibration.JobResult | None]",
+) -> list[dict[str, Any]]:
+    """Return how far two fits are apart at each placement; None where one has no covariance.
+
+    Two fits are that to the placement and that to all others, or those to its odd and even samples.
+    """
+    posteriors = {
+        (job.kind, job.trained): fit.posterior
+        for job, fit in zip(work, fits, strict=True)
+        if fit is not None and job.seed is None
+    }
+    everything, rows = tuple(range(len(problem.measurements))), list[dict[str, Any]]()
+    for i, measured in enumerate(problem.measurements):
+        others = everything[:i] + everything[i + 1 :]
+        pairs = {
+            "others": (("left_out", others), ("alone", (i,))),
+            "halves": (("odd", (i,)), ("even", (i,))),
+        }
+        row: dict[str, Any] = {"name": measured.name}
+        for name, (a, b) in pairs.items():
+            first, second = posteriors.get(a), posteriors.get(b)
+            row[name] = None
+            if first is not None and second is not None:
+                row[name] = calibration.Comparison(first, second, problem.load).at(measured)
+        rows.append(row)
+    return rows
 
 
 def _means(errors: "list[results.PlacementErrors]") -> list[float]:
@@ -143,6 +176,13 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
     numbers = map(str, range(1, len(names) + 1))
     terminal.tabulate(title, ["", *numbers], rows)
+    heads = ["placement", "it and all others", "its odd and even samples"]
+    rows = []
+    for row in result["apart"]:
+        cells = map(assessment.apart_words, (row["others"], row["halves"]))
+        rows.append([row["name"], *cells])
+    title = "two models apart in mm, and by chance alone; ! beyond 19 of 20 by chance"
+    terminal.tabulate(title, heads, rows)
     terminal.say(result["advice"])
 
 

@@ -7,14 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import Quantiles, measurements_of, mm, plural, quantiles
-from ....solver.calibration import Calibration
+from ....solver.assessment import Quantiles, apart_words, measurements_of, mm, plural, quantiles
+from ....solver.calibration import Calibration, differences
 from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
-from ....solver.results import CurveAgreement, Document, agreement, agreement_words
+from ....solver.results import Apart, CurveAgreement, Document, agreement, agreement_words
 from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
 NOMINAL = "nominal"
+SURPRISE = 0.05
+CHANGED, EXPLAINED = "something changed, or is not in the model", "chance explains that"
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.2)
 """Half the width of a 95 % interval in standard errors, for 1 to 9 degrees of freedom, and more."""
 
@@ -76,6 +78,11 @@ class ComparedPair(Document, kw_only=True, frozen=True):
     """Over the placements that none of the models was trained on; None where there are none."""
     apart: Displacement
     """Of the ball between the two, after a rigid motion of the base frame is taken out."""
+    workspace: Apart | None = None
+    """How far they are apart at random poses, and by chance; None, here and below, where one has no
+    covariance, as the nominal model and one by the paper's method."""
+    by_chance: tuple[Apart | None, ...] = ()
+    """The same at each placement."""
     curves: tuple[CurveAgreement, ...] = ()
     """Of the joints' error curves, where both have them."""
 
@@ -175,10 +182,17 @@ def compare(
             b=b,
             placements=rows,
             summary=_overall([rows[i] for i in fair]) if fair else None,
+            workspace=beside[a, b][0],
+            by_chance=beside[a, b][1],
             apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
             curves=agreement(curves[a], curves[b]),
         )
 
+    nothing = None, tuple(None for _ in data)
+    beside = {(0, b): nothing for b in range(1, len(models))}
+    for b, second in enumerate(contestants, 1):
+        rows = {(a, b): differences(contestants[a - 1], second, data) for a in range(1, b)}
+        beside |= rows
     curves = [None, *(contender.document.curves for contender in contestants)]
     summaries = [overall(k) if fair else None for k in range(len(models))]
     pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
@@ -210,7 +224,20 @@ def _beyond(mean: float, noise: float) -> Difference:
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     """Return in words which of two models is better, where, and by how much beyond the noise."""
-    return f"{_errors_sentence(result, pair)} {agreement_words(pair.curves)}".strip()
+    words = [_errors_sentence(result, pair), _chance_sentence(pair), agreement_words(pair.curves)]
+    return " ".join(filter(None, words))
+
+
+def _chance_sentence(pair: ComparedPair) -> str:
+    """Return how far two calibrations are apart, and whether chance alone explains it."""
+    if pair.workspace is None:
+        return ""
+    everything = [pair.workspace, *(one for one in pair.by_chance if one is not None)]
+    odds = len(everything) * min(one.probability for one in everything)
+    beyond = sum(one.beyond_chance for one in everything[1:])
+    at = f"beyond chance at {beyond} of {plural(len(everything) - 1, 'placement')}"
+    reason = CHANGED if odds < SURPRISE else EXPLAINED
+    return f"Apart in mm: {apart_words(pair.workspace)} in the workspace; {at}: {reason}."
 
 
 def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:

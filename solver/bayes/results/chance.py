@@ -1,0 +1,181 @@
+"""How far two calibrations of one arm are apart, and how far they would be by chance.
+
+An estimate is off the truth x by -M (x - mu) + G e: M = Sigma P^-1 is the share that the prior has
+in it, and G the gain of the measurements' errors e. So two estimates of one x differ by a Gaussian
+with the covariance
+
+    (M_a - M_b) P (M_a - M_b)^T + N_a + N_b - X - X^T,    N = Sigma - M P M^T
+
+where X is by the errors that both share: those of samples that both were made of, and that of the
+base's length as measured.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
+from ...results import Apart
+from ..inference import Posterior
+from ..model.effects import CURVE
+from .uncertainty import covariance_of
+
+DRAWS = 1000
+SAME_DIGITS = 6
+"""Digits to which joint positions of one sample agree [rad], [m]."""
+BAND = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a calibration predicts at poses, and what its errors come from."""
+
+    posterior: Posterior
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    moments: np.ndarray
+    """What holds the joints, shape (N, 3 m) [N m]."""
+
+    @cached_property
+    def linear(self) -> tuple[np.ndarray, np.ndarray]:
+        """Balls, shape (N, 3) [m], and their derivatives D by the unknowns, shape (3 N, size)."""
+        posterior = self.posterior
+        points, J, _ = posterior.model.linearise(posterior.x, self.q, self.moments)
+        return points, J.reshape(-1, posterior.model.size)
+
+    @cached_property
+    def spread(self) -> np.ndarray:
+        """D Sigma, Sigma with the sockets' centres, shape (3 N, n)."""
+        size = self.posterior.model.size
+        Sigma = self.posterior.covariance[:size].copy()
+        Sigma[:, :size] = covariance_of(self.posterior)
+        return self.linear[1] @ Sigma
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """D Sigma D^T, the covariance of the predicted balls, shape (3 N, 3 N) [m^2]."""
+        D = self.linear[1]
+        return self.spread[:, : D.shape[1]] @ D.T
+
+    def columns(self, names: Sequence[str]) -> np.ndarray:
+        """Return the columns of D of some unknowns, zero for those that the model lacks."""
+        return _spread_out(self.linear[1], self.posterior.model.names, names)
+
+    def prior(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Return D M and P of some unknowns, shapes (3 N, names) and (names, names).
+
+        Error curves count as if data alone told of them.
+        """
+        size = self.posterior.model.size
+        precision, prior = np.zeros((size, size)), np.zeros((size, size))
+        for group in self.posterior.groups:
+            if group.width and group.name != CURVE.name:
+                some = np.ix_(group.members, group.members)
+                precision[some] = group.precision(group.width)
+                prior[some] = group.covariance(group.width)
+        own = self.posterior.model.names
+        shares = self.spread[:, :size] @ precision
+        P = _spread_out(_spread_out(prior, own, names).T, own, names)
+        return _spread_out(shares, own, names), P
+
+    @cached_property
+    def whitened(self) -> np.ndarray:
+        """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N)."""
+        posterior, data = self.posterior, self.posterior.data
+        rows, size = np.flatnonzero(data.sockets >= 0), posterior.model.size
+        q, moments = data.positions[rows], data.torques[rows]
+        _, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
+        of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
+        at_sockets = of_centres[:, data.sockets[rows]].transpose(1, 2, 0)
+        moved = J @ self.spread[:, :size].T - at_sockets
+        root = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
+        weights = np.sqrt(posterior.weights[rows])[:, None, None]
+        return weights * np.linalg.solve(root, moved)
+
+    @cached_property
+    def by_lengths(self) -> np.ndarray:
+        """D G of the K measured distances, shape (3 N, K)."""
+        known, centres = self.posterior.data.known, self.posterior.centres
+        of_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
+        slopes = np.zeros((len(of_centres), len(known)))
+        for k, one in enumerate(known):
+            along = centres[one.second] - centres[one.first]
+            moved = of_centres[:, one.second] - of_centres[:, one.first]
+            slopes[:, k] = moved @ along / np.linalg.norm(along)
+        return slopes @ np.linalg.inv(distance_covariance(known)) if known else slopes
+
+
+def _spread_out(columns: np.ndarray, own: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    """Return columns of some unknowns as those of others, zero for unknowns that they lack."""
+    place = {name: i for i, name in enumerate(names)}
+    result = np.zeros((len(columns), len(names)))
+    result[:, [place[name] for name in own]] = columns
+    return result
+
+
+def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
+    """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2]."""
+    of_a, of_b = a.posterior.model.names, b.posterior.model.names
+    names = [*of_a, *(name for name in of_b if name not in of_a)]
+    (shares_a, P_a), (shares_b, P_b) = a.prior(names), b.prior(names)
+    noise = a.covariance - shares_a @ P_a @ shares_a.T
+    noise += b.covariance - shares_b @ P_b @ shares_b.T
+    in_a, in_b = np.isin(names, of_a), np.isin(names, of_b)
+    # A model that lacks an unknown holds it at the prior's mean.
+    shares_a += b.columns(names) * ~in_a
+    shares_b += a.columns(names) * ~in_b
+    both = np.outer(in_a & in_b, in_a & in_b)
+    P = (P_a + P_b) * np.where(both, 0.5, 1.0)
+    apart = shares_a - shares_b
+    S = common_covariance(a.posterior.data.known, b.posterior.data.known)
+    X = _shared_by_samples(a, b) + a.by_lengths @ S @ b.by_lengths.T
+    return apart @ P @ apart.T + noise - X - X.T
+
+
+def _shared_by_samples(a: Estimate, b: Estimate) -> np.ndarray:
+    """Return the part of X by samples that both were made of."""
+    first, second = _keys(a.posterior), _keys(b.posterior)
+    rows = [i for i, key in enumerate(first) if key in second]
+    others = [second.index(first[i]) for i in rows]
+    u, v = a.whitened[rows], b.whitened[others]
+    return u.reshape(-1, u.shape[2]).T @ v.reshape(-1, v.shape[2])
+
+
+def _keys(posterior: Posterior) -> list[tuple[float, ...]]:
+    """Return the joint positions of samples in sockets, as numbers that can be compared."""
+    rows = posterior.data.positions[posterior.data.sockets >= 0]
+    return [tuple(row) for row in rows.round(SAME_DIGITS).tolist()]
+
+
+def apart_by_chance(a: Estimate, b: Estimate, *, later: bool = False) -> Apart:
+    """Return how far the balls of two calibrations are apart at poses, and how far by chance.
+
+    A ball in a socket does not show the base frame, so a rigid motion of it is taken out. If one is
+    the prior of the other, ``later``, the second holds all that the first does, and the covariance
+    of their difference is that of their covariances.
+    """
+    A, B = a.linear[0], b.linear[0]
+    gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
+    slopes = IDENTITY.slopes(A).reshape(-1, 6)
+    if later:
+        covariance = a.covariance - b.covariance
+        covariance *= np.sign(np.trace(covariance))
+    else:
+        covariance = difference_covariance(a, b)
+    Q = np.linalg.qr(slopes)[0]
+    covariance -= Q @ (Q.T @ covariance)
+    covariance -= (covariance @ Q) @ Q.T
+    variances, axes = np.linalg.eigh((covariance + covariance.T) / 2)
+    root = axes * np.sqrt(variances.clip(min=0))
+    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
+    drawn: np.ndarray = np.linalg.norm((root @ white).reshape(-1, 3, DRAWS), axis=1).mean(axis=0)
+    value = float(gaps.mean())
+    return Apart(
+        value=value,
+        chance=float(drawn.mean()),
+        deviation=float(drawn.std()),
+        largest=float(np.quantile(drawn, BAND)),
+        probability=float(np.mean(drawn >= value)),
+    )

@@ -1,0 +1,69 @@
+"""How far two calibrations of one arm are apart, beside how far chance alone would bring them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import MukcaError
+from ..bayes.inference import Posterior
+from ..bayes.results import Estimate, apart_by_chance
+from ..data import Load, Measurement
+from ..results import Apart
+from ..robot import workspace
+from .calibration import Calibration
+
+POSES = 120
+"""Poses at which two calibrations are compared at most."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two fits of one arm, to be compared by the load that it carries."""
+
+    first: Posterior
+    second: Posterior
+    load: Load
+    later: bool = False
+    """True if one began where the other ended."""
+
+    def at(self, measured: Measurement) -> Apart:
+        """Return how far they are apart at the samples of a placement."""
+        return self._at(measured.positions, measured.efforts)
+
+    def in_workspace(self) -> Apart:
+        """Return how far they are apart at random poses."""
+        return self._at(workspace(self.first.model.robot, POSES), None)
+
+    def _at(self, q: np.ndarray, efforts: np.ndarray | None) -> Apart:
+        some = slice(None, None, -(-len(q) // POSES))
+        efforts = None if efforts is None else efforts[some]
+        moments = self.load.moments(self.first.model.robot, q[some], efforts)
+        a, b = (Estimate(posterior, q[some], moments) for posterior in (self.first, self.second))
+        return apart_by_chance(a, b, later=self.later)
+
+
+def differences(
+    a: Calibration, b: Calibration, data: Sequence[Measurement]
+) -> tuple[Apart | None, tuple[Apart | None, ...]]:
+    """Return how far two calibrations are apart, in the workspace and at placements.
+
+    A calibration by the paper's method has no covariance, so nothing is known of chance.
+    """
+    nothing = None, tuple(None for _ in data)
+    if a.document.posterior is None or b.document.posterior is None:
+        return nothing
+    later = is_prior_of(a, b) or is_prior_of(b, a)
+    try:
+        pair = Comparison(a.posterior, b.posterior, a.load, later)
+    except MukcaError:  # what it began from is not at hand any more
+        return nothing
+    return pair.in_workspace(), tuple(map(pair.at, data))
+
+
+def is_prior_of(earlier: Calibration, later: Calibration) -> bool:
+    """Tell whether one calibration began where another ended (``--prior``)."""
+    prior = later.document.settings.get("prior")
+    file = Path(earlier.source)
+    return prior is not None and Path(prior).resolve() in (file.resolve(), file.parent.resolve())
