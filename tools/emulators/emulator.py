@@ -169,8 +169,8 @@ class Emulator(ABC):
         self, send: Callable[[bytes, Any], object], message: bytes, moment: float, target: Any = 0
     ) -> None:
         """Send a message to a target by way of a port, faults applied."""
-        for to, packet in self.faults.packets((target, message), moment):
-            send(packet, to)
+        for receiver, packet in self.faults.packets((target, message), moment):
+            send(packet, receiver)
 
     def answer(self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0) -> None:
         """Answer a request, unless it serves nobody now."""

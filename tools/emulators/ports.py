@@ -165,11 +165,11 @@ def _open_terminal() -> tuple[int, str]:
         raise MukcaError("Windows has no pseudo-terminals: emulate this controller elsewhere")
     import tty
 
-    line, other = os.openpty()
+    line, terminal = os.openpty()
     tty.setraw(line)
-    tty.setraw(other)
+    tty.setraw(terminal)
     os.set_blocking(line, False)
-    return line, os.ttyname(other)
+    return line, os.ttyname(terminal)
 
 
 class CanPort:

@@ -77,10 +77,10 @@ class ServoEmulator(Emulator):
 
     def _receive(self, received: bytearray) -> None:
         """Answer all requests that have come in whole; bytes of no packet are dropped."""
-        head, least = bytes(self.TABLE["head"]), self.TABLE["least"]
-        while len(received) >= least:
+        head, shortest = bytes(self.TABLE["head"]), self.TABLE["least"]
+        while len(received) >= shortest:
             size = self._size(received)
-            if not received.startswith(head) or size < least:
+            if not received.startswith(head) or size < shortest:
                 del received[:1]
             elif len(received) < size:
                 return
@@ -92,19 +92,21 @@ class ServoEmulator(Emulator):
 
     def _reply(self, servo: int, instruction: int, first: int, count: int, servos: bytes) -> None:
         self.arm.connect()
-        asked: Sequence[int] = [one for one in self._known if servo in (one, 0xFE)]
+        asked: Sequence[int] = [number for number in self._known if servo in (number, 0xFE)]
         if instruction == PING:
-            answers = [(one, self._pong()) for one in asked]
+            answers = [(number, self._pong()) for number in asked]
         elif instruction in (READ, SYNC_READ):
             asked = asked if instruction == READ else servos
             steps = self._steps(first, count)
-            answers = [(one, self._memory(one, steps)[first : first + count]) for one in asked]
+            answers = [
+                (number, self._memory(number, steps)[first : first + count]) for number in asked
+            ]
         else:
             return
         sent: list[bytes] = []
-        for one, data in answers:
-            if one in self._known:
-                self.answer(lambda packet, _: sent.append(packet), self._status(one, data))
+        for number, data in answers:
+            if number in self._known:
+                self.answer(lambda packet, _: sent.append(packet), self._status(number, data))
         self._line.send(b"".join(sent))  # at once, as a USB adapter hands them over
 
     def _steps(self, first: int, count: int) -> dict[int, int]:

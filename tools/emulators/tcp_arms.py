@@ -65,8 +65,8 @@ class UrEmulator(Emulator):
 
     def _answer(self, kind: bytes, payload: bytes) -> None:
         if kind == b"V":
-            known = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
-            self._tcp.send(packed(kind, bytes([known])))
+            accepted = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
+            self._tcp.send(packed(kind, bytes([accepted])))
         elif kind == b"v":
             major, minor = map(int, self.version.split("."))
             self._tcp.send(packed(kind, struct.pack(">4I", major, minor, 0, 0)))

@@ -43,8 +43,8 @@ class FrankaEmulator(Emulator):
         datagram = encode_state(int(self.version), number, state)
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
-            wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.send(encode_state(int(self.version), number, wrong), self._target)
+            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            self._stranger.send(encode_state(int(self.version), number, shifted), self._target)
 
     def _request(self, request: bytes) -> None:
         """Answer one request of the client."""
@@ -57,9 +57,9 @@ class FrankaEmulator(Emulator):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
-        own = 99 if self.faults.is_active("version", self.moment) else int(self.version)
-        self._reply(0, identifier, struct.pack("<BH", version != own, own))
-        for client in self._tcp.clients if version == own else ():  # it may have left
+        offered = 99 if self.faults.is_active("version", self.moment) else int(self.version)
+        self._reply(0, identifier, struct.pack("<BH", version != offered, offered))
+        for client in self._tcp.clients if version == offered else ():  # it may have left
             self.arm.connect()
             self._target, self.streaming = (client.getpeername()[0], port), True
 
@@ -111,8 +111,8 @@ class KukaEmulator(Emulator):
         """Send one monitoring message."""
         self.emit(self._udp.send, self._encode(number, state, moment), moment, self._client)
         if self.faults.is_active("stranger", moment):
-            wrong = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.send(self._encode(number, wrong, moment), self._client)
+            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            self._stranger.send(self._encode(number, shifted, moment), self._client)
 
     def _encode(self, number: int, state: JointState, moment: float) -> bytes:
         session = MONITORING_READY if self._replies else MONITORING_WAIT
@@ -146,13 +146,15 @@ def encode_message(
     quality, send period [ms], receive multiplier. The clock counts since the controller's start.
     """
     q = state.position
-    tau = tuple(-one for one in state.effort or (0.0,) * len(q))  # an iiwa tells the other sign
+    tau = tuple(
+        -torque for torque in state.effort or (0.0,) * len(q)
+    )  # an iiwa tells the other sign
     monitor = nested(1, doubles(q)) + nested(2, doubles(tau))
     if version.startswith("1."):
         monitor += nested(3, doubles(q))
     monitor += nested(4, doubles(tau)) + nested(5, doubles((0.0,) * len(q)))
-    seconds, rest = divmod(nanoseconds, 1_000_000_000)
-    monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: rest}))
+    seconds, remainder = divmod(nanoseconds, 1_000_000_000)
+    monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: remainder}))
     drives = b"".join(numbers({5: 2}) for _ in q)
     body = nested(1, numbers(dict(enumerate(header, 1))))
     body += nested(2, numbers({1: len(q), 2: 0}) + drives + numbers({6: 0, 7: 0}))

@@ -99,13 +99,13 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     titles, columns = [model.results.model for model in models], map(_frames, models)
     pictures = [_side_by_side(titles, frames) for frames in zip(*columns, strict=False)]
     # All share the last one's colours: where nothing moves, nothing is stored.
-    palette, plain = pictures[-1].quantize(COLOURS), Image.Dither.NONE
-    first, *others = (picture.quantize(palette=palette, dither=plain) for picture in pictures)
-    shown = [round(1e3 * INTERVAL / 2)] * len(others) + [2000]  # [ms]
+    palette, dither = pictures[-1].quantize(COLOURS), Image.Dither.NONE
+    first, *images = (picture.quantize(palette=palette, dither=dither) for picture in pictures)
+    durations = [round(1e3 * INTERVAL / 2)] * len(images) + [2000]  # [ms]
     png, gif = io.BytesIO(), io.BytesIO()
     pictures[-1].save(png, "png", optimize=True)
     first.save(
-        gif, "gif", save_all=True, append_images=others, duration=shown, loop=0, optimize=True
+        gif, "gif", save_all=True, append_images=images, duration=durations, loop=0, optimize=True
     )
     return png.getvalue(), gif.getvalue()
 
@@ -123,11 +123,11 @@ def _side_by_side(titles: Sequence[str], columns: Sequence[Sequence[Image.Image]
 
 def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     """Return a model's two pictures, moment by moment, the log's last row among them."""
-    shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
-    insertion = isinstance(shown.result, Insertion)
+    trial_shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
+    insertion = isinstance(trial_shown.result, Insertion)
     if insertion:
-        model.scene.place_hole(np.array(shown.result.hole))
-    q = shown.log.q
+        model.scene.place_hole(np.array(trial_shown.result.hole))
+    q = trial_shown.log.q
     rows = np.arange(len(q) - 1, 0, -round(INTERVAL * ROWS_PER_SECOND))[::-1]
     with _camera(model.scene) as render:
         return [

@@ -64,13 +64,13 @@ class Trials(Document, kw_only=True, frozen=True):
     peak_force: Statistics
 
     @staticmethod
-    def of(each: Sequence[Motion], errors: Sequence[float]) -> "Trials":
+    def of(motions: Sequence[Motion], errors: Sequence[float]) -> "Trials":
         """Return errors and forces of some trials, by their tracking errors [m]."""
         return Trials(
             tracking_error=float(np.mean(errors)),
             max_tracking_error=max(errors),
-            force=Statistics.of([one.force for one in each]),
-            peak_force=Statistics.of([one.peak_force for one in each]),
+            force=Statistics.of([motion.force for motion in motions]),
+            peak_force=Statistics.of([motion.peak_force for motion in motions]),
         )
 
 

@@ -87,8 +87,8 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Inserti
     for place, fraction in enumerate(stratified(count, generator)):
         branch, step = place % len(BRANCHES), 1 + place // len(BRANCHES)
         hole = CENTRE + step * STEP * BRANCHES[branch]
-        there = shifted(goal, step * STEP * axes[branch])
-        yield insert(cell, hole, there, out, float(fraction), generator)
+        target = shifted(goal, step * STEP * axes[branch])
+        yield insert(cell, hole, target, out, float(fraction), generator)
 
 
 def insert(
@@ -110,17 +110,21 @@ def insert(
     log, motion = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
-    inserted, at = depth > INSERTED_DEPTH, tuple(hole.tolist())
-    result = Insertion.filled(motion, hole=at, inserted=inserted, depth=depth, miss=(x, y, z))
+    inserted, place = depth > INSERTED_DEPTH, tuple(hole.tolist())
+    result = Insertion.filled(motion, hole=place, inserted=inserted, depth=depth, miss=(x, y, z))
     return Trial(log, result)
 
 
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""
-    each = tuple(trial.result for trial in trials)
-    common = Trials.of(each, [float(np.linalg.norm(one.miss)) for one in each])
-    inserted = sum(one.inserted for one in each)
-    return Insertions.filled(common, inserted=inserted, trials=len(each), each=each)
+    insertions = tuple(trial.result for trial in trials)
+    trials_in_common = Trials.of(
+        insertions, [float(np.linalg.norm(insertion.miss)) for insertion in insertions]
+    )
+    inserted = sum(insertion.inserted for insertion in insertions)
+    return Insertions.filled(
+        trials_in_common, inserted=inserted, trials=len(insertions), each=insertions
+    )
 
 
 PAPER = np.array([0.5, 0.0])
@@ -188,11 +192,11 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
 def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
-    off = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
+    distances = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
     points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
     return Retracing.filled(
         motion,
-        tracking_error=float(off.mean()),
+        tracking_error=float(distances.mean()),
         touching=float((log.forces("draw") > 0).mean()),
         line=tuple((x, y) for x, y in points),
     )
@@ -206,12 +210,12 @@ def drawn(log: Log) -> np.ndarray:
 def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     """Return the distances between the lines, tracking errors and forces, and each line."""
     pairs = combinations([drawn(trial.log) for trial in trials], 2)
-    apart = np.max([np.linalg.norm(one - other, axis=1) for one, other in pairs], axis=0)
-    each = tuple(trial.result for trial in trials)
+    distances = np.max([np.linalg.norm(first - second, axis=1) for first, second in pairs], axis=0)
+    drawings = tuple(trial.result for trial in trials)
     return Drawing.filled(
-        Trials.of(each, [one.tracking_error for one in each]),
-        retracings=len(each),
-        spread=float(apart.mean()),
-        max_spread=float(apart.max()),
-        each=each,
+        Trials.of(drawings, [drawing.tracking_error for drawing in drawings]),
+        retracings=len(drawings),
+        spread=float(distances.mean()),
+        max_spread=float(distances.max()),
+        each=drawings,
     )

@@ -93,10 +93,10 @@ def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:
     d, dd = ca.SX.sym("d", m), ca.SX.sym("dd", m)
     if deflection.curves is None:
         return calibrated.pose_model, d, dd
-    rest = replace(calibrated, deflection=deflection.without("curve")).pose_model
+    model = replace(calibrated, deflection=deflection.without("curve")).pose_model
 
     def correct(q: Any) -> Any:
-        true = ca.substitute(rest.corrected, rest.q, q)
+        true = ca.substitute(model.corrected, model.q, q)
         return ca.vertcat(true[:m] + d, true[m:])
 
     origins = calibrated.model.origins(calibrated.values)
@@ -130,11 +130,13 @@ def _limits(robot: Robot) -> tuple[list[float], list[float]]:
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
     """Return the arguments and the value of one step of the inverse kinematics."""
     step = newton_step(model, place, "pose")
-    (lower, upper), away = map(ca.DM, _limits(robot)), ca.SX.sym("away")
-    change = limited_step(step, lower + away, upper - away)
+    (lower, upper), margin = map(ca.DM, _limits(robot)), ca.SX.sym("away")
+    change = limited_step(step, lower + margin, upper - margin)
     value = ca.vertcat(step.left, change)
     value = ca.substitute(value, step.symbols["tool"], ca.DM(robots.NO_TOOL))
-    return {name: step.symbols[name] for name in ("q", "target", "prefer")} | {"away": away}, value
+    return {name: step.symbols[name] for name in ("q", "target", "prefer")} | {
+        "away": margin
+    }, value
 
 
 def _body(arguments: dict[str, Any], value: Any) -> str:

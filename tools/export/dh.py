@@ -148,8 +148,8 @@ def write(request: Request) -> Exported:
 
 def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
     text = io.StringIO()
-    rest = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in frames.items()]
-    text.writelines(f"# {plain(line)}\n" for line in [*about, *rest])
+    lines = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in frames.items()]
+    text.writelines(f"# {plain(line)}\n" for line in [*about, *lines])
     csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
     return text.getvalue()
 
@@ -162,8 +162,8 @@ def _printed(rows: list[Row], frames: dict[str, np.ndarray]) -> list[str]:
     for row in rows:
         theta, alpha, beta = map(math.degrees, (row.theta, row.alpha, row.beta))
         numbers = (theta, 1e3 * row.d, 1e3 * row.a, alpha, beta)
-        shown = "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
-        lines.append(f"{row.joint:<{width}}  {row.form:<6}{shown}")
+        columns = "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
+        lines.append(f"{row.joint:<{width}}  {row.form:<6}{columns}")
     for name in ("base", "tool"):
         x, y, z = (1e3 * frames[name][:3, 3]).tolist()
         lines.append(f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file")

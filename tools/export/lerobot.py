@@ -105,7 +105,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     joints = document.model.joint_names
     if not coefficients:
         raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
-    named = _motors_of(request, joints, motors)
+    by_motor = _motors_of(request, joints, motors)
     zeros: list[Zero] = []
     for joint in joints:
         value = coefficients[f"{joint}.zero"]
@@ -114,7 +114,9 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
             ticks, why = 0, "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
-        zeros.append(Zero(joint, named[joint], value.value, value.standard_deviation, ticks, why))
+        zeros.append(
+            Zero(joint, by_motor[joint], value.value, value.standard_deviation, ticks, why)
+        )
     return zeros
 
 
@@ -130,7 +132,7 @@ def _motors_of(
     with_id: dict[int, list[str]] = {}
     for name, motor in motors.items():
         with_id.setdefault(motor.id, []).append(name)
-    named: dict[str, str] = {}
+    by_motor: dict[str, str] = {}
     for number, joint in enumerate(joints, 1):
         candidates = with_id.get(number, [])
         if len(candidates) != 1:
@@ -140,8 +142,8 @@ def _motors_of(
                 "give the file of this arm alone, or call its motors as the model its joints: "
                 f"{', '.join(joints)}"
             )
-        named[joint] = candidates[0]
-    return named
+        by_motor[joint] = candidates[0]
+    return by_motor
 
 
 def _shifted(

@@ -55,8 +55,8 @@ def write(request: Request) -> Exported:
     # the motion of each body, and of the one before, from its place in the nominal model
     motions = base @ _links(request.origins, request) @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
-    moved = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
-    holder, text = _with_places(request.like, dict(zip(joints.bodies, moved, strict=True)))
+    poses = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
+    holder, text = _with_places(request.like, dict(zip(joints.bodies, poses, strict=True)))
     main = holder == request.like
     provenance = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
     new = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
@@ -115,43 +115,43 @@ def _joints(request: Request) -> MjcfJoints:
     poses = cast("Any", np.stack([np.eye(4)] * model.nbody))
     poses[:, :3, :3], poses[:, :3, 3] = data.xmat.reshape(-1, 3, 3), data.xpos
     base = cast("Any", np.linalg.inv(poses[parents[0]]))
-    placed: np.ndarray = base @ poses
+    frames: np.ndarray = base @ poses
     directions: np.ndarray = data.xaxis[indices]
-    axes: np.ndarray = np.matmul(placed[0, :3, :3], directions[:, :, None])[:, :, 0]
+    axes: np.ndarray = np.matmul(frames[0, :3, :3], directions[:, :, None])[:, :, 0]
     names_of_bodies = [model.body(body).name for body in bodies]
-    return MjcfJoints(names, names_of_bodies, axes, placed[bodies], placed[parents])
+    return MjcfJoints(names, names_of_bodies, axes, frames[bodies], frames[parents])
 
 
 def _matched(model: Any, request: Request) -> list[int]:
     """Return the model's joints by the arm's names, or by order where it names none of them."""
-    wanted = request.calibration.robot.joint_names
+    model_joints = request.calibration.robot.joint_names
     single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]  # slide, hinge
     names = [model.joint(j).name for j in single]
-    given = request.options.get("joints")
-    if given is not None:
-        wanted = joints_named(given, wanted)
-    named = list(zip(single, names, strict=True))
-    candidates = [[j for j, name in named if name == w] for w in wanted]
-    if given is None and not all(candidates):
+    joints_given = request.options.get("joints")
+    if joints_given is not None:
+        model_joints = joints_named(joints_given, model_joints)
+    pairs = list(zip(single, names, strict=True))
+    candidates = [[j for j, name in pairs if name == w] for w in model_joints]
+    if joints_given is None and not all(candidates):
         # the same but for a prefix, as panda_ or left/
         candidates = [
-            [j for j, name in named if name.endswith(w) or (name and w.endswith(f"_{name}"))]
-            for w in wanted
+            [j for j, name in pairs if name.endswith(w) or (name and w.endswith(f"_{name}"))]
+            for w in model_joints
         ]
-    if all(len(each) == 1 for each in candidates):
-        return [each[0] for each in candidates]
-    if not any(candidates) and given is None and len(single) == len(wanted):
+    if all(len(matches) == 1 for matches in candidates):
+        return [matches[0] for matches in candidates]
+    if not any(candidates) and joints_given is None and len(single) == len(model_joints):
         return single
-    missing = [joint for joint, each in zip(wanted, candidates, strict=True) if not each]
-    if not missing:
+    absent = [joint for joint, matches in zip(model_joints, candidates, strict=True) if not matches]
+    if not absent:
         several = [model.joint(j).name for j in max(candidates, key=len)]
         raise ExportError(
             f"{request.like}: has several arms, with {', '.join(several)}; say which, as in "
-            f"--joints '{several[0].replace(wanted[0], '*')}'"
+            f"--joints '{several[0].replace(model_joints[0], '*')}'"
         )
     raise ExportError(
         f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
-        f"{', '.join(missing)}; its own: {', '.join(names) or 'none'}; --joints names them"
+        f"{', '.join(absent)}; its own: {', '.join(names) or 'none'}; --joints names them"
     )
 
 
@@ -178,18 +178,18 @@ def _align(
     offsets = np.einsum("nij,nj->ni", perpendicular, places - aligned[:, :3, 3])
     distances = np.linalg.norm(offsets, axis=1)
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
-    apart = (
+    text = (
         f"{request.like}: the axis of {joints.names[worst]!r} is not that of "
         f"{actuated[worst].name!r}: {1e3 * distances[worst]:.2f} mm and "
         f"{np.degrees(angles[worst]):.2f} degrees off"
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
-        raise ExportError(f"{apart}; it is another arm's model, or counts its angles otherwise")
+        raise ExportError(f"{text}; it is another arm's model, or counts its angles otherwise")
     turns *= (angles / np.maximum(sines, 1e-300))[:, None]
     aligned[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ aligned[:, :3, :3]
     aligned[:, :3, 3] += offsets
     differ = max(distances.max(), angles.max()) > ROUNDED
-    lines = [f"{apart}; in the new file it is the calibrated arm's."] if differ else []
+    lines = [f"{text}; in the new file it is the calibrated arm's."] if differ else []
     return base, aligned, lines
 
 

@@ -70,14 +70,13 @@ def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
     and no copy of it is found.
     """
     copied: dict[Path, str] = {}
-    for first, again in copied_sockets(_readable(arms)):
-        for mine, other in ((again, first), (first, again)):
+    for first, second in copied_sockets(_readable(arms)):
+        for mine, copy in ((second, first), (first, second)):
             arm, whose = (
-                next(arm for arm in arms if Path(file).is_relative_to(arm))
-                for file in (mine, other)
+                next(arm for arm in arms if Path(file).is_relative_to(arm)) for file in (mine, copy)
             )
             words = f"arm {whose.name}" if whose != arm else "another of its placements"
-            copied.setdefault(arm, f"{mine}: the samples are those of {words}: copied? {other}")
+            copied.setdefault(arm, f"{mine}: the samples are those of {words}: copied? {copy}")
     return copied
 
 
@@ -110,8 +109,10 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
         before: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items() if error is None else ():
             placements = [read_placement(folder) for folder in folders]
-            first, *rest = placements
-            calibration = calibrate(robot, [first, *rest[:-1]], test=rest[-1:], **settings)
+            first, *remainder = placements
+            calibration = calibrate(
+                robot, [first, *remainder[:-1]], test=remainder[-1:], **settings
+            )
             drift = None if before is None else _drift(arm, *before, placements)
             sessions.append(_session(arm, name, calibration, drift))
             if not calibration.document.distorted:
@@ -160,22 +161,22 @@ def _session(
 
 
 def _drift(
-    arm: ArmFolder, since: str, earlier: Calibration, placements: Sequence[Placement]
+    arm: ArmFolder, since: str, reference: Calibration, placements: Sequence[Placement]
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
     settings = arm.settings.validated()
     repeatability = None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
-    found = what_changed(
-        earlier, placements, distance=settings.distance, repeatability=repeatability
+    changes = what_changed(
+        reference, placements, distance=settings.distance, repeatability=repeatability
     )
-    summary = found.errors.summary.test or found.errors.summary.train
+    summary = changes.errors.summary.test or changes.errors.summary.train
     assert summary is not None  # there is data
     return FleetDrift(
         since=since,
         mean_absolute_error=summary.loaded.mean_absolute_error,
-        status=found.verdict.status,
-        text=found.text,
-        reason=found.said[0],
+        status=changes.verdict.status,
+        text=changes.text,
+        reason=changes.said[0],
     )
 
 
@@ -199,7 +200,7 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
 
 def last_sessions(arms: Sequence[FleetArm]) -> list[FleetSession]:
     """Return each arm's last session, of those whose calibration may be used."""
-    return [one for arm in arms for one in arm.sessions[-1:] if one.status != "refused"]
+    return [session for arm in arms for session in arm.sessions[-1:] if session.status != "refused"]
 
 
 def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
@@ -235,10 +236,12 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:
     """Return how far the error curves of arms of one type agree, by their last calibrations."""
-    found = [(arm, one.curves) for arm in arms for one in last_sessions([arm]) if one.curves]
+    curves = [
+        (arm, session.curves) for arm in arms for session in last_sessions([arm]) if session.curves
+    ]
     pairs = (
-        FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(one, other))
-        for (a, one), (b, other) in combinations(found, 2)
+        FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(first, second))
+        for (a, first), (b, second) in combinations(curves, 2)
         if a.robot == b.robot
     )
     return tuple(pair for pair in pairs if pair.joints)

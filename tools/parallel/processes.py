@@ -110,15 +110,17 @@ class _Pool:
 
 
 def _gather(
-    pool: _Pool, work: Callable[[Item], Result], items: Sequence[Item], known: Container[int]
+    pool: _Pool, work: Callable[[Item], Result], items: Sequence[Item], completed: Container[int]
 ) -> Generator[tuple[int, Result]]:
     """Yield the results that are not known yet, with their indices, as they come."""
-    left = [i for i in range(len(items)) if i not in known]
-    total, looks = len(left), 0
+    waiting = [i for i in range(len(items)) if i not in completed]
+    total, looks = len(waiting), 0
     size = 1 + total // (1 + SHARES * pool.count)
-    shares = [left[i : i + size] for i in range(0, total, size)]
+    shares = [waiting[i : i + size] for i in range(0, total, size)]
     with started_apart():
-        futures = {pool.executor.submit(_do, work, [items[i] for i in own]): own for own in shares}
+        futures = {
+            pool.executor.submit(_do, work, [items[i] for i in share]): share for share in shares
+        }
     while futures:
         finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
         looks = 0 if finished or pool.workers() else looks + 1
@@ -128,15 +130,15 @@ def _gather(
                 f"{sum(map(len, futures.values()))} of {total} left to do"
             )
         for future in finished:
-            own = futures.pop(future)
+            share = futures.pop(future)
             try:
                 results = future.result()
             except pool.lost:
                 raise WorkersLostError(
-                    f"piece {own[0]} of the work, or one of {len(own)} from there, ended "
+                    f"piece {share[0]} of the work, or one of {len(share)} from there, ended "
                     "several workers: is their memory full?"
                 ) from None
-            yield from zip(own, results, strict=True)
+            yield from zip(share, results, strict=True)
 
 
 def _do(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
@@ -186,13 +188,13 @@ def _versions() -> dict[str, str]:
 @contextmanager
 def _processes(count: int) -> Generator[_Pool]:
     """Processes of this computer. Whatever ends them, none is left behind."""
-    others = set(multiprocessing.active_children())
+    children = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(count, spawn, _prepare, (os.getpid(),))
     try:
         yield _Pool(executor, count)
     except BaseException:
-        for child in set(multiprocessing.active_children()) - others:
+        for child in set(multiprocessing.active_children()) - children:
             child.kill()
         raise
     finally:

@@ -104,9 +104,9 @@ class AnchoredBase(SocketBase):
     def _fingers(self, height: float) -> list[Solid]:
         y, inner, outer = self.face, self.width / 2 + GAP, self._sides[1]
         bump = self.width / 2 - GRIP
-        right: Outline = (
+        finger: Outline = (
             *((inner, y + 1), (inner, y - 20), (bump, y - 23), (bump, y - 26)),
             *((inner + 0.8, y - FINGER), (outer, y - FINGER), (outer, y + 1)),
         )
-        left = tuple((-x, y) for x, y in reversed(right))
-        return [prism(height, outline) for outline in (right, left)]
+        mirror = tuple((-x, y) for x, y in reversed(finger))
+        return [prism(height, outline) for outline in (finger, mirror)]

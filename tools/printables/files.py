@@ -59,26 +59,26 @@ def _drawing(part: Part) -> bytes:
     low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
     (wide, _, tall), middle = high - low, MARGIN - low[0]
     front = MARGIN + tall  # where z = 0 is drawn
-    above, right = front + MARGIN + high[1], MARGIN + wide
+    above, x_right = front + MARGIN + high[1], MARGIN + wide
     foot = above - low[1] + MARGIN
     dimensions = [  # x and y of both ends
         *(
-            (right + STEP * i, front - a, right + STEP * i, front - b)
+            (x_right + STEP * i, front - a, x_right + STEP * i, front - b)
             for i, (a, b) in enumerate(((low[2], high[2]), *part.levels), 1)
         ),
-        (MARGIN, front + STEP, right, front + STEP),
+        (MARGIN, front + STEP, x_right, front + STEP),
         (MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
     ]
     page = templates().get_template("drawing.svg.j2")
     return page.render(
         title=part.name,
-        width=round(max(right + MARGIN + STEP * len(part.levels), 210), 1),
+        width=round(max(x_right + MARGIN + STEP * len(part.levels), 210), 1),
         height=round(foot + 6 * len(notes) + 6, 1),
         foot=round(foot, 1),
         paths=[_path(body.rotate((-90, 0, 0)), middle, front), _path(body, middle, above)],
         dimensions=dimensions,
         centre=(round(middle, 2), round(above, 2)),
-        right=right,
+        right=x_right,
         circles=part.circles,
         notes=notes,
     ).encode()

@@ -77,10 +77,10 @@ def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
     unify = _occ("ShapeUpgrade_UnifySameDomain")(_shape(solid), True, True, False)
     unify.Build()  # no superfluous edges
-    found = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
-    body = found.Current() if found.More() else None
-    found.Next()
-    if body is None or found.More():
+    explorer = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
+    body = explorer.Current() if explorer.More() else None
+    explorer.Next()
+    if body is None or explorer.More():
         raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
     chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()  # goes to standard output
     _occ("Message").DefaultMessenger_s().RemovePrinters(chatter)

@@ -171,17 +171,17 @@ def grip(
 def _strap_plate(**frame: Any) -> Mount:
     """Return a plate for two crossed straps, or for glue, where no holes are known."""
     radius, long, thick = 31.0, 22.0, 4.0  # a slot's length is a strap's width
-    far = radius - 8
+    height = radius - 8
     upright = prism(PLATE + 2, rectangle(_middle(thick), _middle(long)))
     level = prism(PLATE + 2, rectangle(_middle(long), _middle(thick)))
-    slots = [upright.at(x, 0, -1) for x in (-far, far)]
-    slots += [level.at(0, y, -1) for y in (-far, far)]
+    slots = [upright.at(x, 0, -1) for x in (-height, height)]
+    slots += [level.at(0, y, -1) for y in (-height, height)]
     return Mount(
         body=cylinder(radius, PLATE) - union(*slots),
         top=PLATE,
-        widest_root=2 * far - thick - 4,
+        widest_root=2 * height - thick - 4,
         corners=((radius, PLATE + thick / 2),),
-        lettering=far - thick / 2 - 0.5,
+        lettering=height - thick / 2 - 0.5,
         **frame,
     )
 
@@ -192,9 +192,9 @@ def _middle(width: float) -> tuple[float, float]:
 
 def _shipped(fields: dict[str, Any]) -> Mount:
     """Return a mount of the table: a function of this module with its lengths, then its fields."""
-    (kind, lengths), *rest = fields.items()
+    (kind, lengths), *numbers = fields.items()
     make = {"bolt_circle": bolt_circle, "grip": grip, "strap_plate": _strap_plate}[kind]
-    return make(*lengths, **dict(rest))
+    return make(*lengths, **dict(numbers))
 
 
 MOUNTS: Mapping[str, Mount] = {name: _shipped(it) for name, it in TABLES["mounts"].items()}
@@ -208,13 +208,13 @@ def find_mount(name: str) -> Mount:
     A code is ``iso-63-4-m6`` or ``ISO-9409-1-63-4-M6``: diameter of the bolt circle, screws, their
     thread; what is none of these, or holes that do not fit, is a PrintableError.
     """
-    plain = name.lower().replace("iso-9409-1-", "iso-")
-    if plain in MOUNTS:
-        return MOUNTS[plain]
+    short = name.lower().replace("iso-9409-1-", "iso-")
+    if short in MOUNTS:
+        return MOUNTS[short]
     for mount in MOUNTS.values():
-        if plain in mount.links:
+        if short in mount.links:
             return mount
-    if code := _ISO.fullmatch(plain):
+    if code := _ISO.fullmatch(short):
         return bolt_circle(float(code[1]), int(code[2]), code[3].upper())
     robots = sorted({robot for mount in MOUNTS.values() for robot in mount.links})
     raise PrintableError(

@@ -144,32 +144,32 @@ def _checked(
     if not (len(body.decompose()) == 1 and mesh.is_watertight and mesh.is_winding_consistent):
         raise PrintableError(f"{name}: these parameters make no single closed body")
     if max(mesh.extents) > BED:
-        shown = " x ".join(f"{edge:.0f}" for edge in mesh.extents)
-        raise PrintableError(f"{name} would be {shown} mm, larger than {BED:g} mm")
+        size = " x ".join(f"{edge:.0f}" for edge in mesh.extents)
+        raise PrintableError(f"{name} would be {size} mm, larger than {BED:g} mm")
     volume = body.volume() * 1e-9
-    common = {
+    identity = {
         "name": name,
         "size": [round(edge / 1000, 7) for edge in mesh.extents.tolist()],
         "volume": volume,
         "mass": {material: density * volume for material, density in DENSITIES.items()},
         "print_time": volume / FLOW,
     }
-    return Part(name, solid, mesh, levels, circles, {**common, **facts})
+    return Part(name, solid, mesh, levels, circles, {**identity, **facts})
 
 
 def check_tilt(base: SocketBase, part: BallPart) -> None:
     """Lean the ball part in every socket, all around, and refuse any collision with the base."""
     sphere_of_ball = sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
-    ball, rest, fixed = (
+    ball, bed, fixed = (
         to_manifold(solid, COARSE)
         for solid in (sphere_of_ball, part.envelope() - sphere_of_ball, base.solid())
     )
     leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
     for socket in range(base.sockets):
-        leaned = (rest.transform(leaning(base, part, socket, *lean)) for lean in leans)
+        leaned = (bed.transform(leaning(base, part, socket, *lean)) for lean in leans)
         upright = ball.transform(leaning(base, part, socket, 0.0, 0.0))
-        if any((placed ^ fixed).volume() > COLLISION for placed in (upright, *leaned)):
+        if any((solid ^ fixed).volume() > COLLISION for solid in (upright, *leaned)):
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "

@@ -190,10 +190,10 @@ class SocketBase:
     def _post(self) -> Solid:
         """Return a hexagonal post with a waist, whose ceiling leans less than 45 degrees."""
         low, height = WAIST
-        rest = self.rim - low - height
-        head = prism(rest, hexagon(self.post))
+        height_above = self.rim - low - height
+        head = prism(height_above, hexagon(self.post))
         start = self.waist - 0.2
-        flare = frustum(rest, start, start + rest / 1.1)
+        flare = frustum(height_above, start, start + height_above / 1.1)
         return union(
             prism(low, hexagon(self.post)),
             prism(low + height, hexagon(self.waist)),
@@ -242,7 +242,7 @@ def place_holes(
             across = range(math.ceil((x0 - x) / PITCH), math.floor((x1 - x) / PITCH) + 1)
             along = range(math.ceil((y0 - y) / PITCH), math.floor((y1 - y) / PITCH) + 1)
             grid = ((x + PITCH * i, y + PITCH * j) for i, j in itertools.product(across, along))
-            free = [
+            places = [
                 (u, v)
                 for u, v in grid
                 if not any(math.dist((u, v), disc[:2]) < disc[2] for disc in discs)
@@ -251,7 +251,7 @@ def place_holes(
                     for a, b, c, d in boxes
                 )
             ]
-            best = max(best, _outermost(free), key=signed_area)
+            best = max(best, _outermost(places), key=signed_area)
         if len(best) >= 3:
             return best
     return ()

@@ -42,14 +42,14 @@ class Solid:
     numbers: tuple[Any, ...] = ()
     parts: tuple["Solid", ...] = ()
 
-    def __or__(self, other: "Solid") -> "Solid":
-        return union(self, other)
+    def __or__(self, solid: "Solid") -> "Solid":
+        return union(self, solid)
 
-    def __sub__(self, other: "Solid") -> "Solid":
-        return Solid("Subtract", (), (self, *(other.parts if other.kind == "Add" else (other,))))
+    def __sub__(self, solid: "Solid") -> "Solid":
+        return Solid("Subtract", (), (self, *(solid.parts if solid.kind == "Add" else (solid,))))
 
-    def __and__(self, other: "Solid") -> "Solid":
-        return Solid("Intersect", (), (self, other))
+    def __and__(self, solid: "Solid") -> "Solid":
+        return Solid("Intersect", (), (self, solid))
 
     def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
         """Return the solid moved by an offset."""
@@ -135,14 +135,14 @@ def _outlines(text: str, scale: float) -> Iterator[Outline]:
 
     square = CrossSection.square((STROKE, STROKE), True)
     bars: list[CrossSection] = []
-    left = 0.0
+    begin = 0.0
     for letter in text:
         width, strokes = _LETTERS[letter]
         for stroke in strokes:
             words = [(int(word[0]) / 2, int(word[1]) / 4) for word in stroke.split()]
-            corners = [square.translate((left + x * width, y * _RISE)) for x, y in words]
+            corners = [square.translate((begin + x * width, y * _RISE)) for x, y in words]
             bars += [CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)]
-        left += width + STROKE + _GAP
+        begin += width + STROKE + _GAP
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
     for ring in cast("Any", shape).to_polygons():
         yield tuple((float(x), float(y)) for x, y in ring)
