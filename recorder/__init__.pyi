@@ -31,6 +31,7 @@ from .layout import read_rows as read_rows
 from .layout import rows_of as rows_of
 from .metadata import METADATA as METADATA
 from .metadata import Metadata as Metadata
+from .metadata import add_reading as add_reading
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import set_distance as set_distance

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
@@ -152,9 +152,26 @@ def set_distance(folder: Path, distance: float) -> float | None:
     Raises:
         RecordingError: The file cannot be read or written, or a recorder has it open.
     """
+    return _rewrite(folder, distance, with_distance)
+
+
+def add_reading(folder: Path, distance: float) -> float | None:
+    """Add a reading of the distance between a placement's sockets [m]; return the one before.
+
+    Raises as :func:`set_distance`.
+    """
+    return _rewrite(folder, distance, with_reading)
+
+
+def _rewrite(
+    folder: Path,
+    distance: float,
+    change: Callable[[Mapping[str, Any], float], dict[str, Any]],
+) -> float | None:
+    """Write a placement's metadata with its distance changed; return the earlier one."""
     file = folder / METADATA
     before = read_keys(file).distance
-    metadata = with_distance(read_metadata(file), distance)
+    metadata = change(read_metadata(file), distance)
     try:
         with _locked(folder / SAMPLES):
             write_metadata(file, metadata)

@@ -82,6 +82,8 @@ def calibrate(
     check_keywords("calibrate", options, signature(calibrate).parameters)
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
+    if not isinstance(robot, Mapping):  # a known distance follows a placement that was split
+        settings = replace(settings, known=problems[""].options.known)
     bases = [
         [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]
         for part in (attrgetter("measurements"), attrgetter("test"))

@@ -276,6 +276,7 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         measurements=right.train,
         test=right.test,
         checks=(*right.done, *survey.diagnostics),
+        options=replace(options, known=right.known),
         survey=survey,
         hypotheses=survey.hypotheses,
         next_placement=place,

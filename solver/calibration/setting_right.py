@@ -1,16 +1,25 @@
 """Recordings set right before a fit, by what explains them; see :mod:`..diagnostics`."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from ...errors import MukcaError
 from ...recorder import Placement, RecordingError
 from ..assessment import LEAST_HELD_OUT, repeatability_of
-from ..data import Measurement, TooFewError, measure, spaced
+from ..data import (
+    KnownDistance,
+    KnownError,
+    Measurement,
+    TooFewError,
+    measure,
+    spaced,
+    whole_name,
+)
 from ..diagnostics import (
     ALL_ACTIONS,
     LEAST,
+    MENDER,
     Action,
     Given,
     Inspection,
@@ -38,6 +47,8 @@ class MendedRecordings:
     test: tuple[Measurement, ...]
     done: tuple[Diagnostic, ...] = ()
     survey: Survey = NOTHING_SEEN
+    known: tuple[KnownDistance, ...] = ()
+    """Known distances between the placements to train on, as they are called now."""
 
 
 def mended(
@@ -69,21 +80,54 @@ def mended(
             trained, done = by_findings(trained, seen, LEAST, actions)
         held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
         survey, done = look(trained, held_out), [*done, *more]
-    return MendedRecordings(tuple(trained), tuple(held_out), tuple(done), survey)
+    known = _followed(named(train, options.distances), trained)
+    if lost := [k for k in known if not _is_between(k, trained)]:
+        raise KnownError(
+            f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
+            "distance out, or keep all samples by --as-recorded"
+        )
+    return MendedRecordings(tuple(trained), tuple(held_out), tuple(done), survey, known)
 
 
 def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:
     """Return what looks at placements to train on, and at others held out beside them."""
     known = named(train, options.distances)
     size = repeatability_of(robot, options.repeatability_mm)
+    zeros, load, mender = bool(options.zeros), options.load, _mender(options)
 
     def look(trained: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
         names = [m.name for m in trained] if held_out else []
-        given = Given(known, options.deviation, options.load, names)
         every = [*trained, *held_out]
-        return inspect_all(robot, every, given, zeros=bool(options.zeros), repeatability=size)
+        lengths = [k for k in _followed(known, every) if _is_between(k, every)]
+        given = Given(lengths, options.deviation, load, mender, names)
+        return inspect_all(robot, every, given, zeros=zeros, repeatability=size)
 
     return look
+
+
+def _followed(
+    known: Sequence[KnownDistance], measurements: Sequence[Measurement]
+) -> tuple[KnownDistance, ...]:
+    """Return known distances by the first parts that hold their sockets, of what was split."""
+
+    def part(end: tuple[str, int]) -> tuple[str, int]:
+        name, socket = end
+        parts = [m.name for m in measurements if whole_name(m.name) == name and socket in m.sockets]
+        return (parts[0] if parts else name), socket
+
+    return tuple(replace(k, first=part(k.first), second=part(k.second)) for k in known)
+
+
+def _is_between(known: KnownDistance, measurements: Sequence[Measurement]) -> bool:
+    """Tell whether both ends of a distance are sockets of some placements."""
+    return {known.first, known.second} <= {(m.name, k) for m in measurements for k in m.sockets}
+
+
+def _mender(options: SolveOptions) -> str:
+    """Return what would set recordings right, in the words of advice."""
+    if actions_of(options) == ALL_ACTIONS:
+        return MENDER
+    return f"{MENDER} --method auto" if options.method == "paper" else f"{MENDER} by default"
 
 
 def set_right(

@@ -78,6 +78,10 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
     for item in map(parse_left_out, left_out):
         matches = [placement for placement in placements if item.names(placement)]
         if not matches:
+            name, _, numbers = item.placement.partition(":")
+            if any(replace(item, placement=name).names(placement) for placement in placements):
+                problem = f"{numbers!r} is no socket with samples of {name}; {EXAMPLE}"
+                raise LeaveOutError(f"--leave-out {item.words}: {problem}")
             names = ", ".join(placement.name for placement in placements)
             raise LeaveOutError(f"--leave-out {item.words}: no such placement; there are: {names}")
         for placement in matches:

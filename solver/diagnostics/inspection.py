@@ -40,6 +40,8 @@ UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
+MENDER = "solve"
+"""What sets recordings right unless told otherwise, as the texts of causes have it."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
 POINTS_HINT = (
@@ -59,6 +61,8 @@ class Given:
     """Standard deviation of the latter [m]."""
     load: Load = STANDARD_LOAD
     """Gravity and payload."""
+    mender: str = MENDER
+    """What sets recordings right, in the words of advice."""
     trained: Sequence[str] = ()
     """Names of the placements to train on; none where all may be. What is wrong in others does
     nothing to the model."""
@@ -153,6 +157,7 @@ def inspect_all(
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
         middle = np.median(balls[rows], axis=0)
         inspections.append(Inspection(m, floors[m.name], corrections, tuple(diagnostics), middle))
+    hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
     return Survey(tuple(inspections), shared, hypotheses, causes)
 
@@ -196,12 +201,18 @@ def _diagnostic(
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
         if finding.of_points:
             advice = "it is of another target, or of another pose; solve leaves it out"
+    advice = _by_mender(advice, given)
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += PLAY_HINT
     sound_enough = not (scattered or _is_garbage(finding))
     if held_out and (weighed or level == "error") and sound_enough:
         level, advice = "warning", f"{advice}{HELD_OUT}"
     return Diagnostic(level, code, where, told.text, advice, costs)
+
+
+def _by_mender(advice: str, given: Given) -> str:
+    """Return advice by what sets recordings right: not every solve does."""
+    return advice.replace(f"{MENDER} ", f"{given.mender} ", 1)
 
 
 def _is_garbage(finding: Candidate) -> bool:

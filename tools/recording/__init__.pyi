@@ -8,6 +8,7 @@ from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
 from .options import with_distance as with_distance
+from .options import with_second_reading as with_second_reading
 from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import page_of as page_of
 from .session_start import recorded_beside as recorded_beside

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ...recorder import METADATA, SOCKETS, Metadata, read_keys, read_metadata
+from ...recorder import METADATA, SOCKETS, Metadata, add_reading, read_keys, read_metadata
 from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...solver.calibration import SolveOptions
@@ -99,16 +99,33 @@ def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
 
 def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
     """Return metadata with the distance that the operator types."""
+    question = "How far apart are the sockets' centres? In mm, by a caliper; the printed base has"
+    distance = _typed_distance(f"{question} 100.", "not yet measured", terminal)
+    return metadata if distance is None else replace(metadata, distance=distance, measured=True)
+
+
+def with_second_reading(metadata: Metadata, folder: Path, terminal: Terminal) -> Metadata:
+    """Return metadata with a second reading that the operator types, which the recording keeps."""
+    if metadata.distance is None or len(read_keys(folder / METADATA).readings) > 1:
+        return metadata
+    question = "Measure the sockets' distance once more: solve believes two readings that agree."
+    distance = _typed_distance(question, "no second reading", terminal)
+    if distance is None:
+        return metadata
+    add_reading(folder, distance)
+    return replace(metadata, distance=distance)
+
+
+def _typed_distance(question: str, without: str, terminal: Terminal) -> float | None:
+    """Return a distance that the operator types [m]; None for an empty answer."""
     while True:
-        terminal.say(
-            "How far apart are the sockets' centres? In mm, by a caliper; the printed base has 100."
-        )
+        terminal.say(question)
         try:
-            answer = input("mm, or Enter for not yet measured: ").replace("mm", "").strip()
+            answer = input(f"mm, or Enter for {without}: ").replace("mm", "").strip()
         except EOFError:
             answer = ""
         if not answer:
-            return metadata
+            return None
         try:
             number = float(answer.replace(",", "."))
         except ValueError:
@@ -116,5 +133,5 @@ def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
         metres = number if number < 1 else number / 1e3
         if DISTANCES[0] <= metres <= DISTANCES[1]:
             terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
-            return replace(metadata, distance=metres, measured=True)
+            return metres
         terminal.say(f"{answer!r} is no distance in millimetres, for example 100.08")

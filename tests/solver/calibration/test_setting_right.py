@@ -82,8 +82,9 @@ def test_what_is_left_out_by_hand(panda, placements):
         mukca.calibrate(panda, placements, leave_out=["front:0:2"])
     with pytest.raises(mukca.MukcaError, match="there are: front, left"):
         mukca.calibrate(panda, placements, leave_out=["right"])
-    with pytest.raises(mukca.MukcaError, match="PLACEMENT:SOCKET"):
-        mukca.calibrate(panda, placements, leave_out=["front:0:7-3"])
+    for words in ("front:0:7-3", "front:9:x", "front:x"):
+        with pytest.raises(mukca.MukcaError, match="PLACEMENT:SOCKET"):
+            mukca.calibrate(panda, placements, leave_out=[words])
 
 
 def test_a_placement_with_too_few_samples_is_left_out_beside_others(panda, placements):
@@ -120,3 +121,31 @@ def test_commands_name_the_folder_of_several_parts_once(panda, moved, tmp_path, 
     again = json.loads((tmp_path / "out" / "report.json").read_text())["command"]
     assert status == 0 and "part 2" in told
     assert again == shlex.join(["mukca", *map(str, words)])
+
+
+def _by_socket(placement):
+    """Samples of socket 0 first, as a session records them that changes the socket once."""
+    samples = sorted(placement.samples, key=lambda sample: sample.socket)
+    numbered = (replace(sample, number=i) for i, sample in enumerate(samples, start=1))
+    return replace(placement, samples=tuple(numbered))
+
+
+def test_a_known_distance_follows_the_part_that_holds_its_socket(panda, true_panda, placements):
+    """The base moves before sample 6, and socket 1 has no sample before it."""
+    front = _by_socket(placements[0])
+    after = _by_socket(_shifted(true_panda, placements[0]))
+    moved = replace(front, samples=(*front.samples[:5], *after.samples[5:]))
+    known = ["front:1-left:0=0.4857+-0.005"]
+    found = mukca.calibrate(panda, [moved, placements[1]], known=known)
+    assert "front, part 2" in [row.name for row in found.document.placements]
+    assert "front, part 2:1-left:0" in str(found.document.settings["known"])
+
+
+def test_advice_says_which_solve_sets_right(panda, moved):
+    for options, words in (
+        ({"method": "paper"}, "solve --method auto takes what follows"),
+        ({"as_recorded": True}, "solve by default takes what follows"),
+    ):
+        found = mukca.calibrate(panda, moved[0], **options)
+        told = [check.advice for check in found.document.checks if check.code == "moved"]
+        assert told and words in told[0]

@@ -8,6 +8,7 @@ from cases import by_table
 from record_commands import PANDA_HOME, capture, command, read
 from terminal_session import TerminalSession
 
+from mukca.recorder import read_keys
 from mukca.tools.cli import main
 
 
@@ -43,9 +44,11 @@ def test_a_distance_that_nobody_stated_is_written_nowhere(tmp_path, scripted, ca
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("typed", "distance"), [("far\r1\r100,08\r", 0.10008), ("0.1002\r", 0.1002), ("\r", None)]
+    ("typed", "distance", "again"),
+    [("far\r1\r100,08\r", 0.10008, "100.12"), ("0.1002\r", 0.1002, ""), ("\r", None, None)],
 )
-def test_the_distance_is_asked_for(hand, tmp_path, typed, distance):
+def test_the_distance_is_asked_for(hand, tmp_path, typed, distance, again):
+    """Before the session, and once more after it; an empty answer keeps what is there."""
     out = tmp_path / "front"
     words = [word for word in command(hand, out) if word not in ("--distance", "0.05")]
     with TerminalSession(words) as terminal:
@@ -54,9 +57,14 @@ def test_the_distance_is_asked_for(hand, tmp_path, typed, distance):
             terminal.press(line)
         terminal.wait_for("SOCKET 0", "sockets 100" if distance else "sockets unmeasured")
         terminal.press("q")
+        if again is not None:
+            terminal.wait_for("mm, or Enter for no second reading")
+            terminal.press(f"{again}\r")
         assert terminal.wait() == 0
     written = json.loads((out / "placement.json").read_text())
-    assert written.get("distance") == distance
+    assert written.get("distance") == (float(again) / 1e3 if again else distance)
+    readings = read_keys(out / "placement.json").readings
+    assert readings == tuple(d for d in (distance, again and float(again) / 1e3) if d)
     assert written.get("distance_measured") == (distance and True)
 
 

@@ -32,7 +32,8 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say_at_once("loading ...")
         robot = options.load_robot()
         metadata = options.metadata(robot)
-        if metadata.distance is None and metadata.sockets > 1 and not options.scripted:
+        asked = metadata.distance is None and metadata.sockets > 1 and not options.scripted
+        if asked:
             metadata = recording.with_distance(metadata, terminal)
         known = options.calibration and calibration.load_calibration(one_arm(options.calibration))
         if known and known.robot.joint_names != robot.joint_names:
@@ -42,6 +43,8 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             )
         outcome, options, metadata = _recorded(options, metadata, robot, terminal)
     try:
+        if asked and outcome.signal is None:
+            metadata = recording.with_second_reading(metadata, options.out, terminal)
         _say_outcome(outcome, options, metadata, robot, terminal)
         sys.stdout.flush()
     except OSError:  # the terminal is gone: write to nowhere from now on
