@@ -50,6 +50,13 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo):
     assert "captured" not in said
     assert said.count("mock:") == 4  # in what was typed, and to lead a session oneself
     assert "mukca print-parts" in said.partition("Report: ")[2]
+    was, now, file = said.splitlines()[-3:]
+    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]["test"]
+    before = summary.get("ball_refitted") or summary["nominal"]
+    after = summary.get("geometric") or summary["calibrated"]
+    assert was.startswith(f"It was: {1e3 * before['mean_absolute_error']:.2f} mm")
+    assert now.startswith(f"It is:  {1e3 * after['mean_absolute_error']:.3f} mm")
+    assert file.startswith("Open:") and file.endswith("calibrated/report.html")
 
 
 def test_the_demo_never_removes_a_recording_of_a_real_arm(demo, tmp_path, capsys):

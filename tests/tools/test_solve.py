@@ -252,7 +252,7 @@ def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, meta
     words = (*words, "--robot", "panda", "--method", "paper")
     status, text, _ = run(*words)
     assert status == 3 and "50 mm (the default, since nothing says" in " ".join(text.split())
-    assert "NOT ENOUGH DATA" in text and "the distance was not given: 50 mm assumed" in text
+    assert "NOT ENOUGH DATA" in text and "The distance was not given: 50 mm assumed" in text
     status, text, _ = run(*words, "--distance", "0.05", "--json")
     verdict = json.loads(text)["verdict"]
     assert status == 0 and (verdict["status"], verdict["kind"]) == ("pass", None)

@@ -122,8 +122,10 @@ def split_by_robot(
             elif placement == path:
                 raise UsageError(f"{path}: trained on, so it cannot be held out as well")
             else:
-                left_out.append(f"{placement}: trained on, so left out of the test")
-    return trained, tested, left_out
+                left_out.append(placement.name)
+    if not left_out:
+        return trained, tested, []
+    return trained, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
 
 
 def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, list[Path]]:

@@ -7,3 +7,4 @@ from .build import write_report as write_report
 from .console import show as show
 from .console import show_answer as show_answer
 from .console import show_limits as show_limits
+from .console import show_steps as show_steps

@@ -48,10 +48,12 @@ def show_answer(console: Console, verdict: Verdict) -> None:
     """Print what the errors were and are, and whether to load the model."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     style = "bold green" if verdict.use else style
+    whole = not console.is_terminal  # a program that reads lines finds each whole
     for words in verdict.answer:
-        console.print(Text(words))
+        console.print(Text(words), soft_wrap=whole)
     stamp = verdict.stamp
-    console.print(Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :]))
+    title = Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :])
+    console.print(title, soft_wrap=whole)
 
 
 def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
@@ -68,15 +70,20 @@ def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterab
         console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
     for row in verdict.reasons:
         console.print(Text(f"{row.status.capitalize()}: {row.text}."))
-    for step in todo:
-        console.print(Text(f"Do this next: {step.text}:"))
-        console.print(Text(f"   {step.command}"), soft_wrap=True)
-        console.print(Text(f"   Expected: {step.expected}."))
+    show_steps(console, todo)
     if limits.repeatability is not None:
         words = f"{1e3 * limits.repeatability:g} mm ({limits.repeatability_source})"
         if limits.repeatability < RESOLUTION:
             words += f"; limits go by the {1e3 * RESOLUTION:g} mm that a printed socket resolves"
         console.print(Text(f"The arm's repeatability: {words}."))
+
+
+def show_steps(console: Console, todo: Iterable[Step]) -> None:
+    """Print what to do next."""
+    for step in todo:
+        console.print(Text(f"Do this next: {step.text}:"))
+        console.print(Text(f"   {step.command}"), soft_wrap=True)
+        console.print(Text(f"   Expected: {step.expected}."))
 
 
 def _placements(console: Console, report: ReportDocument) -> Table:

@@ -10,13 +10,17 @@ from .... import recorder
 from ....solver import assessment, calibration, data, design, diagnostics, partial, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
-from .report import emit_with_page, metres
+from .report import emit_with_page, metres, show_errors
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
 """Options that a calibration has of its own."""
 
 POINTS = "points that an instrument measured"
+
+NOTHING_WRONG = "Nothing wrong was seen."
+MOST_PLACEMENTS = 3
+"""Placements whose largest errors and distances are shown; of more it is the mean errors."""
 
 
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
@@ -66,15 +70,16 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     )
     rows = assessment.recording_rows(findings, judged)
     verdict = assessment.judge(rows, survey.hypotheses)
-    if verdict.status != "pass":
-        lines.append(f"{verdict.title}: {verdict.text}")
-    elif not findings:
-        lines.append("Nothing wrong was seen.")
+    answer = f"{verdict.title}: {verdict.text}"
+    if verdict.status == "pass":
+        remarks = assessment.plural(len(findings), "remark")
+        answer = f"Nothing bars a calibration; {remarks}." if findings else NOTHING_WRONG
+    lines.insert(0, answer)
     terminal.say(*lines)
     emit_with_page(
         options,
         terminal,
-        (lines[-1], *lines[:-1]),
+        lines,
         {
             "robot": options.robot,
             "findings": [finding.as_dict() for finding in shared],
@@ -166,8 +171,9 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         terminal.warn(*map(str, done))
         found = judge(right, options.stood, settings.distance) if done else found
     terminal.warn(*found.warnings)
-    errors, lines = found.errors, [found.text, *found.odds, *found.not_shown]
-    show_errors(errors, terminal)
+    errors, lines = found.errors, [*found.odds, *found.not_shown]
+    terminal.say(found.text)
+    show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
     if errors.summary.train is not None:
         lines.append(
             "The calibration was trained on some of these placements: their errors prove little."
@@ -182,12 +188,5 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         "likeliest": found.likeliest,
         "verdict": found.as_dict(),
     }
-    emit_with_page(options, terminal, (*lines, repr(errors)), result)
+    emit_with_page(options, terminal, (found.text, *lines, repr(errors)), result)
     return found.verdict.exit_status
-
-
-def show_errors(errors: "calibration.Errors", terminal: cli.Terminal) -> None:
-    """Show the nominal and the calibrated errors of each placement, and the summaries."""
-    summed, rows = zip(*errors.table(), strict=True)
-    bold = [number for number, sums_up in enumerate(summed) if sums_up]
-    terminal.tabulate(errors.title, calibration.HEADS, rows, bold=bold, no_wrap=True)

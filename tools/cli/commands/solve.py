@@ -1,34 +1,43 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from .... import recorder
 from ....solver import assessment, calibration, results
-from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
 from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_robot
-from .check import show_errors
+from .report import show_errors
+from .solve_details import show_details
+
+MORE = "--details shows limits, joints and choices; the report has all."
+"""Last line of the screen."""
 
 
 class _CalibrateOptions(RobotsOptions, OutputOptions):
     train: Sequence[Path] = argument()
     test: Sequence[Path] = ()
+    details: bool = False
     settings: SolveOptions = part(SolveOptions)
 
 
 def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
     options.check_out()
-    found = calibrated(options, terminal)
+    found, left_out = calibrated(options, terminal)
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
         report.show_answer(terminal.console, one.verdict)
-        _show(terminal, one)
+        if options.details:
+            show_details(terminal, one)
+        else:
+            show_errors(one.errors, terminal, short=True)
+            terminal.say(assessment.distance_text(one.document.placements))
+        _warn(terminal, one.document)
+    terminal.say(*left_out)
     refused = [reason for one in robots.values() if (reason := one.refusal())]
     outputs: dict[str, str] = {}
     if options.out and not refused:
@@ -36,7 +45,11 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
         judged = one.assessment
-        report.show_limits(terminal.console, judged.verdict, judged.limits, figures.steps(judged))
+        todo = figures.steps(judged)
+        if options.details:
+            report.show_limits(terminal.console, judged.verdict, judged.limits, todo)
+        else:
+            report.show_steps(terminal.console, todo)
     verdicts = [one.verdict for one in robots.values()]
     for reason in refused:
         terminal.warn(reason)
@@ -44,6 +57,7 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
     usable = all(verdict.use for verdict in verdicts)
+    terminal.say(*([] if options.details else [MORE]))
     terminal.say(*_closing_lines(outputs, usable=usable) if not refused else ())
     each = {name: one.verdict.as_said() for name, one in robots.items()}
     if isinstance(found, Mapping):
@@ -55,8 +69,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
 
 def calibrated(
     options: _CalibrateOptions, terminal: Terminal
-) -> "calibration.MultiRobotCalibration | calibration.Calibration":
-    """Calibrate by the options, and print the warnings."""
+) -> "tuple[calibration.MultiRobotCalibration | calibration.Calibration, list[str]]":
+    """Calibrate by the options; return remarks on the placements, too."""
     robots = options.load_robots()
     trained, tested, left_out = split_by_robot(options.train, options.test, robots)
     settings = vars(options.settings)
@@ -69,13 +83,15 @@ def calibrated(
             found = calibration.calibrate(robots[""], *data, progress, **settings)
         else:
             found = calibration.calibrate(robots, train, test, progress, **settings)
-    terminal.say(*left_out)
-    for one in found.values() if isinstance(found, Mapping) else [found]:
-        terminal.warn(*one.document.warnings)
-        for check in one.document.checks or ():
-            if check.level != "note":  # the report has those
-                terminal.warn(str(check), level=check.level)
-    return found
+    return found, left_out
+
+
+def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
+    """Show what was set right, and what is wrong in the recordings."""
+    terminal.warn(*document.warnings)
+    for check in document.checks or ():
+        if check.level != "note":  # the report has those
+            terminal.warn(str(check), level=check.level)
 
 
 def _read(
@@ -92,72 +108,6 @@ def _read(
     return (train, test) if train else (recorder.read_placements(*trained), test)
 
 
-def _show(terminal: Terminal, one: "calibration.Calibration") -> None:
-    """Print the figures of one robot."""
-    terminal.say(assessment.distance_text(one.document.placements))
-    if one.document.scale is not None:
-        terminal.say(f"Size: {assessment.scale_text(one.document.scale)}.")
-    show_errors(one.errors, terminal)
-    _show_parameters(one.result.parameters, terminal)
-    terminal.say(*_remarks(one.document))
-
-
-def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
-    """Show the changes of the joint origins in mm and mrad, one line a joint."""
-    from ....solver.robot import COMPONENTS
-
-    changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
-    joints = dict.fromkeys(row.joint for row in rows)
-    cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
-    title = "change of the joint origins, in mm and mrad"
-    terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
-
-
-def _remarks(result: "results.CalibrationDocument") -> list[str]:
-    """Return lines on the fit that the tables do not have."""
-    lines = [
-        f"{result.optimizer}: {result.iterations} iterations in "
-        f"{1e3 * result.solve_seconds:.0f} ms."
-    ]
-    lines += result.choices or ()
-    lines += _frame_lines(result.frames or ())
-    if result.uncertainty is not None:
-        distance = result.uncertainty.distance_deviation
-        alone = "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
-        lines.append(
-            f"Predicted error of distances in the workspace, 1 sigma: median "
-            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{alone}."
-        )
-        lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
-    return lines
-
-
-def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
-    """Pose of each frame and its deviation, a line each."""
-    lines: list[str] = []
-    for frame in frames:
-        error = ""
-        if frame.socket_error is not None:
-            sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
-            error = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
-        if frame.name == "base":
-            lines.append(f"Frame base: the robot's own{error}.")
-        elif not frame.turn_known:
-            lines.append(
-                f"Frame {frame.name}: direction unknown{error}; it needs three places or more that "
-                "are not on one line."
-            )
-        else:
-            position = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
-            rotation = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
-            lines.append(
-                f"Frame {frame.name} stands at {position} mm "
-                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {rotation} deg "
-                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{error}."
-            )
-    return lines
-
-
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
@@ -166,16 +116,14 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
             f"{outputs['urdf']}, all robots in one URDF" if "urdf" in outputs else outputs["arms"]
         )
         return [f"Wrote {together}, and a folder for each robot."]
-    written = (
-        f"Wrote {outputs['calibration']}, and {outputs['report']} to read; report.json beside it "
-        "holds the same figures for scripts"
+    files = (
+        f"Wrote {outputs['report']} to read; beside it calibration.json, report.json for scripts"
     )
     if not usable:
-        return [written, f"Wrote {outputs['urdf']}: do not load it, see above."]
+        return [f"{files}, and calibrated.urdf: do not load it, see above."]
     return [
-        written,
-        f"Wrote {outputs['urdf']}: load it instead of the nominal URDF, in robot_state_publisher, "
-        "MoveIt, Pinocchio, Drake, or whatever computes the arm's kinematics.",
+        f"{files}, and calibrated.urdf: load it instead of the nominal URDF, in "
+        "robot_state_publisher, MoveIt, Pinocchio or Drake.",
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
         "errors.",
     ]

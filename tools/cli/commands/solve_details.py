@@ -1,0 +1,75 @@
+"""What ``mukca solve --details`` shows of a calibration, beside its answer."""
+
+import math
+from collections.abc import Sequence
+
+from ....solver import assessment, calibration, results
+from ....solver.assessment import millimetres
+from .. import Terminal
+from .report import show_errors
+
+
+def show_details(terminal: Terminal, one: "calibration.Calibration") -> None:
+    """Print the figures of one robot."""
+    terminal.say(assessment.distance_text(one.document.placements))
+    if one.document.scale is not None:
+        terminal.say(f"Size: {assessment.scale_text(one.document.scale)}.")
+    show_errors(one.errors, terminal)
+    _show_parameters(one.result.parameters, terminal)
+    terminal.say(*_remarks(one.document))
+
+
+def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
+    """Show the changes of the joint origins in mm and mrad, one line a joint."""
+    from ....solver.robot import COMPONENTS
+
+    changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
+    joints = dict.fromkeys(row.joint for row in rows)
+    cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
+    title = "change of the joint origins, in mm and mrad"
+    terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
+
+
+def _remarks(result: "results.CalibrationDocument") -> list[str]:
+    """Return lines on the fit that the tables do not have."""
+    lines = [
+        f"{result.optimizer}: {result.iterations} iterations in "
+        f"{1e3 * result.solve_seconds:.0f} ms."
+    ]
+    lines += result.choices or ()
+    lines += _frame_lines(result.frames or ())
+    if result.uncertainty is not None:
+        distance = result.uncertainty.distance_deviation
+        alone = "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
+        lines.append(
+            f"Predicted error of distances in the workspace, 1 sigma: median "
+            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{alone}."
+        )
+        lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
+    return lines
+
+
+def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
+    """Pose of each frame and its deviation, a line each."""
+    lines: list[str] = []
+    for frame in frames:
+        error = ""
+        if frame.socket_error is not None:
+            sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
+            error = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
+        if frame.name == "base":
+            lines.append(f"Frame base: the robot's own{error}.")
+        elif not frame.turn_known:
+            lines.append(
+                f"Frame {frame.name}: direction unknown{error}; it needs three places or more that "
+                "are not on one line."
+            )
+        else:
+            position = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
+            rotation = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+            lines.append(
+                f"Frame {frame.name} stands at {position} mm "
+                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {rotation} deg "
+                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{error}."
+            )
+    return lines
