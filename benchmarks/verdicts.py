@@ -37,6 +37,7 @@ from mukca.solver.robot import (
     BallModel,
     Origin,
     choose_parameters,
+    link_poses,
     parse_robot,
     scan,
     set_origins,
@@ -253,6 +254,73 @@ def other_arm(w: World, size: float) -> None:
     w.shift(lambda p: w.truth(p.positions) - model.points(np.zeros(0), p.positions))
 
 
+def uneven(w: World, size: float) -> None:
+    joint = np.arange(len(w.robot.actuated)) == w.joint
+    phase = w.generator.uniform(0, 2 * np.pi)
+    w.change(lambda q: q + size * joint * np.sin(q + phase))
+
+
+def stuck(w: World, size: float) -> None:
+    joint = w.joint
+
+    def stop(q: np.ndarray) -> np.ndarray:
+        first = int(size * len(q))
+        q[first:, joint] = q[first, joint]
+        return q
+
+    w.change(stop, all_of_them=False)
+
+
+def repeated(w: World, size: float) -> None:
+    p = w.placements[0]
+    rows = [s for k in (0, 1) for s in [s for s in p.samples if s.socket == k][: int(size)]]
+    count = len(p.samples) // len(rows)
+    shifts = 1e-4 * w.generator.normal(size=(count, len(rows), len(w.robot.actuated)))
+    samples = [
+        replace(s, position=tuple((np.array(s.position) + shift).tolist()))
+        for some in shifts
+        for s, shift in zip(rows, some, strict=True)
+    ]
+    w.placements[0] = replace(p, samples=tuple(samples))
+
+
+def several_lengths(w: World, size: float) -> None:
+    actuated = w.robot.actuated
+    some = w.generator.choice(np.arange(1, len(actuated)), 3, replace=False)
+    longest = [int(np.argmax(np.abs(joint.origin.xyz))) for joint in actuated]
+    by = size * w.generator.choice([-1.0, 1.0], len(actuated))
+    w.with_origins(lambda i, v: v + by[i] * np.eye(6)[longest[i]] * (i in some))
+
+
+def soft_base(w: World, size: float) -> None:
+    def tilt(p: Placement) -> np.ndarray:
+        links = link_poses(w.robot.joints, p.positions)[..., 3]
+        middle = links.mean(axis=1)  # of mass, as good as that
+        reach = float(np.linalg.norm(middle[:, :2], axis=1).mean())
+        turns = size / reach * np.column_stack([-middle[:, 1], middle[:, 0], 0 * middle[:, 0]])
+        return -np.cross(turns, w.truth(p.positions))  # what the model does not know of
+
+    w.shift(tilt, all_of_them=True)
+
+
+def ball_elsewhere(w: World, size: float) -> None:
+    last = w.robot.joints[-1]
+    bent = replace(last.origin, xyz=tuple(np.array(last.origin.xyz) + size * w.direction()))
+    robot = replace(w.robot, joints=(*w.robot.joints[:-1], replace(last, origin=bent)))
+
+    def effect(p: Placement) -> np.ndarray:
+        points = [BallModel(r, ()).points(np.zeros(0), p.positions) for r in (w.robot, robot)]
+        return points[0] - points[1]
+
+    w.shift(effect)
+
+
+def zero_elsewhere(w: World, size: float) -> None:
+    joint = w.joint
+    shift = size * (np.arange(len(w.robot.actuated)) == joint)
+    w.change(lambda q: q + shift, all_of_them=False)
+
+
 def lag(w: World, size: float) -> None:
     def late(q: np.ndarray) -> np.ndarray:
         q[1:] += size * (q[:-1] - q[1:])
@@ -322,6 +390,13 @@ KINDS = {
     "pushed": Kind(pushed, (2e-3,), ("pushed",)),
     "copies": Kind(copied, (1e-6, 5e-4), ("copies",)),
     "one socket": Kind(one_socket, (0.0,), ("base_between", "one_socket")),
+    "uneven joint": Kind(uneven, (5e-3, 1.5e-2), ("uneven",)),
+    "stuck joint": Kind(stuck, (0.0, 0.5), ("stuck",)),
+    "repeated": Kind(repeated, (4, 2), ("repeated",)),
+    "several lengths": Kind(several_lengths, (0.02, 0.04), ("version", "length")),
+    "soft base": Kind(soft_base, (3e-3, 1e-2), ("soft_base",)),
+    "ball elsewhere": Kind(ball_elsewhere, (1e-3, 3e-3), ("ball_bent",)),
+    "zero elsewhere": Kind(zero_elsewhere, (0.01, 0.03), ("zero_lost",)),
 }
 REFUSED = {"degrees": "units", "sign-flipped": "sign", "out of order": "order"}
 REFUSED |= {"same": "copies", "identical": "copies"}

@@ -12,7 +12,8 @@ from mukca.solver.diagnostics import CAUSES
 
 HERE = Path(__file__).parent
 EXAMPLE = {
-    "joint": "joint_4", "component": "z", "placement": "front", "socket": 0, "sample": 17,
+    "joint": "joint_4", "turn": "once", "postures": 5,
+    "component": "z", "placement": "front", "socket": 0, "sample": 17,
     "place": 18, "last": 19, "last_place": 20,
     "samples": 3, "other": 1, "of": "", "of_socket": 0, "noise": 1.2e-3,
     "noise_here": 2.1e-3, "size": 2e-3, "share": 0.02, "given": 0.051, "expected": 0.05,
@@ -37,6 +38,10 @@ LOOKS = {
     "zero_lost": "Sound up to one sample, and from it on one joint is off: it lost steps, slipped, "
     "or was homed again.",
     "gain": "One joint's error grows with its angle: a gear ratio, or a wrong unit.",
+    "uneven": "One joint's error is a wave of its angle: an encoder or a gear off its axis.",
+    "soft_base": "Errors are those of a base that tilts with the arm's weight, to each side.",
+    "repeated": "Most samples of a placement are in a few postures, recorded again and again.",
+    "stuck": "One joint reads the same to the last digit while the others move.",
     "lag": "Each sample is off towards the one before it: it was taken before the arm stood still.",
     "base_moved": "From one sample on all balls are displaced alike in space.",
     "base_between": "Samples are sound, and the sockets of one base are not as far apart as they "

@@ -14,6 +14,7 @@ from ..robot import Robot
 from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Scene, kind_of, of_zero
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 from .samples import Samples
+from .stuck import STUCK
 
 STEPS = 8
 MAX_STEP = 0.2
@@ -28,7 +29,7 @@ MUCH = 3.0
 """Multiple of the expected noise from which any placement may have wrong columns."""
 OF_COLUMNS = {name: kind_of(name) for name in ("sign", "swap", "order")}
 OF_COLUMNS["zero"] = kind_of("zero_column")
-CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *OF_COLUMNS.values())
+CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *OF_COLUMNS.values(), STUCK)
 """All causes that may be reported."""
 TOLERANCE = 0.02
 """Largest mean error of a correct model once the ball's place is fitted [m]."""

@@ -16,6 +16,7 @@ from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 from .samples import medians, samples_of
+from .stuck import of_stuck
 
 ROUNDS = 8
 """Largest number of causes."""
@@ -110,6 +111,7 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
             sound = shares_of(options)["sound"] >= SURE
             likeliest = max(options, key=lambda o: o.log_evidence)
             options += of_columns(model, scene, likeliest, sound=sound)
+            options += [] if sound else of_stuck(model, scene)
         shares = shares_of(options)
         likely = max(shares, key=lambda name: shares[name])
         listed = listed or listed_of(options, shares)

@@ -22,10 +22,15 @@ from .robust_fit import RigidModel
 
 SEATED = 0.03
 """Distance from its socket [m] beyond which a ball was elsewhere, not just badly seated."""
+LEAST_GAIN = 2e-3
+"""Gears have some hundred teeth: a wrong ratio is off by more than this share, an uneven joint
+may look like less."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
-UNWEIGHED = ("distance", "scaled", "one_socket", "known", "copies", "unexplained")
-"""Explanations that no fit with them and without them compares: most are of typed distances."""
+UNWEIGHED = ("distance", "scaled", "one_socket", "known", "copies", "repeated", "unexplained")
+UNWEIGHED += ("stuck", "uneven", "soft_base")
+"""Explanations that no fit with them and without them compares: of typed distances, of what the
+fit has as well, or of samples that tell nothing."""
 MOST_DRIFT, PLAY = 3e-3, 0.015
 """Drifts over a placement below this are no error [m], since the fit holds them, nor what looks
 like one where gears have play."""
@@ -193,7 +198,9 @@ def _diagnostic(
     if costs is not None and not scattered:
         level = level_of(costs, finding.scene.noise)
     usual = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
-    slight = told.name == "distance" or p.get("size", 0.0) < usual.get(told.name, 0.0)
+    usual |= {"gain": LEAST_GAIN}
+    size = abs(p["offset"]) if told.name == "gain" else p.get("size", 0.0)
+    slight = told.name == "distance" or size < usual.get(told.name, 0.0)
     if level == "error" and (slight or _is_noise(finding)):
         level = "warning"  # of a distance, the size of the arm decides
     if told.name == "ball_sample" and p["size"] > SEATED:

@@ -78,6 +78,11 @@ class RigidModel:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
         return self._model.predict(x, q, np.tile(0 * q, 3))
 
+    def moved_by_joints(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the balls, shape (N, 3) [m], and their derivatives by the joints, (N, 3, m)."""
+        points, _, by_joints = self._model.linearise(x, q, np.tile(0 * q, 3))
+        return points, by_joints
+
     def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
         """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
         joints = np.arange(len(self.robot.actuated) if self.zeros else 0)

@@ -3,6 +3,7 @@ from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .evidence import INDEPENDENT as INDEPENDENT
 from .kinds import Kind as Kind
+from .kinds import Parameters as Parameters
 from .kinds import kind_of as kind_of
 from .scene import ARMS as ARMS
 from .scene import BALL as BALL

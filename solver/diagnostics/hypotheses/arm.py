@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...bayes.model.effects import TILT
 from ...robot import COMPONENTS, BallModel, Joint, link_axes
 from .base import changes
 from .kinds import Block, Parameters
@@ -18,6 +19,10 @@ VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
 ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
 """Typical sizes: offsets [rad, m], shares of the reading, and of the last step."""
+UNEVEN, TURNS = (1e-3, 1e-2), {1: "once", 2: "twice"}
+"""Amplitudes of joints that turn unevenly [rad], and words for how often in a turn."""
+TILTS = (2e-3, 2e-2)
+"""Angles by which a base gives way under the arm [rad]."""
 AXES = "bca"
 """Names of the axes of a link: the two about which its joint tilts, and the joint's own."""
 
@@ -80,6 +85,33 @@ def of_zero(scene: Scene) -> Iterable[Block]:
 def of_gain(scene: Scene) -> Iterable[Block]:
     """Return the block of joints that read too much by a share."""
     return _each(scene, scene.q, GAINS)
+
+
+def of_uneven(scene: Scene) -> Iterable[Block]:
+    """Return blocks of joints that lead and lag once a turn, or twice, more than gears do."""
+    names = scene.robot.joint_names
+    for k in (1, 2):
+        phases = k * scene.q
+        waves = np.stack([np.sin(phases), np.cos(phases)], axis=2)
+        columns = -scene.by_joints[..., None] * waves[:, None]
+        flat = columns.transpose(2, 0, 1, 3).reshape(len(names), -1, 2)
+        parameters = [{"joint": name, "turn": TURNS[k]} for name in names]
+        yield Block(scene.all_samples, flat, parameters, UNEVEN)
+
+
+def of_soft_base(scene: Scene) -> Iterable[Block]:
+    """Return the block of a base that tilts under the arm, as its first joint would, but more."""
+    m = scene.q.shape[1]
+    every = [effect.name for effect in scene.effects]
+    if TILT.name not in every or not scene.torques.any():
+        return
+    before = scene.effects[: every.index(TILT.name)]
+    turns = [effect.derivatives(scene.q, scene.torques) for effect in before]
+    first = len(scene.parameters) + sum(one.shape[1] for one in turns)
+    bends: np.ndarray = TILT.derivatives(scene.q, scene.torques)[:, [0, m]]
+    usual = max(float(np.mean(np.sum(bends**2, axis=1))) ** 0.5, 1e-6)
+    columns = -scene.linear[1][:, :, [first, first + m]] / usual
+    yield Block(scene.all_samples, columns.reshape(1, -1, 2), [{}], TILTS)
 
 
 def of_lost_zero(scene: Scene) -> Iterable[Block]:

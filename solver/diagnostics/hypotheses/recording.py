@@ -11,6 +11,9 @@ from .scene import Scene
 
 SAME, COPIED = 2e-3, 0.5
 """Rows that differ by less on every joint are one [rad]; a larger share of them is a copy."""
+NEAR, REPEATED = np.deg2rad(1.0), 0.5
+"""Postures that differ by less on every joint are nearly one [rad]; and the share of such samples
+that tells a placement of few postures."""
 CHANCE = 30.0
 """Logarithm of the odds at most that such a pattern is no chance."""
 EXACT = 1e-3
@@ -34,6 +37,17 @@ def copies(scene: Scene) -> Iterable[Block]:
         (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
         names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
         yield without_columns(names, CHANCE)
+
+
+def repeated(scene: Scene) -> Iterable[Block]:
+    """Return blocks of placements most of whose samples are in postures of others in the socket."""
+    for place, rows in enumerate(scene.places):
+        q, seats = scene.q[rows], scene.sockets[rows]
+        near = np.abs(q[:, None] - q).max(axis=2) < NEAR
+        again = np.tril(near & (seats[:, None] == seats), -1).any(axis=1)
+        if scene.measurements[place].kind == "sockets" and again.mean() > REPEATED:
+            counts = {"samples": len(q), "postures": int(np.sum(~again))}
+            yield without_columns({**scene.named(place), **counts}, CHANCE)
 
 
 def steps(scene: Scene) -> np.ndarray:
