@@ -27,8 +27,10 @@ LEAST_GAIN = 2e-3
 may look like less."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
-UNWEIGHED = ("distance", "scaled", "one_socket", "known", "copies", "repeated", "unexplained")
-UNWEIGHED += ("stuck", "uneven", "soft_base")
+UNWEIGHED = (
+    *("distance", "scaled", "one_socket", "known", "copies", "repeated", "unexplained"),
+    *("stuck", "uneven", "soft_base"),
+)
 """Explanations that no fit with them and without them compares: of typed distances, of what the
 fit has as well, or of samples that tell nothing."""
 MOST_DRIFT, PLAY = 3e-3, 0.015

@@ -109,7 +109,8 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     turns = [effect.derivatives(scene.q, scene.torques) for effect in before]
     first = len(scene.parameters) + sum(one.shape[1] for one in turns)
     bends: np.ndarray = TILT.derivatives(scene.q, scene.torques)[:, [0, m]]
-    usual = max(float(np.mean(np.sum(bends**2, axis=1))) ** 0.5, 1e-6)
+    squares: np.ndarray = np.sum(bends**2, axis=1)
+    usual = max(float(squares.mean()) ** 0.5, 1e-6)
     columns = -scene.linear[1][:, :, [first, first + m]] / usual
     yield Block(scene.all_samples, columns.reshape(1, -1, 2), [{}], TILTS)
 
