@@ -4,6 +4,8 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from ...errors import MukcaError
 from ...recorder import Placement, RecordingError
 from ..assessment import LEAST_HELD_OUT, repeatability_of
@@ -18,6 +20,7 @@ from ..data import (
 )
 from ..diagnostics import (
     ALL_ACTIONS,
+    HELD_OUT,
     LEAST,
     MENDER,
     Action,
@@ -35,6 +38,8 @@ from .options import SolveOptions
 Look = Callable[..., Survey]
 NOTHING_SEEN = Survey((), ())
 """Of no placements."""
+WITHOUT_DRIFT = "; it is held out: the errors measured there are those without that drift"
+"""In place of the advice on what is held out."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
 
@@ -80,6 +85,8 @@ def mended(
             trained, done = by_findings(trained, seen, LEAST, actions)
         held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
         survey, done = look(trained, held_out), [*done, *more]
+    if actions == ALL_ACTIONS:
+        held_out, survey = _without_drifts(held_out, survey)
     known = _followed(named(train, options.distances), trained)
     if lost := [k for k in known if not _is_between(k, trained)]:
         raise KnownError(
@@ -87,6 +94,29 @@ def mended(
             "distance out, or keep all samples by --as-recorded"
         )
     return MendedRecordings(tuple(trained), tuple(held_out), tuple(done), survey, known)
+
+
+def _without_drifts(
+    held_out: Sequence[Measurement], survey: Survey
+) -> tuple[list[Measurement], Survey]:
+    """Return placements held out, judged without the drifts of their bases, and what says so."""
+    placements = list(held_out)
+    count = len(survey.placements) - len(placements)
+    seen = list(survey.placements)
+    for i, inspection in enumerate(seen[count:]):
+        told = [d for d in inspection.diagnostics if d.code == "drift" and HELD_OUT in d.advice]
+        if inspection.drift is None or not told:
+            continue
+        m, rank = placements[i], placements[i].order
+        placements[i] = replace(
+            m, moved=np.outer(rank / max(rank.max(), 1) - 0.5, inspection.drift)
+        )
+        diagnostics = tuple(
+            replace(d, advice=d.advice.replace(HELD_OUT, WITHOUT_DRIFT)) if d in told else d
+            for d in inspection.diagnostics
+        )
+        seen[count + i] = replace(inspection, diagnostics=diagnostics)
+    return placements, replace(survey, placements=tuple(seen))
 
 
 def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:

@@ -16,6 +16,7 @@ from .explain import OF_JOINTS as OF_JOINTS
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
+from .inspection import HELD_OUT as HELD_OUT
 from .inspection import MENDER as MENDER
 from .inspection import Given as Given
 from .inspection import Inspection as Inspection

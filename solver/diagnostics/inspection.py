@@ -87,6 +87,9 @@ class Inspection:
     diagnostics: tuple[Diagnostic, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
+    drift: np.ndarray | None = None
+    """How far its base drifted from the first sample to the last, shape (3,) [m]; None: it did
+    not."""
 
     @property
     def sound(self) -> bool:
@@ -163,7 +166,10 @@ def inspect_all(
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
         middle = np.median(balls[rows], axis=0)
-        inspections.append(Inspection(m, floors[m.name], corrections, tuple(diagnostics), middle))
+        shift = next((f.parameters["shift"] for f, _ in own if f.kind.name == "drift"), None)
+        drift = None if shift is None else np.array(shift)
+        seen = tuple(diagnostics)
+        inspections.append(Inspection(m, floors[m.name], corrections, seen, middle, drift))
     hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
     return Survey(tuple(inspections), shared, hypotheses, causes)

@@ -88,6 +88,11 @@ def drifting(scene: Scene) -> Iterable[Block]:
         yield Block(scene.rows(rows), columns.reshape(1, -1, 3), [scene.named(place)], DRIFTS)
 
 
+def drift_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+    """Return how far a base drifted, and where to, from the first sample to the last."""
+    return {"size": float(np.linalg.norm(values)), "shift": values.tolist()}
+
+
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))

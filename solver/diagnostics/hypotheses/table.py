@@ -29,7 +29,7 @@ KINDS = (
     kind_of("lag", arm.of_lag, arm.offset),
     kind_of("base_moved", base.moved, base.moved_by),
     kind_of("base_between", base.between),
-    kind_of("drift", base.drifting),
+    kind_of("drift", base.drifting, base.drift_by),
     kind_of("ball_sample", ball.one_sample, separate=True),
     kind_of("ball_bent", ball.bent),
     kind_of("ball_loose", noise=lambda _: NoisePrior(ball.LOOSE, 0.7)),

@@ -149,3 +149,27 @@ def test_advice_says_which_solve_sets_right(panda, moved):
         found = mukca.calibrate(panda, moved[0], **options)
         told = [check.advice for check in found.document.checks if check.code == "moved"]
         assert told and words in told[0]
+
+
+def test_a_held_out_placement_is_judged_without_its_drift(panda, placements):
+    """The base turns steadily about the first joint, which moves the ball by some 2 mm."""
+    left = placements[1]
+    turn = 4e-3 * np.eye(7)[0] / len(left.samples)
+    samples = [
+        replace(s, position=tuple(np.array(s.position) + i * turn))
+        for i, s in enumerate(left.samples)
+    ]
+    drifted = replace(left, samples=tuple(samples))
+
+    def held_out(placement, **options):
+        return mukca.calibrate(panda, placements[0], placement, **options).document
+
+    without, kept = held_out(drifted), held_out(drifted, as_recorded=True)
+    told = next(check for check in without.checks if check.code == "drift")
+    assert "without that drift" in told.advice
+    steady, mended, moved = (
+        document.summary.test.calibrated.mean_absolute_error
+        for document in (held_out(left), without, kept)
+    )
+    assert moved > 2 * steady
+    assert mended < 1.2 * steady
