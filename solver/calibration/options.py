@@ -112,7 +112,8 @@ class SolveOptions:
     )
     known: Sequence[str | Path | KnownDistance] = _auto(
         "further measured distances between sockets, to which the fit keeps as closely as their "
-        "standard deviation S says; or a file with one a line",
+        "standard deviation S says; or a file with one a line, or a table with from, to, "
+        "distance [mm], deviation [mm]",
         "A:0-B:0=M[+-S]",
         unset=(),
     )

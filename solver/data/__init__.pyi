@@ -34,9 +34,9 @@ from .known import find_socket as find_socket
 from .known import in_placements as in_placements
 from .known import parse_known as parse_known
 from .known import parse_socket_at as parse_socket_at
-from .known import read_known as read_known
 from .known import read_sockets_at as read_sockets_at
 from .known import spaced as spaced
+from .known_file import read_known as read_known
 from .leave_out import check_left_out as check_left_out
 from .leave_out import without as without
 from .lengths import Readings as Readings

@@ -5,7 +5,7 @@ A user names sockets and frames; a fit has their indices, ``Known[int]`` and ``L
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -145,16 +145,6 @@ def parse_known(text: str) -> KnownDistance:
     return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
 
 
-def read_known(sources: Sequence[str | Path | KnownDistance]) -> Iterator[str | KnownDistance]:
-    """Yield known distances, one by one; a word that is a file stands for its lines."""
-    for source in sources:
-        if isinstance(source, KnownDistance) or not Path(source).is_file():
-            yield source if isinstance(source, KnownDistance) else str(source)
-        else:
-            lines = read_text(Path(source)).splitlines()
-            yield from (line for text in lines if (line := text.split("#")[0]).strip())
-
-
 def find_socket(
     labels: Sequence[Label], end: Label, error: type[MukcaError] = KnownError, where: str = ""
 ) -> int:
@@ -219,7 +209,7 @@ def _rows(file: Path) -> list[SocketAt]:
     texts = [[c for c in table.columns if c.name.lower() == name] for name in COLUMNS[:2]]
     if columns is None or [len(some) for some in texts] != [1, 1]:
         raise FrameError(f"{file}:1: expected a CSV file with the header {_HEADER}")
-    scales = [_unit(file, column) for column in columns]
+    scales = [unit_of(file, column, FrameError) for column in columns]
     rows: list[SocketAt] = []
     line_of: dict[tuple[str, str], int] = {}
     for line, cells in zip(table.lines, table.rows, strict=True):
@@ -235,12 +225,12 @@ def _rows(file: Path) -> list[SocketAt]:
     return rows
 
 
-def _unit(file: Path, column: Column) -> float:
+def unit_of(file: Path, column: Column, error: type[MukcaError]) -> float:
     """Return the unit [m] of a column, which its header must name."""
     if column.unit not in LENGTHS:
         text = f"unit {column.unit!r}" if column.unit else "no unit"
         name = column.name
-        raise FrameError(f"{file}:1: column {name} has {text}; write {name} [mm] or [m]")
+        raise error(f"{file}:1: column {name} has {text}; write {name} [mm] or [m]")
     return LENGTHS[column.unit]
 
 

@@ -19,6 +19,7 @@ from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..data import HandEye, Pose, hand_eye, measure, order_said
 from .doubts import changed_zeros, with_right_size
 from .fit import System, fit
+from .orders import fitting_order
 from .prior import ArmPrior, prior_of
 from .readings import fitting_reading
 from .task import FAR, NoiseBelief, Rows, Task, flanges
@@ -186,6 +187,10 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
         reading = fitting_reading(samples, poses, sides[camera])
         if reading:
             raise UsageError(f"{where}: {reading}")
+        in_order = any(p.order_note(prior.robot.joint_names) for p in placements)
+        order = fitting_order(prior, q, ways[camera]) if in_order else None
+        if order:
+            raise UsageError(f"{where}: {order.words}")
     _check_way(camera, starts, B, where)
     same = np.tile(np.eye(4), (len(q), 1, 1))
     sides = (B, same) if camera == "on-arm" else (same, B)

@@ -296,6 +296,26 @@ def test_joints_stood_near_one_view_some_turns_on_or_in_the_controllers_frame(ur
     assert any(said in line for line in views.remarks) == (turned is not None)
 
 
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_the_order_of_columns_without_names_is_found(ur5e, camera, tmp_path):
+    """A driver's order, lift to wrist and then pan, under names that say nothing."""
+    q = POSTURE + np.random.default_rng(4).uniform(-0.5, 0.5, (12, 6))
+    F = FullModel(ur5e.calibrated).flange(q)
+    board = np.linalg.inv(F @ MOUNTED) @ pose(np.eye(3), [0.6, 0, -0.2])
+    if camera == "beside":
+        board = np.linalg.inv(STANDING) @ F @ MOUNTED
+    rows = np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
+    driver = [1, 2, 3, 4, 5, 0]
+    mixed = np.hstack([q[:, driver], rows[:, 6:]]).tolist()
+    names = [ur5e.robot.joint_names[k] for k in driver]
+    poses = ["x", "y", "z", "qx", "qy", "qz", "qw"]
+    unnamed = write_rows(tmp_path / "q.csv", mixed, [*(f"q{k}" for k in range(1, 7)), *poses])
+    with pytest.raises(MukcaError, match=f"fit if the columns are {','.join(names)} "):
+        mukca.handeye(ur5e, read_points(unnamed, "q"), camera)
+    named = write_rows(tmp_path / "named.csv", mixed, [*names, *poses])
+    assert mukca.handeye(ur5e, read_points(named, "n"), camera).held_out[0] < 1e-3
+
+
 @pytest.fixture(scope="module")
 def ur5e():
     robot = mukca.load_robot("ur5e")
