@@ -1,5 +1,6 @@
 """Estimates of a fit: parameters, error curves, size, and their uncertainty."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from .. import results
 from ..bayes import results as bayes
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
+from ..data import Measurement
 from .earlier import stored_posterior
 from .fit import Fit
 from .problem import CalibrationProblem
@@ -103,6 +105,7 @@ def known_of(
             measured_joint=measured and measured.joint,
             measured_turn=turns and turns.space,
         ),
+        "error_parts": _error_parts(posterior, calibrated, problem.test),
         "log_evidence": posterior.log_evidence,
         "posterior": stored_posterior(selected.full, fit.index, problem),
         # frames are results of the first robot, in its base
@@ -117,6 +120,15 @@ def known_of(
             cannot_see=bayes.unobservable(posterior, weak),
         ),
     }
+
+
+def _error_parts(
+    posterior: Posterior, calibrated: results.CalibratedRobot, test: Sequence[Measurement]
+) -> results.ErrorParts | None:
+    """Return the parts of the error at held-out sockets."""
+    robot, load = calibrated.robot, calibrated.load
+    placements = [m for m in test if m.kind == "sockets"]
+    return bayes.error_parts(posterior, [s for m in placements for s in load.by_socket(robot, m)])
 
 
 def scale_of(fit: Fit) -> results.Scale:

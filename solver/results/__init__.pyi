@@ -34,6 +34,7 @@ from .estimates import Direction as Direction
 from .estimates import DistanceDeviation as DistanceDeviation
 from .estimates import ErrorCurves as ErrorCurves
 from .estimates import ErrorMap as ErrorMap
+from .estimates import ErrorParts as ErrorParts
 from .estimates import Forecast as Forecast
 from .estimates import Improvement as Improvement
 from .estimates import Interval as Interval

@@ -150,6 +150,8 @@ class FitResult(Document, kw_only=True, frozen=True):
     uncertainty: estimates.Uncertainty | None = None
     better: estimates.Better | None = None
     """What it improves; None by the paper's method, and in older files."""
+    error_parts: estimates.ErrorParts | None = None
+    """None where nothing was held out in sockets, by the paper's method, and in older files."""
     scale: estimates.Scale | None = None
     frames: tuple[FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""

@@ -184,6 +184,37 @@ class Interval(Document, kw_only=True, frozen=True):
     high: float
 
 
+class ErrorParts(Document, kw_only=True, frozen=True):
+    """Held-out error in three parts that add in squares: root mean squares over samples [m]."""
+
+    error: float
+    """Distance of samples from their socket's mean."""
+    noise: float
+    """Of the ball's seat and the encoders: it stays."""
+    want_of_data: float
+    """More samples and placements make it smaller."""
+    not_in_model: Interval
+    """The other errors, of which the model lacks the cause, with their 95 % interval."""
+
+    @property
+    def shares(self) -> tuple[float, float, float]:
+        """Shares of the three parts in the mean square, which add to 1."""
+        sizes = self.noise, self.want_of_data, self.not_in_model.value
+        noise, want, lacking = (size**2 / self.error**2 for size in sizes)
+        return noise, want, lacking
+
+    @property
+    def text(self) -> str:
+        """The parts in words."""
+        sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
+        error, noise, want, lacking = (f"{1e3 * size:.2f}" for size in sizes)
+        low, high = (f"{1e3 * end:.2f}" for end in (self.not_in_model.low, self.not_in_model.high))
+        parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
+        return (
+            f"Held-out error {error} mm (rms): {parts} (95 %: {low} to {high}), added in squares."
+        )
+
+
 class Improvement(Document, kw_only=True, frozen=True):
     """Errors of distances before a calibration and after it: medians over pairs of poses."""
 

@@ -2,6 +2,7 @@ from .chance import Estimate as Estimate
 from .chance import apart_by_chance as apart_by_chance
 from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
+from .held_out_error import error_parts as error_parts
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
 from .improvement import Models as Models

@@ -36,6 +36,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
         else:
             show_errors(one.errors, terminal, short=True)
             terminal.say(assessment.distance_text(one.document.placements))
+        if one.document.error_parts is not None:
+            terminal.say(one.document.error_parts.text)
         _warn(terminal, one.document)
     terminal.say(*left_out)
     refused = [reason for one in robots.values() if (reason := one.refusal())]
