@@ -26,6 +26,7 @@ class _ReportOptions(cli.OutputOptions):
     limit_between_mm: float | None = cli.option(between=cli.MILLIMETRES)
     known: Sequence[str] = ()
     tolerance_mm: float = cli.option(0.5, between=cli.MILLIMETRES)
+    certificate: Path | None = None
     out: Path | None = None
     force: bool = False
     open: bool = False
@@ -35,6 +36,7 @@ class _ReportOptions(cli.OutputOptions):
 @cli.for_each_arm
 def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     """Write the report, and show it in short."""
+    report.check_certificate(options.certificate)
     document = results.read_calibration(options.calibration)
     known = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(
@@ -47,12 +49,17 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     )
     judged = assessment.assess(document, str(options.calibration), limits)
     found, files = report.build_report(judged)
+    sheet = options.certificate
+    signed = {} if sheet is None else {sheet.name: report.certificate(document, found)}
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)
     report.show(terminal.console, found)
     file = folder / "report.html"
     words = "and report.json beside it, the same figures for scripts"
     terminal.say(f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}")
+    if sheet is not None:
+        write_report(sheet.parent, signed, force=options.force)
+        terminal.say(f"Wrote {sheet}, to print on one A4 page and to sign")
     if options.open:
         open_page(file, terminal)
     terminal.emit(found)
