@@ -48,7 +48,6 @@ def by_name(findings):
         (off(0.0), 0.0503, False),
         (off(0.1), 0.05, False),
         (drifting(3e-3), 0.05, False),
-        (drifting(3e-3), 0.05, True),
         (pushed(1e-2), 0.05, False),
         (pushed(1e-2), 0.05, True),
         (scattered(0.03), 0.05, False),
