@@ -23,8 +23,13 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement
+from mukca.solver.bayes.results.uncertainty import covariance_of
+from mukca.solver.data import IDENTITY, Measurement, fit_pose, measure
 from mukca.solver.robot import Robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
+
+CHI_SQUARES = (3.506, 7.815)
+"""What 68 % and 95 % of the squares of three numbers stay below."""
 
 
 def split(points: Placement, trained: int, seed: int) -> tuple[Placement, Placement]:
@@ -52,7 +57,23 @@ def held_out(robot: Robot, points: Placement, trained: int, seed: int) -> list[f
     assert summary is not None and again is not None
     models = (summary.nominal, summary.ball_refitted, summary.loaded, summary.calibrated)
     figures = [np.nan if m is None else m.mean_absolute_error for m in models]
-    return [1e3 * figure for figure in (*figures, again.calibrated.mean_absolute_error)]
+    lengths = [1e3 * figure for figure in (*figures, again.calibrated.mean_absolute_error)]
+    return [*lengths, *shares_within(calibration, measure(test, robot, sockets=1))]
+
+
+def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list[float]:
+    """Return the shares of points within the stated 68 % and 95 %, the frame refitted there."""
+    posterior, q = calibration.posterior, measured.positions
+    moments = calibration.load.moments(calibration.robot, q, None)
+    points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
+    off = points - fit_pose(measured.points, points).apply(measured.points)
+    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
+    A = J.reshape(-1, posterior.model.size)
+    A = (A - Q @ (Q.T @ A)).reshape(J.shape)
+    noise = posterior.noises["points"].as_gaussian(by_joints)
+    covariances = A @ covariance_of(posterior) @ A.swapaxes(1, 2) + noise
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariances), off)
+    return [100 * float(np.mean(squares < bound)) for bound in CHI_SQUARES]
 
 
 def main() -> None:
@@ -70,7 +91,8 @@ def main() -> None:
     begin = time.perf_counter()
     work = partial(held_out, robot, points, arguments.train)
     rows = read_options(arguments).workers.map(work, range(arguments.splits))
-    print("mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate")
+    print("mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate;")
+    print("points within the stated 68 % and 95 %, in %")
     for seed, row in enumerate(rows):
         print(f"split {seed}: " + "  ".join(f"{value:.4f}" for value in row))
     print("mean:    " + "  ".join(f"{value:.4f}" for value in np.mean(rows, axis=0)))
