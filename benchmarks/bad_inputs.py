@@ -10,6 +10,7 @@ status 1 if something is.
 import argparse
 import contextlib
 import io
+import os
 import re
 import shutil
 import sys
@@ -217,9 +218,41 @@ def cut_off(folder: Path) -> None:
     file.write_text("\n".join([*file.read_text().splitlines()[:8], "0.1, 0.2"]))
 
 
+def all_text(word: str) -> Spoil:
+    """Put a word in the place of the last joint, row by row, below no header."""
+
+    def spoil(folder: Path) -> None:
+        for file in sorted(folder.glob("*/hole_*.csv")):
+            lines = [line.rpartition(",")[0] for line in file.read_text().splitlines()]
+            file.write_text("".join(f"{line},{word}\n" for line in lines))
+
+    return spoil
+
+
 def decimal_commas(folder: Path) -> None:
     file = folder / "front/hole_0.csv"
     file.write_text(file.read_text().replace(".", ","))
+
+
+def replaced(make: Callable[[Path], object]) -> Spoil:
+    """Put something else in the place of a file of samples."""
+
+    def spoil(folder: Path) -> None:
+        file = folder / "front/hole_0.csv"
+        file.unlink()
+        make(file)
+
+    return spoil
+
+
+def sparse(size: int) -> Callable[[Path], object]:
+    """Make a file that is as long as that, and takes no room."""
+
+    def make(file: Path) -> None:
+        with file.open("wb") as stream:
+            stream.truncate(size)
+
+    return make
 
 
 PANDA = [f"panda_joint{k}" for k in range(1, 8)]
@@ -288,6 +321,16 @@ MISTAKES: dict[str, Spoil] = {
     "UTF-16": utf_16,
     "cut off amid a line": cut_off,
     "decimal commas, separated by commas": decimal_commas,
+    "a folder in the place of a file": replaced(Path.mkdir),
+    "a FIFO in the place of a file": replaced(os.mkfifo),
+    "a link to a device that never ends": replaced(lambda file: file.symlink_to("/dev/zero")),
+    "a link to nowhere": replaced(lambda file: file.symlink_to("nowhere")),
+    "a file of 201 MB": replaced(sparse(201_000_000)),
+    "10,001 columns": all_rows(lambda q: np.tile(q, (1, 1429))[:, :10_001], of="front"),
+    "a cell of 1 MB": cell("9" * 1_000_000),
+    "a name of 1 MB": first_line(f"{'j' * 1_000_000},b,c,d,e,f,g"),
+    "a name of control characters": first_line("\x1b[2J\x07,b,c,d,e,f,g"),
+    "an image's name in each row": all_text("front.png"),
     "5 mrad of noise on each joint": all_rows(noisy),
     "3 samples a socket": all_rows(lambda q: q[:3]),
     "5 samples a socket": all_rows(lambda q: q[:5]),
