@@ -112,6 +112,8 @@ class TypedLine:
 
 PATIENCE = 30.0
 """Longest wait of a step for the arm [s]."""
+LONGEST_SCRIPT = 1_000_000
+"""Letters that are read at once at most."""
 _WORD = re.compile(r"(!?)([adurqs?0-9]+)(?:\*(\d{1,4}))?")
 _NUMBERED = re.compile(r"delete=\d{1,5}|relabel=\d{1,5}:\d|measure=\d+\.?\d*")
 _WAIT = re.compile(r"wait=(\d+\.?\d*|\.\d+)")
@@ -191,7 +193,7 @@ class Script:
         """Read all that there is; call it when the descriptor is ready.
 
         Raises:
-            ScriptError: A word that means nothing.
+            ScriptError: A word that means nothing, or a script without end.
         """
         while not self._read_all and (
             sys.platform == "win32" or select.select([self], [], [], 0)[0]
@@ -199,6 +201,8 @@ class Script:
             data = os.read(self._descriptor, 65536)
             self._read_all = not data
             self._rest += data.decode(errors="replace")
+            if len(self._rest) > LONGEST_SCRIPT:  # a device has no end
+                raise ScriptError(f"{self.name}: over {LONGEST_SCRIPT:,} letters are no key script")
         *lines, self._rest = self._rest.split("\n")
         if self._read_all:
             lines.append(self._rest)

@@ -87,3 +87,10 @@ def test_a_pipe_that_is_still_open_is_not_over():
     made.read()
     os.close(reader)
     assert made.over
+
+
+def test_a_device_that_never_ends_is_refused():
+    device = os.open("/dev/zero", os.O_RDONLY)
+    with pytest.raises(MukcaError, match="/dev/zero: over 1,000,000 letters are no key script"):
+        Script(device, "/dev/zero").read()
+    os.close(device)
