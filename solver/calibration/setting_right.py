@@ -61,6 +61,7 @@ def mended(
     train: Sequence[Measurement],
     test: Sequence[Measurement],
     options: SolveOptions,
+    without: Collection[Action] = (),
 ) -> MendedRecordings:
     """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
 
@@ -69,12 +70,14 @@ def mended(
         train: Placements to train on. Those held out are never looked at with them.
         test: Placements held out.
         options: What may be done, and what was said of the recordings.
+        without: What may not be done all the same.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
     trained, held_out = list(train), list(test)
-    look, actions = _look(robot, trained, options), actions_of(options)
+    look = _look(robot, trained, options)
+    actions = [action for action in actions_of(options) if action not in without]
     survey, done = look(trained, held_out), list[Diagnostic]()
     wrong = survey.unclear or any(one.corrections for one in survey.placements)
     if wrong and actions:
@@ -184,11 +187,22 @@ def set_right(
         seen = survey.placements[len(beside) :]
         if survey.unclear:
             seen = [look([one]).placements[0] for one in placements]
+        elif len(beside) == 1:
+            seen = _beside_one(survey.placements[0], seen)
         placements, more = by_findings(placements, seen, least, actions)
         if not more:
             break
         done += more
     return placements, done
+
+
+def _beside_one(trained: Inspection, held_out: Sequence[Inspection]) -> list[Inspection]:
+    """Return what was seen of placements held out, with what sets apart the one trained on.
+
+    Which of two differs cannot be told: the model has the ball and the zeros of the latter.
+    """
+    apart = tuple(one for one in trained.corrections if one.apart is not None)
+    return [replace(one, corrections=(*one.corrections, *apart)) for one in held_out]
 
 
 def by_findings(
@@ -234,5 +248,6 @@ def placements_set_right(
     measured = [
         measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
     ]
-    right = mended(robot, (), measured, options)
+    # a placement alone does not say what has unknowns of its own in it
+    right = mended(robot, (), measured, options, without=["set apart"])
     return [m.placement for m in right.test], [*right.done]

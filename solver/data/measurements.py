@@ -16,6 +16,8 @@ from .instrument import rotation_matrices
 
 PART = ", part "
 """Between the name of a placement and the number of its part, where it was split."""
+BALL = "ball"
+"""Part of an arm that may sit elsewhere throughout a placement."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
 
@@ -23,6 +25,16 @@ INSTRUMENT = "instrument"
 def whole_name(name: str) -> str:
     """Return the name of the recorded placement of which one is all or a part."""
     return name.partition(PART)[0]
+
+
+@dataclass(frozen=True)
+class Apart:
+    """What is otherwise throughout a placement, unlike elsewhere."""
+
+    part: str
+    """:data:`BALL`, or the name of a joint whose zero is off."""
+    size: float
+    """As large as it was seen to be [m], [rad]."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +56,8 @@ class Measurement:
     moved: np.ndarray | None = None
     """Movement of the place of each row of :attr:`positions` until then, as a fit found it,
     shape (N, 3) [m]; None for a place that stood still."""
+    apart: tuple[Apart, ...] = ()
+    """What has unknowns of its own in this placement."""
 
     def at_rest(self, balls: np.ndarray) -> np.ndarray:
         """Return predicted balls as if the place had stood still, shape (N, 3) [m]."""

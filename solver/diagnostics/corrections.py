@@ -11,12 +11,12 @@ from typing import Literal
 import numpy as np
 
 from ...recorder import Sample
-from ..data import PART, Measurement
+from ..data import BALL, PART, Apart, Measurement
 from ..results import Diagnostic
 from .hypotheses import Candidate
 
-Action = Literal["split", "relabel", "leave out"]
-ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out")
+Action = Literal["split", "relabel", "leave out", "set apart"]
+ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out", "set apart")
 ACTIONS: dict[str, Action] = {
     "base_moved": "split",
     "zero_lost": "split",
@@ -46,6 +46,8 @@ class Correction:
     """Where the ball lay in samples to relabel."""
     of_points: bool = False
     """True where an instrument measured the samples."""
+    apart: Apart | None = None
+    """What has unknowns of its own in the placement from now on."""
 
 
 def correction_of(
@@ -63,8 +65,12 @@ def correction_of(
     action, ranks = ACTIONS[name], _ranks(finding, measured)
     turned = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
     if name == "ball_bent" or (name == "zero_lost" and not turned):
-        if p.get("throughout") or diagnostic.level == "note":
+        if diagnostic.level == "note":
             return None
+        if p.get("throughout"):
+            part = BALL if name == "ball_bent" else p["joint"]
+            size = p["size"] if name == "ball_bent" else p["offset"]
+            return Correction(diagnostic, "set apart", ranks, seat, apart=Apart(part, size))
         action, every = "leave out", len(measured.placement.samples)
         before = range(ranks[0])
         ranks = (*before,) if len(before) < every / 2 else (*range(ranks[0], every),)
@@ -106,7 +112,7 @@ def corrected(
         samples: list[Sample | None] = list(measured.placement.samples)
         for one in own:
             name, socket = one.seat
-            for rank in one.ranks if one.action != "split" else ():
+            for rank in one.ranks if one.action in ("relabel", "leave out") else ():
                 sample = samples[rank]
                 samples[rank] = None
                 if one.action == "relabel" and name in names and sample is not None:
@@ -119,7 +125,8 @@ def corrected(
         cuts = sorted({one.ranks[0] for one in own if one.action == "split"})
         ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
         pieces = [[s for s in samples[a:b] if s is not None] for a, b in ends]
-        parts.append(_parts(measured, pieces))
+        apart = [one.apart for one in own if one.apart is not None]
+        parts.append(_parts(replace(measured, apart=(*measured.apart, *apart)), pieces))
     every = [_with(part, moving.pop(part.name, [])) for own in parts for part in own]
     told = [_told(part, least) for part in every]
     return _named([part for part in told if part is not None]), remarks
@@ -182,6 +189,7 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
         "split": "what follows is taken for a placement of its own" + of_frame,
         "relabel": "taken so" if correction.seat[0] in names else "left out",
         "leave out": f"{samples} left out",
+        "set apart": "it has an unknown of its own there",
     }[correction.action]
     of = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""

@@ -1,3 +1,7 @@
+from .difference import differences_of as differences_of
+from .difference import set_apart as set_apart
+from .difference import shifts_by as shifts_by
+from .difference import width_of as width_of
 from .extended_model import Deflection as Deflection
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import deflected as deflected

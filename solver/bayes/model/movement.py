@@ -22,7 +22,7 @@ class Movement:
     """How one placement moves while it is recorded."""
 
     placement: str
-    kind: Literal["step", "drift", "slow"]
+    kind: Literal["step", "drift", "slow", "difference"]
     clock: str = "time"
     """What it follows, ``time`` or ``temperature``."""
     at: float = 0.0

@@ -11,7 +11,7 @@ from ...data import MultiRobotObservations
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, estimate, refit, with_joint_curves
-from ..model import Expected, ExtendedModel, GivenPrior, extend
+from ..model import Expected, ExtendedModel, GivenPrior, Movement, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -56,6 +56,7 @@ def select_models(
     joint_noise: bool = True,
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
+    differences: Sequence[Movement] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
     """Calibrate the geometry of one robot or several, then try extension after extension.
@@ -68,6 +69,7 @@ def select_models(
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
             an earlier calibration of a single robot left known.
+        differences: What is otherwise in single placements.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -80,14 +82,14 @@ def select_models(
         extend(*parameters, (*first, *_effects_of(parameters[0], prior))) for parameters in robots
     ]
     models = [replace(base, given=prior) for base in bases]
-    geometric = estimate(models, data, joint_noise=joint_noise)
+    geometric = estimate(models, data, joint_noise=joint_noise, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}
     types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
     tried = _search(geometric, order, progress)
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
-    if movements:  # all again beside these
+    if any(line.kept for line in reported):  # all again beside these
         tried = _search(refit(geometric, movements=movements), order, progress)
     models, words = _supported([*tried.models, *_by_type(tried.fits, types, progress)])
     probabilities = model_probabilities(models)

@@ -39,12 +39,12 @@ class FoundMovement:
 def movements_by_evidence(
     posterior: JointPosterior,
 ) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
-    """Return the movements to put into the model, and all that are to be reported."""
+    """Return the movements to put into the model beside its own, and all that are reported."""
     if len(posterior.arms) > 1:
         return (), ()
     places, movements, lines = (
         list(posterior.scene.placements),
-        list[Movement](),
+        [*posterior.objective.movements],
         list[FoundMovement](),
     )
     data = posterior.scene.arms[0]

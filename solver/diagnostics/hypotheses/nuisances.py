@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...bayes.model import shifts_by, width_of
 from ...data import SEAT_DEVIATION
 from ...robot import cross_matrices
 
@@ -40,6 +41,16 @@ def of_turns(scene: "Scene") -> np.ndarray:
     there = scene.sockets[:, None] == np.array(scene.frames, dtype=np.int64)
     columns = there[:, None, :, None] * by_turn[:, :, None, :]
     return columns.reshape(len(by_turn) * 3, 3 * there.shape[1])
+
+
+def of_differences(scene: "Scene") -> list[tuple[slice, np.ndarray]]:
+    """Return rows and columns of what is otherwise throughout single placements."""
+    parts: list[tuple[slice, np.ndarray]] = []
+    for m, rows in zip(scene.measurements, scene.places, strict=True):
+        for apart in m.apart:
+            shifts = width_of(apart) * shifts_by(scene.robot, scene.q[rows], apart)
+            parts.append((scene.rows(rows), shifts.reshape(-1, shifts.shape[2])))
+    return parts
 
 
 def of_play(scene: "Scene") -> np.ndarray:

@@ -205,6 +205,7 @@ class Scene:
             (every, self.of_effects()),
             (last, nuisances.of_calipers(self)),
             (every, nuisances.of_turns(self)),
+            *nuisances.of_differences(self),
             *([(every, nuisances.of_play(self))] if coarse else []),
             *((rows, columns) for rows, columns, _ in self.explained),
         ]

@@ -1,0 +1,98 @@
+"""What is otherwise throughout one placement: where its ball sits, or the zero of a joint.
+
+It has unknowns of its own beside the arm's, as a place that moves has; see :mod:`.movement`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...data import BALL, Apart, Measurement, MultiRobotObservations, RobotRecordings
+from ...robot import BallModel, Robot
+from .movement import Movement
+from .prior_group import PriorGroup
+
+WIDTHS = {BALL: 5e-3}
+"""Usual size of a difference of the ball's place [m]."""
+ZERO = 0.03
+"""The same of a joint's zero [rad]."""
+
+
+def width_of(apart: Apart) -> float:
+    """Return the usual size of a difference [m], [rad]."""
+    return WIDTHS.get(apart.part, ZERO)
+
+
+def shifts_by(robot: Robot, q: np.ndarray, apart: Apart) -> np.ndarray:
+    """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
+
+    Of the ball it is -R, the rotation of its link. Of a zero that reads o too much it is
+    (Phi(q) - Phi(q - o)) / o, exact at the size ``o`` that was seen.
+    """
+    model, nominal = BallModel(robot, []), np.zeros(0)
+    if apart.part == BALL:
+        return -model.rotations(nominal, q).points
+    joint = robot.joint_names.index(apart.part)
+    off = apart.size or 1e-6
+    true = q - off * np.eye(q.shape[1])[joint]
+    shift = model.points(nominal, q) - model.points(nominal, true)
+    return shift[:, :, None] / off
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference(Movement):
+    """A difference as the objective has it: a place that is elsewhere in every sample."""
+
+    robot: Robot
+    arm: int
+    """Number of the robot among those fitted together."""
+    apart: Apart
+
+    @property
+    def size(self) -> int:
+        """Number of its unknowns."""
+        return 3 if self.apart.part == BALL else 1
+
+    def slopes(self, scene: MultiRobotObservations) -> np.ndarray:
+        """Return the derivatives of places by the unknowns for all samples, shape (N, 3, size)."""
+        parts: list[np.ndarray] = []
+        for number, arm in enumerate(scene.arms):
+            there = arm.rows_of(self.placement) & (number == self.arm)
+            slopes = np.zeros((len(there), 3, self.size))
+            if there.any():
+                slopes[there] = shifts_by(self.robot, arm.positions[there], self.apart)
+            parts.append(slopes)
+        return np.concatenate(parts)
+
+    def prior(self, begin: int) -> PriorGroup:
+        """Return the prior of its unknowns, from some index on."""
+        unit = "m" if self.apart.part == BALL else "rad"
+        name = f"{self.apart.part} of {self.placement}"
+        members = np.arange(begin, begin + self.size)
+        return PriorGroup(name, unit, members, width_of(self.apart), learned=False)
+
+
+def differences_of(robots: Sequence[RobotRecordings]) -> list[Movement]:
+    """Return all that is otherwise in single placements of robots."""
+    return [
+        Difference(placement=m.name, kind="difference", robot=one.robot, arm=i, apart=apart)
+        for i, one in enumerate(robots)
+        for m in one.measurements
+        for apart in m.apart
+    ]
+
+
+def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:
+    """Return by how much a placement's balls are predicted off, shape (N, 3) [m].
+
+    What is otherwise in it follows from its own samples, about the places of its sockets.
+    """
+    shifts = [shifts_by(robot, measured.positions, apart) for apart in measured.apart]
+    slopes = np.concatenate(shifts, axis=2)
+    centred, off = slopes.copy(), balls.copy()
+    for rows in measured.slices:
+        centred[rows] -= slopes[rows].mean(axis=0)
+        off[rows] -= balls[rows].mean(axis=0)
+    flat = centred.reshape(-1, slopes.shape[2])
+    return slopes @ np.linalg.lstsq(flat, off.ravel(), rcond=1e-6)[0]
