@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from ..bayes.inference import Posterior
-from ..bayes.model import differences_of
 from ..bayes.model.effects import EXTENSIONS, JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
@@ -101,7 +100,7 @@ def fit_robots(
         joint_noise="joint-noise" not in options.without,
         zeros=bool(options.zeros),
         types=priors,
-        differences=differences_of(robots),
+        recordings=robots,
         progress=progress,
     )
     seconds = time.perf_counter() - begin

@@ -77,7 +77,8 @@ def mended(
     """
     trained, held_out = list(train), list(test)
     look = _look(robot, trained, options)
-    actions = [action for action in actions_of(options) if action not in without]
+    actions: list[Action] = []
+    actions += (action for action in actions_of(options) if action not in without)
     survey, done = look(trained, held_out), list[Diagnostic]()
     wrong = survey.unclear or any(one.corrections for one in survey.placements)
     if wrong and actions:

@@ -7,11 +7,11 @@ from math import log
 
 import numpy as np
 
-from ...data import MultiRobotObservations
+from ...data import MultiRobotObservations, RobotRecordings
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import JointPosterior, estimate, refit, with_joint_curves
-from ..model import Expected, ExtendedModel, GivenPrior, Movement, extend
+from ..model import Expected, ExtendedModel, GivenPrior, differences_of, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -56,7 +56,7 @@ def select_models(
     joint_noise: bool = True,
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
-    differences: Sequence[Movement] = (),
+    recordings: Sequence[RobotRecordings] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
     """Calibrate the geometry of one robot or several, then try extension after extension.
@@ -69,7 +69,7 @@ def select_models(
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
             an earlier calibration of a single robot left known.
-        differences: What is otherwise in single placements.
+        recordings: The placements, for what is otherwise throughout single ones.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -82,6 +82,7 @@ def select_models(
         extend(*parameters, (*first, *_effects_of(parameters[0], prior))) for parameters in robots
     ]
     models = [replace(base, given=prior) for base in bases]
+    differences = differences_of(recordings)
     geometric = estimate(models, data, joint_noise=joint_noise, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
