@@ -10,6 +10,7 @@ import numpy as np
 
 from ...recorder import Placement
 from .. import results
+from ..bayes.model import set_apart
 from ..bayes.selection import FoundMovement
 from ..data import (
     Measurement,
@@ -54,9 +55,15 @@ class CalibrationProblem(RobotRecordings):
         return [*(("train", m) for m in self.measurements), *(("test", m) for m in self.test)]
 
     def at_rest(
-        self, moved: np.ndarray | None, found: Iterable[FoundMovement]
+        self,
+        moved: np.ndarray | None,
+        found: Iterable[FoundMovement],
+        calibrated: results.CalibratedRobot,
     ) -> "CalibrationProblem":
-        """Return the recordings with the movements of their places, row by row, as diagnostics."""
+        """Return the recordings with the movements of their places, row by row, as diagnostics.
+
+        Where a placement that is held out differs throughout follows from its own samples.
+        """
         named = {m.name: m for m in self.measurements}
         more = (
             results.Diagnostic(
@@ -71,7 +78,17 @@ class CalibrationProblem(RobotRecordings):
         ends = np.cumsum([len(m.positions) for m in self.measurements])
         parts = [None] * len(ends) if moved is None else np.split(moved, ends)[: len(ends)]
         train = (replace(m, moved=own) for m, own in zip(self.measurements, parts, strict=True))
-        return replace(self, checks=(*self.checks, *more), measurements=tuple(train))
+        checks = (*self.checks, *more)
+        test = tuple(_set_apart(m, calibrated) for m in self.test)
+        return replace(self, checks=checks, measurements=tuple(train), test=test)
+
+
+def _set_apart(measured: Measurement, calibrated: results.CalibratedRobot) -> Measurement:
+    """Return a held-out placement with what is otherwise in it."""
+    if not measured.apart or measured.kind == "points":
+        return measured
+    balls = calibrated.predict(measured)
+    return replace(measured, moved=set_apart(calibrated.robot, measured, balls))
 
 
 def _movement_text(measured: Measurement, movement: FoundMovement) -> str:

@@ -3,7 +3,6 @@
 import hashlib
 import platform
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import datetime, timezone
 
 import casadi as ca
@@ -12,7 +11,6 @@ import numpy as np
 from ..._version import __version__
 from .. import results
 from ..bayes.inference import Posterior
-from ..bayes.model import set_apart
 from ..data import Measurement, as_point, evaluate, is_distorted
 from ..robot import Robot
 from . import estimates
@@ -27,22 +25,13 @@ UNKNOWN = (
 )
 
 
-def _apart(measured: Measurement, fit: Fit) -> Measurement:
-    """Return a held-out placement with what is otherwise in it, by its own samples."""
-    if not measured.apart or measured.kind == "points":
-        return measured
-    balls = fit.calibrated.predict(measured)
-    return replace(measured, moved=set_apart(fit.calibrated.robot, measured, balls))
-
-
 def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
     calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
     posterior, selected = fit.posterior, fit.selected
     if selected is not None:
         warnings = (*warnings, UNKNOWN) if posterior is None else warnings
-        problem = problem.at_rest(posterior and posterior.moved, selected.movements)
-        problem = replace(problem, test=[_apart(m, fit) for m in problem.test])
+        problem = problem.at_rest(posterior and posterior.moved, selected.movements, calibrated)
     before, deflection = ball_refitted(problem), calibrated.deflection
     errors = errors_of(problem, fit, before)
     with_errors = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)

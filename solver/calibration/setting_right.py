@@ -77,8 +77,7 @@ def mended(
     """
     trained, held_out = list(train), list(test)
     look = _look(robot, trained, options)
-    actions: list[Action] = []
-    actions += (action for action in actions_of(options) if action not in without)
+    actions = set(actions_of(options)) - set(without)
     survey, done = look(trained, held_out), list[Diagnostic]()
     wrong = survey.unclear or any(one.corrections for one in survey.placements)
     if wrong and actions:
