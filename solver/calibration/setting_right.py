@@ -88,7 +88,7 @@ def mended(
             trained, done = by_findings(trained, seen, LEAST, actions)
         held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
         survey, done = look(trained, held_out), [*done, *more]
-    if actions == ALL_ACTIONS:
+    if actions_of(options) == ALL_ACTIONS:
         held_out, survey = _without_drifts(held_out, survey)
     known = _followed(named(train, options.distances), trained)
     if lost := [k for k in known if not _is_between(k, trained)]:
