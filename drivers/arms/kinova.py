@@ -9,7 +9,6 @@ Address: ``serial://PORT?baud=..&parity=..&stopbits=..``, ``can://[INTERFACE/]CH
 
 import importlib
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from itertools import chain
@@ -17,6 +16,7 @@ from typing import Any
 
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
 from ..transport import Endpoint, open_tcp, parse_endpoint
+from .kinova_arm import Answers, KinovaArm
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
@@ -24,33 +24,6 @@ ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a
 
 SESSION_MILLISECONDS = 60_000
 CONNECTION_MILLISECONDS = 2_000
-
-
-Answers = tuple[Sequence[float], Sequence[float]]
-"""Angles [degrees] and torques [N m] of all joints, from base to flange, by the arm's own sign."""
-
-
-class KinovaArm(ABC):
-    """A connection that is asked for the joints again and again."""
-
-    joints: int
-    """Number of the arm's joints."""
-    sign: int
-    """1, or -1 where the torques have the opposite sign of what a state needs."""
-    rate: float
-    """Rate at which to ask [Hz]."""
-    centred: bool = False
-    """True where the first angle of each joint is brought between -180 and 180 degrees."""
-    rejected: int = 0
-    """Number of answers that could not be used."""
-
-    @abstractmethod
-    def measure(self, deadline: float) -> Answers:
-        """Ask all joints once; raise SILENT when one does not answer until the deadline [s]."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """End the connection; safe to call twice."""
 
 
 class Kinova(PolledDriver):

@@ -14,7 +14,7 @@ import serial
 
 from .. import DriverError, Reason, clock
 from ..transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
-from .kinova import Answers, KinovaArm
+from .kinova_arm import Answers, KinovaArm
 
 if TYPE_CHECKING:
     import isotp

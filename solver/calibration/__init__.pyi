@@ -8,6 +8,7 @@ from .crossval import jobs as jobs
 from .crossval import run_job as run_job
 from .earlier import learn_types as learn_types
 from .earlier import posterior_of as posterior_of
+from .earlier import priors_of as priors_of
 from .earlier import type_priors as type_priors
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors

@@ -9,6 +9,7 @@ from ..data import Measurement
 from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
+from .earlier import priors_of
 from .errors import placement_errors
 from .fit import fit_robots
 from .problem import CalibrationProblem
@@ -62,8 +63,10 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     options = replace(
         problem.options, known=[k for k in distances if {k.first[0], k.second[0]} <= names]
     )
+    part = replace(problem, measurements=train)
+    types = priors_of(options, [part])
     try:
-        (fit,) = fit_robots([replace(problem, measurements=train)], options, require_scale=False)
+        (fit,) = fit_robots([part], options, types=types, require_scale=False)
     except NotConverged:
         return None
     errors = [

@@ -25,6 +25,7 @@ from ..data import (
     spaced,
 )
 from ..robot import BallModel, Origin, Robot
+from .fit import fit_robots
 from .option import UsageError
 from .options import SolveOptions, option_table
 from .problem import CalibrationProblem
@@ -238,8 +239,6 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
 
     It is fitted again for older files, and where joint zeros were found since.
     """
-    from .fit import fit_robots
-
     arm = _problem_of(document, source)
     stored, settings = document.posterior, document.settings
     chained = document.curves is not None and settings.get("prior")
@@ -247,7 +246,7 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
         return _stored(document, stored, arm, source)
     if document.arms is not None:
         raise UsageError(f"{source}: of several arms, or by an older mukca; calibrate it alone")
-    (fit,) = fit_robots([arm], arm.options)
+    (fit,) = fit_robots([arm], arm.options, types=priors_of(arm.options, [arm]))
     assert fit.posterior is not None
     return fit.posterior
 

@@ -1,13 +1,14 @@
 """Fit of one robot, or several together, by the paper's method or by the default one."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..bayes.inference import Posterior
+from ..bayes.model import Expected, GivenPrior
 from ..bayes.model.effects import EXTENSIONS, JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Selected, select_models
@@ -15,7 +16,6 @@ from ..data import RobotRecordings, observe_all
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import Parameter, choose_parameters
-from .earlier import Priors, priors_of
 from .options import SolveOptions
 
 
@@ -54,7 +54,7 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    types: Priors | None = None,
+    types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -64,7 +64,7 @@ def fit_robots(
         robots: The nominal robots, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
         types: Elasticity of other arms of each robot's type, or what an earlier calibration left
-            known; None for what the options say.
+            known; see :func:`.priors_of`.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -81,7 +81,6 @@ def fit_robots(
             _fit_by_paper(recordings, parameters_of_arm, options)
             for recordings, parameters_of_arm in pairs
         ]
-    priors = priors_of(options, robots) if types is None else types
     begin = time.perf_counter()
     data = observe_all(
         robots,
@@ -99,7 +98,7 @@ def fit_robots(
         stages=[name for name in EXTENSIONS if name not in options.without],
         joint_noise="joint-noise" not in options.without,
         zeros=bool(options.zeros),
-        types=priors,
+        types=types,
         recordings=robots,
         progress=progress,
     )

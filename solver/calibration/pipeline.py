@@ -14,6 +14,7 @@ from ..data import base_name, in_placements
 from ..paper import NotConverged
 from ..robot import Robot
 from .calibration import Calibration
+from .earlier import priors_of
 from .fit import Fit, fit_robots
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
@@ -122,7 +123,8 @@ def _converged(
     findings = [finding for problem in problems for finding in problem.checks]
     contradiction = next((finding for finding in findings if finding.level == "error"), None)
     try:
-        fits = fit_robots(problems, options, progress=progress)
+        types = priors_of(options, problems)
+        fits = fit_robots(problems, options, types=types, progress=progress)
     except NotConverged:
         if contradiction is None:
             raise

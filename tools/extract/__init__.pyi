@@ -3,8 +3,8 @@ from .boards import Board as Board
 from .boards import read_images as read_images
 from .log import Log as Log
 from .log import Question as Question
-from .log import read_log as read_log
 from .postures import joints_of as joints_of
+from .reading import read_log as read_log
 from .rests import Rest as Rest
 from .rests import Stretch as Stretch
 from .rests import assign as assign

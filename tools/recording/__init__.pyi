@@ -1,10 +1,10 @@
 # keep: BackgroundGuidance
 from .checks import worth_calibrating as worth_calibrating
+from .goals import goal_for as goal_for
+from .goals import limit_for as limit_for
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
-from .guidance_process import goal_for as goal_for
-from .guidance_process import limit_for as limit_for
 from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
 from .options import with_distance as with_distance

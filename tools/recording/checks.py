@@ -10,7 +10,7 @@ from ...recorder import Sample, read_placement
 from ...solver import assessment, diagnostics
 from ...solver.data import Load, measure
 from ...solver.robot import BallModel, Robot, gravity_moments, load_robot, shipped_robots
-from .guidance_process import limit_for
+from .goals import limit_for
 
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""

@@ -11,7 +11,7 @@ from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.bayes.inference import Posterior
 from ...solver.robot import Robot
-from .guidance_process import goal_for
+from .goals import goal_for
 from .pose_pool import SEAT, PosePool, positions_in
 from .session_alarms import SessionAlarms
 from .sufficiency import rigid_fit, sufficiency_of, with_fit

@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from ...recorder.session import Advice, GuidanceRequest
-from ...solver import assessment, calibration, diagnostics
-from ...solver.robot import Robot, load_robot
+from ...solver import calibration
+from ...solver.robot import load_robot
 from ..cli import RobotOptions
 from ..parallel import started_apart
 
 NICE = 1
 """A worker gives way to the recorder, and has its share of a computer that others keep busy."""
-GOAL = 3.0
-"""Ratio of the limit on held-out errors to the arm's repeatability."""
 
 
 class WorkerProcess:
@@ -79,20 +77,6 @@ def _run(work: Callable[..., None], pipe: Connection, *setup: Any) -> None:
         os.dup2(nowhere, stream)
     with suppress(EOFError, OSError):
         work(pipe, *setup)
-
-
-def goal_for(robot: Robot) -> float:
-    """Return the goal of the predicted error of distances [m], before anything is solved."""
-    return diagnostics.predicted_limit(limit_for(robot))
-
-
-def limit_for(robot: Robot) -> float:
-    """Return the limit on held-out errors [m]: three times the arm's repeatability.
-
-    At least as many times the resolution of a printed socket.
-    """
-    name, resolution = assessment.known_arm(robot), assessment.RESOLUTION
-    return GOAL * max(assessment.ARMS[name].repeatability if name else resolution, resolution)
 
 
 class BackgroundGuidance(WorkerProcess):

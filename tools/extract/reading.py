@@ -1,0 +1,69 @@
+"""A log of any kind, read by its kind; a kept stream is read here."""
+
+import numpy as np
+
+from ...recorder import read_stream_log
+from .bags import read_bag, read_lerobot_log
+from .csv_log import read_csv_log
+from .log import ExtractError, Log, Question, needed_columns
+
+
+def read_log(question: Question) -> Log:
+    """Return the joint states of a log of any kind.
+
+    Raises:
+        ExtractError: There is nothing there, or nothing that can be read; see also the modules.
+        RecordingError: A file is damaged.
+    """
+    name = _kind(question)
+    readers = {"bags": read_bag, "lerobot": read_lerobot_log, "csv_log": read_csv_log}
+    read = readers.get(name, read_kept_stream)
+    if question.topic is not None and name != "bags":
+        raise ExtractError("--topic is for bags")
+    if question.units is not None and name not in ("lerobot", "csv_log"):
+        raise ExtractError("--units is for lerobot data sets and CSV logs")
+    log = read(question)
+    if not len(log.stamps):
+        raise ExtractError(f"{question.path}: no state in it can be used")
+    return log
+
+
+def _kind(question: Question) -> str:
+    """Return the kind of log that a path is."""
+    path = question.path
+    if not path.exists():
+        raise ExtractError(f"{path}: no such file or folder")
+    if path.is_dir() and (path / "meta" / "info.json").exists():
+        return "lerobot"
+    if path.suffix in (".csv", ".tsv", ".txt"):
+        return "csv_log"
+    if path.suffix == ".stream" or (path.is_dir() and any(path.glob("*.stream"))):
+        return "kept_stream"
+    if path.suffix in (".bag", ".db3", ".mcap") or (path / "metadata.yaml").exists():
+        return "bags"
+    raise ExtractError(
+        f"{path}: nothing that can be read: give a ROS bag (.bag, .db3, .mcap, or a folder with "
+        "metadata.yaml), a lerobot data set, a CSV log, or a recording with a kept stream"
+    )
+
+
+def read_kept_stream(question: Question) -> Log:
+    """Return the states of a kept stream, or of all in a placement's folder, one part each."""
+    path, m = question.path, len(question.joints)
+    files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
+    rows: list[tuple[np.ndarray, ...]] = []
+    notes, last, measured = list[str](), 0, True
+    for file in files if path.is_dir() else [path]:
+        kept = read_stream_log(file)
+        columns = needed_columns(kept.joints, question)
+        if not len(kept.stamps):
+            continue
+        notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]
+        measured = measured and kept.efforts is not None
+        efforts = np.full_like(kept.positions, np.nan) if kept.efforts is None else kept.efforts
+        parts = kept.connections - kept.connections.min() + last
+        last = int(parts.max()) + 1
+        rows.append((kept.stamps, kept.positions[:, columns], efforts[:, columns], parts))
+    empty = (np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))
+    stamps, positions, torques, numbers = map(np.concatenate, zip(empty, *rows, strict=True))
+    return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))
