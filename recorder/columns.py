@@ -90,7 +90,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Match:
-    """Where the joints stand among names, in chain order."""
+    """Positions of the joints among names, in chain order."""
 
     order: tuple[int, ...]
     note: str = ""

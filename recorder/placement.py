@@ -55,7 +55,7 @@ class Placement:
     """Meaning of orientations: ``flange`` for poses that an instrument measured of what the flange
     carries; ``camera`` or ``commands``; None where the recording does not tell."""
     kept_alarms: tuple[str, ...] = ()
-    """What alarms said while it was recorded, and the operator kept as it was."""
+    """Texts of the alarms while it was recorded, which the operator kept."""
     place: str = ""
     """Name of the base's position: two robots that visited one base recorded the same place. The
     folder's own name, if ``placement.json`` gives none."""

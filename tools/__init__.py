@@ -1,4 +1,4 @@
-"""What people run: the command line, reports, printable parts, simulation."""
+"""Programs that people run: the command line, reports, printable parts, simulation."""
 
 from .._faces import attach_face
 

@@ -79,7 +79,7 @@ ASKS = {
     "relabel": "relabel: sample, blank, socket",
     "measure": "sockets apart, measured again, mm",
 }
-"""What the operator is asked to type for each action that takes numbers."""
+"""Words that ask for the numbers of each action that takes some."""
 _NUMBER = re.compile(r"\d+\.?\d*|\.\d+")
 
 

@@ -14,7 +14,7 @@ WANTED = {
     "relabel": "a sample's number, and a socket",
     "measure": "the distance of the sockets' centres in mm, as in 100.08",
 }
-"""What each action takes that is typed."""
+"""Numbers that each action takes."""
 DISTANCES = (0.01, 3.0)
 """Least and largest distance of sockets [m]."""
 

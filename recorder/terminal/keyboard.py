@@ -38,7 +38,7 @@ _SPECIAL = {
     **dict(zip("HPKMGORSIQ", _KEYPAD, strict=True)),
     **dict(zip(";<=>?@ABCD\x85", _FUNCTION, strict=True)),
 }
-"""What follows ESC, by the second character of a special key."""
+"""Rest of a special key after ESC, by its second character."""
 
 
 class HangUp(Exception):  # noqa: N818 - an event, not a fault

@@ -48,12 +48,12 @@ class Verdict(Document, kw_only=True, frozen=True):
     kind: Kind | None
     """``better`` (a ``fail`` of limits), or the reason of ``incomplete``; None for others."""
     scope: Scope | None
-    """Where a PASS holds; None for others."""
+    """Places for which a PASS holds; None for others."""
     title: str
     text: str
     """Reasons, in words."""
     answer: tuple[str, ...] = ()
-    """What it was and is, and whether to load it: two lines."""
+    """Errors before and now, and whether to load the model: two lines."""
     use: bool | None = None
     """True where ``calibrated.urdf`` is to be loaded; None where that was not asked."""
     better: Better | None = None
@@ -61,7 +61,7 @@ class Verdict(Document, kw_only=True, frozen=True):
     limits: tuple[LimitResult, ...]
     """Limits on figures that are there."""
     reasons: tuple[LimitResult, ...] = ()
-    """What else bears on the verdict: faults, and what is missing."""
+    """Other reasons of the verdict: faults, and what is missing."""
     rests_on: tuple[Premise, ...] = ()
 
     @property

@@ -13,7 +13,7 @@ EXAMPLE = "write PLACEMENT, PLACEMENT:SOCKET or PLACEMENT:SOCKET:SAMPLES, as in 
 
 
 class LeaveOutError(MukcaError):
-    """What is to be left out is not there, or nothing would be left."""
+    """An item to leave out is not there, or nothing would be left."""
 
 
 @dataclass(frozen=True)

@@ -36,14 +36,14 @@ Seat = tuple[str, int]
 
 @dataclass(frozen=True)
 class Correction:
-    """What sets a finding right."""
+    """Action that sets a finding right."""
 
     diagnostic: Diagnostic
     action: Action
     ranks: tuple[int, ...]
     """The samples that the finding concerns, by their rank in the recording."""
     seat: Seat
-    """Where the ball lay in samples to relabel."""
+    """Socket in which the ball lay, for samples to relabel."""
     of_points: bool = False
     """True where an instrument measured the samples."""
     apart: Apart | None = None

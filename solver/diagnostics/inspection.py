@@ -83,7 +83,7 @@ class Inspection:
     floor: float
     """Mean error of a fit to this placement alone, see :func:`.explain.fitted_alone` [m]."""
     corrections: tuple[Correction, ...]
-    """What sets its findings right."""
+    """Actions that set its findings right."""
     diagnostics: tuple[Diagnostic, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""

@@ -70,7 +70,7 @@ class CameraPose(Found):
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What was found, in lines."""
+        """The result in words, line by line."""
         frame, (place, turn) = self.frame, self.held_out
         pairs = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
         numbers = " ".join(f"--{name} {value:.6f}" for name, value in pairs)

@@ -1,4 +1,4 @@
-"""What changed since a calibration, and the reason of a verdict that follows."""
+"""Changes since a calibration, and the reason of a verdict that follows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -92,7 +92,7 @@ class Zeros:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What was found, in lines."""
+        """The result in words, line by line."""
         changed = [*self.system.task.warnings, *map(str, self.changed)]
         if self.unchanged is None or not any(zero.told for zero in self.joints):
             return (*changed, *self.untold)

@@ -69,7 +69,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class NoiseBelief:
-    """What is believed of the noise before the samples."""
+    """Prior of the noise."""
 
     place: float
     """s_t, of a place [m]."""
@@ -78,7 +78,7 @@ class NoiseBelief:
     joint: float = 0.0
     """s_q, of the joints' angles [rad]; as the calibration found it."""
     nu: float = NU
-    """How heavy the errors' tails are; as the calibration found it."""
+    """Degrees of freedom of the errors' tails, by the calibration."""
     spread: float = 0.3
     """Standard deviation of the logarithms of s_t and s_r."""
 

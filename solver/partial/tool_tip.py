@@ -50,7 +50,7 @@ class Tool(Found):
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What was found, in lines."""
+        """The result in words, line by line."""
         lines = [*super().text, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")

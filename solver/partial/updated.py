@@ -36,7 +36,7 @@ class Found:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What was found, in lines."""
+        """The result in words, line by line."""
         return (*self.notes, *self.untold)
 
     @property

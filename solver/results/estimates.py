@@ -231,7 +231,7 @@ class Improvement(Document, kw_only=True, frozen=True):
 
 
 class Better(Document, kw_only=True, frozen=True):
-    """What a calibration improves."""
+    """Improvement by a calibration."""
 
     workspace: Improvement
     """Distances between random poses of the workspace."""

@@ -214,7 +214,7 @@ class Diagnostic:
     text: str
     advice: str
     consequence: Consequence | None = None
-    """What it does to the model; None where that is not told by a fit with it and without it."""
+    """Its effect on the model; None where no fit with it and without it tells."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""

@@ -26,7 +26,7 @@ from .urdf_text import ModelError
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Acceleration in the base frame of an arm that stands upright [m/s^2]."""
 Goal = Literal["pose", "point"]
-"""What of the target's pose counts: all, or its origin."""
+"""Part of the target's pose that counts: all, or its origin."""
 MAX_STEP = 0.5
 """Largest step of a joint [rad, m]."""
 MAX_PULL = 0.3

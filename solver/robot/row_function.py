@@ -184,5 +184,5 @@ _INSTRUCTIONS: dict[str, Any] = {
     "NOT": np.logical_not,
     "IF_ELSE_ZERO": _chosen,
 }
-"""What CasADi's instructions do, by their names."""
+"""NumPy's functions by the names of CasADi's instructions."""
 _NAMES = {int(getattr(ca, f"OP_{name}")): name for name in _INSTRUCTIONS}

@@ -41,7 +41,7 @@ INTERVAL = 0.25
 """Of the motion from one picture to the next; it is shown at twice its speed [s]."""
 ALL = ((0.33, 0.0, 0.27), 1.4, -18)
 AT_HOLE = ((*HOLE.tolist(), TABLE + HOLE_DEPTH), 0.13, -25)
-"""What a camera looks at [m], from how far [m], and from what elevation [degrees]."""
+"""Point that a camera looks at [m], its distance [m] and elevation [degrees]."""
 SCALE = WIDTH / 0.2
 """Of the paper [pixels/m]."""
 LINES = ("#c4511d", "#0b63a5", "#1b7f4b", "#8a4fa3", "#b98900", "#3c8f9c")

@@ -81,7 +81,7 @@ class FollowingHand:
 
     @property
     def rest(self) -> tuple[float, ...]:
-        """Where the arm rests, or is being led to [rad], [m]."""
+        """Configuration in which the arm rests, or to which it is led [rad], [m]."""
         return self._poses[-1]
 
     def connection(self) -> Driver:

@@ -102,7 +102,7 @@ class SessionFault:
     start: int = 1
     """Number of the first sample, from 1."""
     count: int | None = None
-    """How many; None for all that follow."""
+    """Number of samples; None for all that follow."""
     size: float = 0.0
     """[m, rad]."""
 

@@ -92,7 +92,7 @@ class ExtendedModel:
     of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
     """The elasticity of other arms of the type, by extension; empty where none is known."""
     given: GivenPrior | None = None
-    """What is known of some unknowns before the data, in place of the priors by group."""
+    """Prior of some unknowns, in place of the priors by group."""
 
     @property
     def geometry(self) -> int:

@@ -19,12 +19,12 @@ EACH = 4
 
 @dataclass(frozen=True)
 class Movement:
-    """How one placement moves while it is recorded."""
+    """Movement of one placement while it is recorded."""
 
     placement: str
     kind: Literal["step", "drift", "slow", "difference"]
     clock: str = "time"
-    """What it follows, ``time`` or ``temperature``."""
+    """Clock that it follows, ``time`` or ``temperature``."""
     at: float = 0.0
     """When a step was made: from this time on."""
     waves: int = 1

@@ -45,7 +45,7 @@ class Selected:
     notes: tuple[tuple[str, ...], ...]
     """For each robot, one line for each extension: kept or not, and the evidence."""
     movements: tuple[FoundMovement, ...] = ()
-    """How placements moved while they were recorded, also what is too unsure for the model."""
+    """Movements of placements while they were recorded, also those too unsure for the model."""
 
 
 def select_models(
