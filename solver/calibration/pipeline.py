@@ -7,18 +7,14 @@ from operator import attrgetter
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
-import numpy as np
-
 from ...recorder import Placement
 from ..data import base_name, in_placements
-from ..paper import NotConverged
 from ..robot import Robot
 from .calibration import Calibration
-from .earlier import priors_of
-from .fit import Fit, fit_robots
+from .convergence import converged_fits
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
-from .problem import CalibrationProblem, Recordings, problems_of
+from .problem import Recordings, problems_of
 from .results import document_of
 
 if TYPE_CHECKING:
@@ -90,7 +86,7 @@ def calibrate(
         for part in (attrgetter("measurements"), attrgetter("test"))
     ]
     settings = replace(settings, sockets_at=in_placements(settings.located, *bases))
-    fits = _converged([*problems.values()], settings, progress)
+    fits = converged_fits([*problems.values()], settings, progress)
     calibrations = {
         name: Calibration(document_of(problem, fit), fit.calibrated)
         for (name, problem), fit in zip(problems.items(), fits, strict=True)
@@ -114,23 +110,3 @@ def _show_options(function: Callable[..., Any]) -> None:
 
 
 _show_options(calibrate)
-
-
-def _converged(
-    problems: Sequence[CalibrationProblem], options: SolveOptions, progress: Progress
-) -> list[Fit]:
-    """Return fits that converged to finite numbers; else name an error in the recordings."""
-    findings = [finding for problem in problems for finding in problem.checks]
-    contradiction = next((finding for finding in findings if finding.level == "error"), None)
-    try:
-        types = priors_of(options, problems)
-        fits = fit_robots(problems, options, types=types, progress=progress)
-    except NotConverged:
-        if contradiction is None:
-            raise
-        raise NotConverged(f"the fit did not converge; {contradiction}") from None
-    except np.linalg.LinAlgError as error:
-        raise NotConverged(f"the fit did not converge ({error}); run mukca check") from None
-    if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
-        raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
-    return fits

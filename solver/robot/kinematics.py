@@ -103,7 +103,7 @@ def link_poses(
         [R | p], shape (N, joints + 1, 3, 4).
     """
     written = [[*joint.origin.xyz, *joint.origin.rpy] for joint in joints]
-    frames = frames_of_origins(np.array(written) if origins is None else origins)
+    frames = frames_of_origins(np.reshape(written, (-1, 6)) if origins is None else origins)
     function = _link_poses(tuple(map(kind_of_joint, joints)), q.shape[1])
     return function(q, columns_of(frames))[0].reshape(len(q), len(joints) + 1, 3, 4)
 

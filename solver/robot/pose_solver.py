@@ -95,17 +95,24 @@ class PoseSolver:
                 start.
             tool: Pose of the tool on the link, the rows of [R | p], shape (12,).
         """
-        N, m = len(start), len(self.lower)
         q = np.clip(start, self.lower, self.upper)
-        if N == 1:
-            parts = (q, targets, q if prefer is None else prefer)
+        prefer = q if prefer is None else prefer
+        if len(q) == 1:
+            parts = (q, targets, prefer)
             solution = self._after_free_steps(np.concatenate(parts, axis=1), tool)
             if solution.left.max() < TOLERANCE:
                 return solution
+        return self._after_bounded_steps(q, targets, prefer, tool)
+
+    def _after_bounded_steps(
+        self, q: np.ndarray, targets: np.ndarray, prefer: np.ndarray, tool: np.ndarray
+    ) -> Solutions:
+        """Return solutions by steps that keep the limits, from starts within these."""
+        N, m = len(q), len(self.lower)
         solutions = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
         # A row holds q, target, prefer; the best q, and the step before; its residual, and the
         # square of that. Columns are contiguous, since these are computed with.
-        parts = (q, targets, q if prefer is None else prefer, q, q, np.full((N, 3), np.inf))
+        parts = (q, targets, prefer, q, q, np.full((N, 3), np.inf))
         table, end = np.asfortranarray(np.hstack(parts)), 2 * m + 12
         moving, stuck = np.arange(N), np.zeros(N, dtype=int)
         for round_ in range(ROUNDS):
@@ -133,12 +140,9 @@ class PoseSolver:
             stay = ~(arrived | last) & (stuck < STUCK) & (round_ < ROUNDS - 1)
             if not stay.all():
                 gone = ~stay
-                targets_of = moving[gone]
-                solutions.positions[targets_of], solutions.left[targets_of] = (
-                    best[gone],
-                    residual[gone],
-                )
-                solutions.rounds[targets_of] = round_ + (last & ~arrived)[gone]
+                i = moving[gone]
+                solutions.positions[i], solutions.left[i] = best[gone], residual[gone]
+                solutions.rounds[i] = round_ + (last & ~arrived)[gone]
                 moving, stuck, table = moving[stay], stuck[stay], table.T.compress(stay, axis=1).T
             if not moving.size:
                 break

@@ -282,7 +282,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch):
     def broken(*_, **__):
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr("mukca.solver.calibration.pipeline.fit_robots", broken)
+    monkeypatch.setattr("mukca.solver.calibration.convergence.fit_robots", broken)
     status, out, err = run("solve", "front", "--robot", "panda", "--json")
     assert (status, out) == (1, "") and len(err.strip().splitlines()) == 1
     assert "did not converge" in err

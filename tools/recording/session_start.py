@@ -77,9 +77,15 @@ def page_of(options: RecordOptions) -> "Generator[PageProcess | None, None, None
         yield page
 
 
-def with_address(options: RecordOptions, session: Session, url: str) -> Session:
-    """Return a session with messages on the page's address."""
-    session = session.with_message(f"page: {url}")
+def announced(
+    session: Session, options: RecordOptions, remark: str, page: "PageProcess | None"
+) -> Session:
+    """Return a session that tells what the driver remarked, and where its page is."""
+    if remark:
+        session = session.with_message(remark, alarm=True)
+    if page is None:
+        return session
+    session = session.with_message(f"page: {page.url}")
     if options.page_host not in LOCAL_HOSTS:
         warning = "whoever knows this address can watch, from anywhere in the network"
         session = session.with_message(warning, alarm=True)
@@ -103,9 +109,7 @@ def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement,
     return tuple(sorted(placements, key=lambda placement: placement.samples[0].time or 0.0))
 
 
-def resume_summary_of(
-    recording: Recording, session: Session, distance: float | None
-) -> tuple[str, ...]:
+def summary_of(recording: Recording, session: Session, distance: float | None) -> tuple[str, ...]:
     """Return the recording that is continued, in lines; none at a new placement."""
     if not recording.content.samples:
         return ()

@@ -16,7 +16,7 @@ from ..cli import Terminal, one_arm
 from . import session_start
 from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
-from .options import RecordOptions
+from .options import RecordOptions, joints_of
 
 if TYPE_CHECKING:
     from .page import PageProcess
@@ -37,6 +37,8 @@ def record_session(
     the page goes on at its address, and the hand of a simulated arm leads on.
     """
     keys = keys_with(options.key)
+    moved = samples is not None and not samples
+    gravity = gravity_of(robot, options.load.validated().load)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
         stack.enter_context(_undisturbed())
@@ -46,54 +48,60 @@ def record_session(
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(session_start.open_recording(options, metadata, still))
-        if options.keep_stream:
-            stream.log = log = StreamLog(next_log_file(options.out), robot.joint_names)
-            stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
-            stack.callback(log.close)
-        live = script is None
+        stream.log = _stream_log(options, robot, terminal, stack)
+        monitor = _monitor(options, robot, still, driver.resolution, live=script is None)
+        by_hand = keyboard is not None and script is None
         session = session_start.first_session(options, metadata, robot, recording, samples or ())
-        if driver.remark:
-            session = session.with_message(driver.remark, alarm=True)
-        if page:
-            session = session_start.with_address(options, session, page.url)
+        session = session_start.announced(session, options, driver.remark, page)
         guidance = None
-        if keyboard and live and not (options.no_guide or options.quick):
+        if by_hand and not (options.no_guide or options.quick):
             guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
             session = session_start.with_blocks(options, session)
         if hand:
             hand.guided = guidance is not None
-            if samples is not None and not samples:
+            if moved:
                 hand.move_base()
+        summary = session_start.summary_of(recording, session, metadata.distance) if by_hand else ()
         return Recorder(
             session=session,
             stream=stream,
-            monitor=StreamMonitor(
-                session.joints,
-                window=options.window,
-                still=still,
-                live=live,
-                resolution=driver.resolution,
-            ),
+            monitor=monitor,
             recording=recording,
             display=_display(terminal),
             title=_title(options, metadata),
             keyboard=keyboard,
             script=script,
-            contact=ContactDetector(
-                session.joints, gravity_of(robot, options.load.validated().load)
-            ),
+            contact=ContactDetector(session.joints, gravity),
             plausible=partial(odd_pose, robot, metadata.distance or DEFAULT_DISTANCE),
             keys=keys,
             hands_free=options.auto,
-            moved=samples is not None and not samples,
+            moved=moved,
             sound=options.sound != "off",
             guidance=guidance,
             observers=[*filter(None, (page, hand and hand.follow))],
             page=page.url if page else "",
-            resume_summary=session_start.resume_summary_of(recording, session, metadata.distance)
-            if keyboard and live
-            else (),
+            resume_summary=summary,
         ).run()
+
+
+def _stream_log(
+    options: RecordOptions, robot: Robot, terminal: Terminal, stack: ExitStack
+) -> StreamLog | None:
+    """Return the file of the stream, closed at the end, when its trouble is said; None for none."""
+    if not options.keep_stream:
+        return None
+    log = StreamLog(next_log_file(options.out), robot.joint_names)
+    stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
+    stack.callback(log.close)
+    return log
+
+
+def _monitor(
+    options: RecordOptions, robot: Robot, still: float, resolution: float, *, live: bool
+) -> StreamMonitor:
+    return StreamMonitor(
+        joints_of(robot), window=options.window, still=still, live=live, resolution=resolution
+    )
 
 
 def _guidance(options: RecordOptions, metadata: Metadata, robot: Robot) -> BackgroundGuidance:

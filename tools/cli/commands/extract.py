@@ -8,6 +8,7 @@ from typing import Any
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import write_files
+from ....solver.robot import Robot
 from ... import cli, extract
 from ...recording import joints_of
 
@@ -58,19 +59,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
         session = {"extracted_from": str(options.log), "window": window, "still": still}
-        about = {
-            "robot": robot.name,
-            "joints": list(robot.joint_names),
-            "units": [joint.unit for joint in joints],
-            "distance": options.distance,
-            "sockets": 2,
-            "model_sha256": robot.sha256,
-            "sessions": [session],
-        }
-        for name, files in folders.items():
-            files[METADATA] = json.dumps(about, indent=2).encode() + b"\n"
-            write_files(options.out / name, files)
-            outputs[name] = str(options.out / name)
+        outputs = _write(options.out, folders, _metadata(robot, options.distance, session))
         picture = extract.rests_picture(log, robot.joint_names, rests)
         outputs["picture"] = str(write_files(options.out, {"rests.svg": picture})["rests.svg"])
     if not folders:
@@ -87,6 +76,31 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs, "left_out": left_out})
     return 0 if folders and not lost else 1
+
+
+def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[str, Any]:
+    """Return what metadata.json says of the placements of a log."""
+    return {
+        "robot": robot.name,
+        "joints": list(robot.joint_names),
+        "units": [joint.unit for joint in joints_of(robot)],
+        "distance": distance,
+        "sockets": 2,
+        "model_sha256": robot.sha256,
+        "sessions": [session],
+    }
+
+
+def _write(
+    out: Path, folders: dict[str, dict[str, bytes]], metadata: dict[str, Any]
+) -> dict[str, str]:
+    """Write the placements into their folders, and return the folders' paths by name."""
+    paths: dict[str, str] = {}
+    for name, files in folders.items():
+        files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
+        write_files(out / name, files)
+        paths[name] = str(out / name)
+    return paths
 
 
 def _left_out(stretch: "extract.Stretch", start: float) -> str:
