@@ -1,0 +1,35 @@
+"""Fits that converged; where they do not, the recordings are named."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..paper import NotConverged
+from .earlier import priors_of
+from .fit import Fit, fit_robots
+from .options import SolveOptions
+from .problem import CalibrationProblem
+
+
+def converged_fits(
+    problems: Sequence[CalibrationProblem], options: SolveOptions, progress: Callable[[str], None]
+) -> list[Fit]:
+    """Return a fit of each problem's robot, all together.
+
+    Raises:
+        NotConverged: They did not converge to finite numbers; names an error in the recordings.
+    """
+    findings = [finding for problem in problems for finding in problem.checks]
+    contradiction = next((finding for finding in findings if finding.level == "error"), None)
+    try:
+        types = priors_of(options, problems)
+        fits = fit_robots(problems, options, types=types, progress=progress)
+    except NotConverged:
+        if contradiction is None:
+            raise
+        raise NotConverged(f"the fit did not converge; {contradiction}") from None
+    except np.linalg.LinAlgError as error:
+        raise NotConverged(f"the fit did not converge ({error}); run mukca check") from None
+    if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
+        raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
+    return fits
