@@ -32,6 +32,9 @@ LIKELY = 0.01
 ENOUGH_PLACEMENTS = 3
 NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
+JOINT_NOISE = "joint-noise"
+STAGES = (*EXTENSIONS, JOINT_NOISE)
+"""Extensions of the geometry, and the noise of the joints."""
 Free = tuple[Robot, Sequence[Parameter]]
 """A robot, and the free numbers of its geometry."""
 
@@ -52,8 +55,7 @@ def select_models(
     robots: Sequence[Free],
     data: MultiRobotObservations,
     *,
-    stages: Sequence[str] = tuple(EXTENSIONS),
-    joint_noise: bool = True,
+    stages: Sequence[str] = STAGES,
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
     recordings: Sequence[RobotRecordings] = (),
@@ -64,8 +66,8 @@ def select_models(
     Args:
         robots: The robots, and what of their geometry is free.
         data: Training placements.
-        stages: Extensions that may be tried, among :data:`.EXTENSIONS`.
-        joint_noise: False if joint angles are exact.
+        stages: Extensions that may be tried, among :data:`STAGES`; without the joints' noise
+            their angles are exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
             an earlier calibration of a single robot left known.
@@ -83,7 +85,7 @@ def select_models(
     ]
     models = [replace(base, given=prior) for base in bases]
     differences = differences_of(recordings)
-    geometric = estimate(models, data, joint_noise=joint_noise, movements=differences)
+    geometric = estimate(models, data, joint_noise=JOINT_NOISE in stages, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
     tryable = {effect for name in names for effect in EXTENSIONS[name]}

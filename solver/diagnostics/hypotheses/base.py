@@ -9,7 +9,8 @@ import numpy as np
 
 from ...robot import cross_matrices
 from .kinds import Block, Parameters
-from .scene import DISTANCE_WEIGHT, Scene
+from .nuisances import DISTANCE_WEIGHT
+from .scene import Scene
 
 SIDE, MOST_CUTS = 2, 100
 """Samples needed on each side of a change, and changes tried in a placement."""

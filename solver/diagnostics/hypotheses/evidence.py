@@ -75,17 +75,15 @@ class LinearEvidence:
 
     def chi_square(self, block: Block, sigma: float) -> float:
         """Return by how much a block's first candidate lowers chi-square, by its widest prior."""
-        M, g, gain = self._reduced(block.only([0]), np.array([sigma]))
-        precision: np.ndarray = np.eye(block.unknowns) / max(block.widths) ** 2 + M[0, 0]
-        covariance: np.ndarray = np.linalg.inv(precision)
-        return float(g[0, 0].dot(covariance.dot(g[0, 0]))) + 2 * float(gain[0, 0])
+        first = block.only([0])
+        M, g, gain = self._reduced(first, np.array([sigma]))
+        mean, _ = _posterior(M[0, 0], g[0, 0], max(block.widths))
+        return float(g[0, 0] @ mean) + 2 * float(gain[0, 0])
 
     def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of a block's first candidate, by its widest prior."""
         M, g, _ = self._reduced(block.only([0]), np.array([sigma]))
-        precision: np.ndarray = np.eye(block.unknowns) / max(block.widths) ** 2 + M[0, 0]
-        covariance: np.ndarray = np.linalg.inv(precision)
-        return covariance.dot(g[0, 0]), covariance
+        return _posterior(M[0, 0], g[0, 0], max(block.widths))
 
     def _reduced(
         self, block: Block, sigma: np.ndarray
@@ -112,3 +110,12 @@ class LinearEvidence:
             return M, g, np.zeros((len(sigma), C))
         gain = g[:, :, k] - 0.5 * M[:, :, k, k]
         return M[:, :, :k, :k], g[:, :, :k] - M[:, :, :k, k], gain
+
+
+def _posterior(M: np.ndarray, g: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and covariance by the information M and the pull g, under a prior's width."""
+    information, axes = np.linalg.eigh(M)
+    # Where the nuisances explain all, M is a difference of equal numbers.
+    variances = 1 / (information.clip(min=0.0) + 1 / width**2)
+    covariance: np.ndarray = (axes * variances) @ axes.T
+    return covariance @ g, covariance

@@ -15,7 +15,6 @@ from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
 from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
-from .nuisances import CENTRE, DISTANCE_WEIGHT
 from .seats import Seat, measured_points, seats_of
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
@@ -183,7 +182,7 @@ class Scene:
         slopes = self.linear[1][:, :, : len(self.x)].reshape(-1, len(self.x))
         of_samples = of_samples - slopes @ self.x  # beside those at the nominal model
         of_distances = [n - k.distance for n, k in zip(self.expected, self.known, strict=True)]
-        r = np.concatenate([of_samples, DISTANCE_WEIGHT * np.array(of_distances)])
+        r = np.concatenate([of_samples, nuisances.DISTANCE_WEIGHT * np.array(of_distances)])
         for rows, _, shift in self.explained:
             r[rows] -= shift
         return r
@@ -199,14 +198,17 @@ class Scene:
         """Derivatives by the nuisance parameters in units of their priors, shape (3 N + K, n)."""
         every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.known))
         coarse = self.zeros or self.noise > COARSE
+        centres = nuisances.of_centres(self.centres, self.sockets, self.known, self.expected)
+        places = [*zip(self.measurements, self.places, strict=True)]
+        play = nuisances.of_play(self.by_joints, self.sockets, len(self.centres), self.noise)
         parts = [
-            (slice(0, last.stop), nuisances.of_centres(self)),
+            (slice(0, last.stop), centres),
             (every, self.by_geometry @ self.usual),
             (every, self.of_effects()),
-            (last, nuisances.of_calipers(self)),
-            (every, nuisances.of_turns(self)),
-            *nuisances.of_differences(self),
-            *([(every, nuisances.of_play(self))] if coarse else []),
+            (last, nuisances.of_calipers(self.known)),
+            (every, nuisances.of_turns(self.offsets, self.sockets, self.frames)),
+            *nuisances.of_differences(self.robot, self.q, places),
+            *([(every, play)] if coarse else []),
             *((rows, columns) for rows, columns, _ in self.explained),
         ]
         found = [np.zeros((last.stop, columns.shape[1])) for _, columns in parts]
@@ -264,7 +266,7 @@ class Scene:
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
         x = self._ridge(self.all_samples, sigma)[: self.centres.size]
-        return replace(self, centres=self.centres + CENTRE * x.reshape(-1, 3))
+        return replace(self, centres=self.centres + nuisances.CENTRE * x.reshape(-1, 3))
 
     def _ridge(self, rows: slice, sigma: float) -> np.ndarray:
         B, r = self.nuisances[rows], self.residuals[rows]

@@ -82,5 +82,7 @@ def test_an_instrument_that_follows_the_temperature(panda, tmp_path):
     names = (*panda.joint_names, "x", "y", "z", "temperature [C]")
     write_rows(tmp_path / "points.csv", np.column_stack([q, balls, warm]).tolist(), names)
     points = mukca.read_placements(tmp_path)
-    (text,) = told(mukca.calibrate(panda, points, without=["transmission", "curves"]))
+    (text,) = told(
+        mukca.calibrate(panda, points, without=["transmission", "curves"], as_recorded=True)
+    )
     assert "temperature" in text
