@@ -72,9 +72,9 @@ def nice_above(value: float, digits: Sequence[float] = (1, 2, 2.5, 5, 10)) -> fl
     return next(d * power for d in digits if d * power >= value * (1 - 1e-9))
 
 
-def apart_words(apart: Apart | None) -> str:
+def apart_words(difference: Apart | None) -> str:
     """Return how far two calibrations are apart, and by chance, in millimetres without the unit."""
-    if apart is None:
+    if difference is None:
         return "-"
-    chance = f"{millimetres(apart.chance)} +- {millimetres(apart.deviation)}"
-    return f"{millimetres(apart.value)}{'!' * apart.beyond_chance} (by chance {chance})"
+    chance = f"{millimetres(difference.chance)} +- {millimetres(difference.deviation)}"
+    return f"{millimetres(difference.value)}{'!' * difference.beyond_chance} (by chance {chance})"

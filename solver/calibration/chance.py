@@ -41,7 +41,7 @@ class Comparison:
         efforts = None if efforts is None else efforts[some]
         moments = self.load.moments(self.first.model.robot, q[some], efforts)
         a, b = (Estimate(posterior, q[some], moments) for posterior in (self.first, self.second))
-        return apart_by_chance(a, b, later=self.later)
+        return apart_by_chance(a, b, follows=self.later)
 
 
 def differences(
@@ -54,16 +54,16 @@ def differences(
     nothing = None, tuple(None for _ in data)
     if a.document.posterior is None or b.document.posterior is None:
         return nothing
-    later = is_prior_of(a, b) or is_prior_of(b, a)
+    is_later = is_prior_of(a, b) or is_prior_of(b, a)
     try:
-        pair = Comparison(a.posterior, b.posterior, a.load, later)
+        pair = Comparison(a.posterior, b.posterior, a.load, is_later)
     except MukcaError:  # what it began from is not at hand any more
         return nothing
     return pair.in_workspace(), tuple(map(pair.at, data))
 
 
-def is_prior_of(earlier: Calibration, later: Calibration) -> bool:
+def is_prior_of(first: Calibration, second: Calibration) -> bool:
     """Tell whether one calibration began where another ended (``--prior``)."""
-    prior = later.document.settings.get("prior")
-    file = Path(earlier.source)
+    prior = second.document.settings.get("prior")
+    file = Path(first.source)
     return prior is not None and Path(prior).resolve() in (file.resolve(), file.parent.resolve())

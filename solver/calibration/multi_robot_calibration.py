@@ -227,7 +227,10 @@ def common_document(
     """Return everything that robots have in common."""
     first, *names = calibrations
     relative = {f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(names, 1)}
-    known = [0, *(i for i, relative_pose in enumerate(relative.values(), 1) if relative_pose.xyz)]
+    standing = [
+        0,
+        *(i for i, relative_pose in enumerate(relative.values(), 1) if relative_pose.xyz),
+    ]
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
@@ -239,16 +242,16 @@ def common_document(
                 options=dict(calibration.robot.loaded_with),
                 train=tuple(row.folder for row in calibration.document.data if row.role == "train"),
                 test=tuple(row.folder for row in calibration.document.data if row.role == "test"),
-                postures=_postures(posterior, i) if i in known else [],
+                postures=_postures(posterior, i) if i in standing else [],
             )
             for i, (name, calibration) in enumerate(calibrations.items())
         ),
-        sockets=_visited_sockets(posterior, known),
+        sockets=_visited_sockets(posterior, standing),
     )
 
 
 def _visited_sockets(
-    world: JointPosterior, known: Sequence[int]
+    world: JointPosterior, standing: Sequence[int]
 ) -> tuple[results.VisitedSocket, ...]:
     """Return the sockets of robots whose bases are known, in the first one's base."""
     robots = list(zip(world.scene.names, world.scene.arms, strict=True))
@@ -260,7 +263,7 @@ def _visited_sockets(
             robots=tuple(name for name, arm in robots if k in arm.sockets),
         )
         for k, ((placement, socket), centre) in enumerate(places)
-        if any(k in robots[i][1].sockets for i in known)
+        if any(k in robots[i][1].sockets for i in standing)
     )
 
 

@@ -56,29 +56,29 @@ class CalibrationProblem(RobotRecordings):
 
     def at_rest(
         self,
-        moved: np.ndarray | None,
-        found: Iterable[FoundMovement],
+        shifts: np.ndarray | None,
+        movements: Iterable[FoundMovement],
         calibrated: results.CalibratedRobot,
     ) -> "CalibrationProblem":
         """Return the recordings with the movements of their places, row by row, as diagnostics.
 
         Where a placement that is held out differs throughout follows from its own samples.
         """
-        named = {m.name: m for m in self.measurements}
-        more = (
+        by_name = {m.name: m for m in self.measurements}
+        diagnostics = (
             results.Diagnostic(
                 "warning",
-                "movement" if one.kept else "moved",
-                where_of([named[one.placement]]),
-                _movement_text(named[one.placement], one),
+                "movement" if movement.kept else "moved",
+                where_of([by_name[movement.placement]]),
+                _movement_text(by_name[movement.placement], movement),
                 STEADY,
             )
-            for one in found
+            for movement in movements
         )
         ends = np.cumsum([len(m.positions) for m in self.measurements])
-        parts = [None] * len(ends) if moved is None else np.split(moved, ends)[: len(ends)]
-        train = (replace(m, moved=own) for m, own in zip(self.measurements, parts, strict=True))
-        checks = (*self.checks, *more)
+        parts = [None] * len(ends) if shifts is None else np.split(shifts, ends)[: len(ends)]
+        train = (replace(m, moved=shift) for m, shift in zip(self.measurements, parts, strict=True))
+        checks = (*self.checks, *diagnostics)
         test = tuple(_set_apart(m, calibrated) for m in self.test)
         return replace(self, checks=checks, measurements=tuple(train), test=test)
 
@@ -104,19 +104,27 @@ def problems_of(
     robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
-    every = [p for part in (train, test) for own in _each(part) for p in as_list(own)]
-    check_left_out(every, options.leave_out)
+    placements = [
+        p for part in (train, test) for part_of_robot in _each(part) for p in as_list(part_of_robot)
+    ]
+    check_left_out(placements, options.leave_out)
     if isinstance(robot, Mapping):
         _check_robots(robot, options)
         training, held_out = _by_robot(robot, train), _by_robot(robot, test)
-        if empty := [name for name, own in training.items() if not own]:
-            known = ", ".join(robot)
-            raise UsageError(f"{empty[0]}: no placement to train on; the robots are {known}")
-        every = [p for one in (training, held_out) for part in one.values() for p in part]
-        options.check_payloads(every)
+        if missing_robots := [
+            name for name, placements_of_robot in training.items() if not placements_of_robot
+        ]:
+            names = ", ".join(robot)
+            raise UsageError(
+                f"{missing_robots[0]}: no placement to train on; the robots are {names}"
+            )
+        placements = [p for group in (training, held_out) for part in group.values() for p in part]
+        options.check_payloads(placements)
         problems = {
-            name: replace(_prepare(own, training[name], held_out[name], options), name=name)
-            for name, own in robot.items()
+            name: replace(
+                _prepare(robot_of_name, training[name], held_out[name], options), name=name
+            )
+            for name, robot_of_name in robot.items()
         }
         # one arm's samples taken for another's as well would fit both
         check_distinct([m for p in problems.values() for m in (*p.measurements, *p.test)])
@@ -136,27 +144,27 @@ def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
     """Refuse options that several robots cannot have."""
     if options.method != "auto":
         raise UsageError("several robots: --method paper knows one, --method auto knows both")
-    for one in options.located:
-        if one.frame == "base":
+    for socket in options.located:
+        if socket.frame == "base":
             raise UsageError(
-                f"{one.where}: the base of which robot? Write {next(iter(robots))}:base"
+                f"{socket.where}: the base of which robot? Write {next(iter(robots))}:base"
             )
 
 
 def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
     """Return each robot's placements: as given by name, or as each of them says."""
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
-    named = ", ".join(robots)
+    listing = ", ".join(robots)
     if isinstance(placements, Mapping):
-        pairs = [(name, p) for name, own in placements.items() for p in as_list(own)]
+        pairs = [(name, p) for name, group in placements.items() for p in as_list(group)]
     else:
         pairs = [(p.robot_name, p) for p in as_list(placements)]
     for name, placement in pairs:
         where = placement.path or placement.name
         if name is None:
-            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {named}")
+            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {listing}")
         if name not in by_robot:
-            raise UsageError(f"{where}: of robot {name!r}, but the robots are {named}")
+            raise UsageError(f"{where}: of robot {name!r}, but the robots are {listing}")
         if any(p.place == placement.place for p in by_robot[name]):
             raise UsageError(
                 f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
@@ -180,9 +188,9 @@ def _with_lone_sockets(problem: CalibrationProblem) -> CalibrationProblem:
     """Return one robot's recordings with diagnostics of lone sockets, which nothing ties."""
     if problem.options.located:
         return problem
-    every = [m for _, m in problem.placements]
-    more = single_socket_diagnostics(every, problem.options.distances)
-    return replace(problem, checks=(*problem.checks, *more))
+    measurements = [m for _, m in problem.placements]
+    diagnostics = single_socket_diagnostics(measurements, problem.options.distances)
+    return replace(problem, checks=(*problem.checks, *diagnostics))
 
 
 def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
@@ -191,11 +199,11 @@ def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
     if not options.free or options.prior or Path(robot.source).suffix != ".urdf":
         return []
     try:
-        known = results.calibrated_robot(results.read_calibration(file), str(file))
+        calibrated = results.calibrated_robot(results.read_calibration(file), str(file))
     except results.DocumentError:
         return []
-    same = robot.joint_names == known.robot.joint_names
-    if not same or not np.array_equal(robot.origins, known.origins):
+    same = robot.joint_names == calibrated.robot.joint_names
+    if not same or not np.array_equal(robot.origins, calibrated.origins):
         return []
     return [
         f"{robot.source}: calibrated, and --free takes the rest of it for exact: neither its "
@@ -206,8 +214,10 @@ def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
 
 def _locked_angles(robot: Robot, options: SolveOptions) -> list[str]:
     """Return a warning of joints whose roll and yaw are nearly one turn, which the paper fits."""
-    free = {p.joint for p in choose_parameters(robot, options.free, options.fix) if p.unit == "rad"}
-    joints = [joint for joint in robot.joints if joint.name in free and joint.actuated]
+    variable = {
+        p.joint for p in choose_parameters(robot, options.free, options.fix) if p.unit == "rad"
+    }
+    joints = [joint for joint in robot.joints if joint.name in variable and joint.actuated]
     locked = [j.name for j in joints if abs(math.cos(j.origin.rpy[1])) < math.sin(LOCKED)]
     if options.method != "paper" or not locked:
         return []
@@ -229,10 +239,10 @@ def _weightless(robot: Robot, data: Sequence[Measurement], options: SolveOptions
 
 def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
-    free = {parameter.name for parameter in parameters}
+    variable = {parameter.name for parameter in parameters}
     for joint in robot.actuated if options.zeros else ():
         angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
-        if joint.type == "prismatic" or not angles <= free:
+        if joint.type == "prismatic" or not angles <= variable:
             raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
@@ -242,12 +252,16 @@ def _measured(
     """Return the checked placements to train and to test on, and what to warn of."""
     if not train:
         raise UsageError("no placement to train on; read some by mukca.read_placements")
-    trained = {p.path.resolve() for p in train if p.path is not None}
+    paths = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
         train, test = as_flange_poses(train), as_flange_poses(test)
     train, test = (options.carrying(part) for part in (train, test))
-    kept = [p for p in test if p.path is None or p.path.resolve() not in trained]
-    warnings = [f"{p.path}: trained on, so left out of the test" for p in test if p not in kept]
+    held_out_placements = [p for p in test if p.path is None or p.path.resolve() not in paths]
+    warnings = [
+        f"{p.path}: trained on, so left out of the test"
+        for p in test
+        if p not in held_out_placements
+    ]
     sockets = 1 if options.method == "auto" else 2
     measured = [p for p in (*train, *test) if p.samples and p.samples[0].point is not None]
     if measured and options.method == "paper":
@@ -255,45 +269,47 @@ def _measured(
             f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
             "sockets only, --method auto knows both"
         )
-    fitted, refused = checked(robot, without(train, options.leave_out), options, sockets)
-    held_out, more = checked(robot, without(kept, options.leave_out), options, sockets)
-    if not fitted:
-        raise next(iter(refused), UsageError("--leave-out: no placement is left to train on"))
-    warnings += [f"{error}; it is left out" for error in (*refused, *more)]
-    check_distinct([*fitted, *held_out])
+    training, errors = checked(robot, without(train, options.leave_out), options, sockets)
+    held_out, errors_held_out = checked(
+        robot, without(held_out_placements, options.leave_out), options, sockets
+    )
+    if not training:
+        raise next(iter(errors), UsageError("--leave-out: no placement is left to train on"))
+    warnings += [f"{error}; it is left out" for error in (*errors, *errors_held_out)]
+    check_distinct([*training, *held_out])
     warnings += _held_as_exact(robot, options)
     warnings += _locked_angles(robot, options)
-    warnings += _weightless(robot, [*fitted, *held_out], options)
-    warnings += [line for m in (*fitted, *held_out) for line in m.warnings]
+    warnings += _weightless(robot, [*training, *held_out], options)
+    warnings += [line for m in (*training, *held_out) for line in m.warnings]
     return CalibrationProblem(
-        robot, fitted, options.load, options=options, test=held_out, warnings=tuple(warnings)
+        robot, training, options.load, options=options, test=held_out, warnings=tuple(warnings)
     )
 
 
 def as_list(placements: object) -> list[Placement]:
     """Return placements as a list; one stands for itself, and a path is refused."""
     several = isinstance(placements, Iterable) and not isinstance(placements, str)
-    every: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
-    read = [one for one in every if isinstance(one, Placement)]
-    if len(read) < len(every):
-        other = next(one for one in every if not isinstance(one, Placement))
-        raise UsageError(f"{other!r:.60}: no placement; read it by mukca.read_placements")
-    return read
+    items: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
+    placements_only = [item for item in items if isinstance(item, Placement)]
+    if len(placements_only) < len(items):
+        stranger = next(item for item in items if not isinstance(item, Placement))
+        raise UsageError(f"{stranger!r:.60}: no placement; read it by mukca.read_placements")
+    return placements_only
 
 
 def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     """Look at all placements; what is held out is looked at here and never by the fit."""
     options, robot = problem.options, problem.robot
-    right = mended(robot, problem.measurements, problem.test, options)
-    survey, place = right.survey, None
-    if any(m.kind == "sockets" for m in (*right.train, *right.test)):
+    mending = mended(robot, problem.measurements, problem.test, options)
+    survey, place = mending.survey, None
+    if any(m.kind == "sockets" for m in (*mending.train, *mending.test)):
         place = results.NextPlacement(text=next_placement(robot, survey))
     return replace(
         problem,
-        measurements=right.train,
-        test=right.test,
-        checks=(*right.done, *survey.diagnostics),
-        options=replace(options, known=right.known),
+        measurements=mending.train,
+        test=mending.test,
+        checks=(*mending.done, *survey.diagnostics),
+        options=replace(options, known=mending.known),
         survey=survey,
         hypotheses=survey.hypotheses,
         next_placement=place,

@@ -61,7 +61,7 @@ def mended(
     train: Sequence[Measurement],
     test: Sequence[Measurement],
     options: SolveOptions,
-    without: Collection[Action] = (),
+    barred: Collection[Action] = (),
 ) -> MendedRecordings:
     """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
 
@@ -70,33 +70,33 @@ def mended(
         train: Placements to train on. Those held out are never looked at with them.
         test: Placements held out.
         options: What may be done, and what was said of the recordings.
-        without: What may not be done all the same.
+        barred: What may not be done all the same.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    trained, held_out = list(train), list(test)
-    look = _look(robot, trained, options)
-    actions = set(actions_of(options)) - set(without)
-    survey, done = look(trained, held_out), list[Diagnostic]()
-    wrong = survey.unclear or any(one.corrections for one in survey.placements)
-    if wrong and actions:
+    training, held_out = list(train), list(test)
+    look = _look(robot, training, options)
+    actions = set(actions_of(options)) - set(barred)
+    survey, done = look(training, held_out), list[Diagnostic]()
+    doubtful = survey.unclear or any(inspection.corrections for inspection in survey.placements)
+    if doubtful and actions:
         mend = partial(set_right, look, actions=actions)
-        seen = survey.placements[: len(trained)]
-        trained, done = mend(trained)
+        inspections = survey.placements[: len(training)]
+        training, done = mend(training)
         if not done:  # too few to tell by themselves: where a base moved, all tell together
-            trained, done = by_findings(trained, seen, LEAST, actions)
-        held_out, more = mend(held_out, trained, LEAST_HELD_OUT)
-        survey, done = look(trained, held_out), [*done, *more]
+            training, done = by_findings(training, inspections, LEAST, actions)
+        held_out, actions_held_out = mend(held_out, training, LEAST_HELD_OUT)
+        survey, done = look(training, held_out), [*done, *actions_held_out]
     if actions_of(options) == ALL_ACTIONS:
         held_out, survey = _without_drifts(held_out, survey)
-    known = _followed(named(train, options.distances), trained)
-    if lost := [k for k in known if not _is_between(k, trained)]:
+    lengths = _followed(named(train, options.distances), training)
+    if lost := [k for k in lengths if not _is_between(k, training)]:
         raise KnownError(
             f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
             "distance out, or keep all samples by --as-recorded"
         )
-    return MendedRecordings(tuple(trained), tuple(held_out), tuple(done), survey, known)
+    return MendedRecordings(tuple(training), tuple(held_out), tuple(done), survey, lengths)
 
 
 def _without_drifts(
@@ -105,41 +105,41 @@ def _without_drifts(
     """Return placements held out, judged without the drifts of their bases, and what says so."""
     placements = list(held_out)
     count = len(survey.placements) - len(placements)
-    seen = list(survey.placements)
-    for i, inspection in enumerate(seen[count:]):
-        told = [d for d in inspection.diagnostics if d.code == "drift" and HELD_OUT in d.advice]
-        if inspection.drift is None or not told:
+    inspections = list(survey.placements)
+    for i, inspection in enumerate(inspections[count:]):
+        drifts = [d for d in inspection.diagnostics if d.code == "drift" and HELD_OUT in d.advice]
+        if inspection.drift is None or not drifts:
             continue
         m, rank = placements[i], placements[i].order
         placements[i] = replace(
             m, moved=np.outer(rank / max(rank.max(), 1) - 0.5, inspection.drift)
         )
         diagnostics = tuple(
-            replace(d, advice=d.advice.replace(HELD_OUT, WITHOUT_DRIFT)) if d in told else d
+            replace(d, advice=d.advice.replace(HELD_OUT, WITHOUT_DRIFT)) if d in drifts else d
             for d in inspection.diagnostics
         )
-        seen[count + i] = replace(inspection, diagnostics=diagnostics)
-    return placements, replace(survey, placements=tuple(seen))
+        inspections[count + i] = replace(inspection, diagnostics=diagnostics)
+    return placements, replace(survey, placements=tuple(inspections))
 
 
 def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:
     """Return what looks at placements to train on, and at others held out beside them."""
-    known = named(train, options.distances)
+    stated = named(train, options.distances)
     size = repeatability_of(robot, options.repeatability_mm)
     zeros, load, mender = bool(options.zeros), options.load, _mender(options)
 
-    def look(trained: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
-        names = [m.name for m in trained] if held_out else []
-        every = [*trained, *held_out]
-        lengths = [k for k in _followed(known, every) if _is_between(k, every)]
-        given = Given(lengths, options.deviation, load, mender, names)
-        return inspect_all(robot, every, given, zeros=zeros, repeatability=size)
+    def look(training: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
+        names = [m.name for m in training] if held_out else []
+        measurements = [*training, *held_out]
+        lengths = [k for k in _followed(stated, measurements) if _is_between(k, measurements)]
+        premises = Given(lengths, options.deviation, load, mender, names)
+        return inspect_all(robot, measurements, premises, zeros=zeros, repeatability=size)
 
     return look
 
 
 def _followed(
-    known: Sequence[KnownDistance], measurements: Sequence[Measurement]
+    lengths: Sequence[KnownDistance], measurements: Sequence[Measurement]
 ) -> tuple[KnownDistance, ...]:
     """Return known distances by the first parts that hold their sockets, of what was split."""
 
@@ -148,12 +148,12 @@ def _followed(
         parts = [m.name for m in measurements if whole_name(m.name) == name and socket in m.sockets]
         return (parts[0] if parts else name), socket
 
-    return tuple(replace(k, first=part(k.first), second=part(k.second)) for k in known)
+    return tuple(replace(k, first=part(k.first), second=part(k.second)) for k in lengths)
 
 
-def _is_between(known: KnownDistance, measurements: Sequence[Measurement]) -> bool:
+def _is_between(length: KnownDistance, measurements: Sequence[Measurement]) -> bool:
     """Tell whether both ends of a distance are sockets of some placements."""
-    return {known.first, known.second} <= {(m.name, k) for m in measurements for k in m.sockets}
+    return {length.first, length.second} <= {(m.name, k) for m in measurements for k in m.sockets}
 
 
 def _mender(options: SolveOptions) -> str:
@@ -166,8 +166,8 @@ def _mender(options: SolveOptions) -> str:
 def set_right(
     look: Look,
     measurements: Sequence[Measurement],
-    beside: Sequence[Measurement] = (),
-    least: int = LEAST,
+    reference: Sequence[Measurement] = (),
+    minimum: int = LEAST,
     *,
     actions: Collection[Action] = ALL_ACTIONS,
 ) -> tuple[list[Measurement], list[Diagnostic]]:
@@ -177,43 +177,51 @@ def set_right(
         look: Returns what explains placements to train on, and others held out beside them.
         measurements: The placements; those held out are never looked at with those to train on
             before the latter are set right.
-        beside: Placements that are set right already.
-        least: Fewest samples in a socket of a part that is kept.
+        reference: Placements that are set right already.
+        minimum: Fewest samples in a socket of a part that is kept.
         actions: What may be done.
     """
     placements, done = list(measurements), list[Diagnostic]()
     for _ in range(ROUNDS if placements else 0):
-        survey = look(beside, placements) if beside else look(placements)
-        seen = survey.placements[len(beside) :]
+        survey = look(reference, placements) if reference else look(placements)
+        inspections = survey.placements[len(reference) :]
         if survey.unclear:
-            seen = [look([one]).placements[0] for one in placements]
-        elif len(beside) == 1:
-            seen = _beside_one(survey.placements[0], seen)
-        placements, more = by_findings(placements, seen, least, actions)
-        if not more:
+            inspections = [look([placement]).placements[0] for placement in placements]
+        elif len(reference) == 1:
+            inspections = _beside_one(survey.placements[0], inspections)
+        placements, diagnostics = by_findings(placements, inspections, minimum, actions)
+        if not diagnostics:
             break
-        done += more
+        done += diagnostics
     return placements, done
 
 
-def _beside_one(trained: Inspection, held_out: Sequence[Inspection]) -> list[Inspection]:
+def _beside_one(reference: Inspection, held_out: Sequence[Inspection]) -> list[Inspection]:
     """Return what was seen of placements held out, with what sets apart the one trained on.
 
     Which of two differs cannot be told: the model has the ball and the zeros of the latter.
     """
-    apart = tuple(one for one in trained.corrections if one.apart is not None)
-    return [replace(one, corrections=(*one.corrections, *apart)) for one in held_out]
+    differences = tuple(
+        correction for correction in reference.corrections if correction.apart is not None
+    )
+    return [
+        replace(inspection, corrections=(*inspection.corrections, *differences))
+        for inspection in held_out
+    ]
 
 
 def by_findings(
     placements: Sequence[Measurement],
-    seen: Sequence[Inspection],
+    inspections: Sequence[Inspection],
     least: int,
     actions: Collection[Action],
 ) -> tuple[list[Measurement], list[Diagnostic]]:
     """Return placements set right by what was seen of each, and what was done."""
-    every = [one.corrections for one in seen]
-    corrections = [[one for one in own if one.action in actions] for own in every]
+    by_placement = [inspection.corrections for inspection in inspections]
+    corrections = [
+        [correction for correction in corrections_here if correction.action in actions]
+        for corrections_here in by_placement
+    ]
     return corrected(placements, corrections, least)
 
 
@@ -221,17 +229,19 @@ def checked(
     robot: Robot, placements: Sequence[Placement], options: SolveOptions, sockets: int
 ) -> tuple[tuple[Measurement, ...], list[MukcaError]]:
     """Return checked placements, and why others are left out, too short or not readable."""
-    measured, refused = list[Measurement](), list[MukcaError]()
+    measured, errors = list[Measurement](), list[MukcaError]()
     for placement in placements:
         try:
-            one = measure(placement, robot, options.distance, sockets=sockets, load=options.load)
+            measurement = measure(
+                placement, robot, options.distance, sockets=sockets, load=options.load
+            )
         except (TooFewError, RecordingError) as error:
             if options.as_recorded:
                 raise
-            refused.append(error)
+            errors.append(error)
             continue
-        measured.append(spaced(one, placement.name, options.located))
-    return tuple(measured), refused
+        measured.append(spaced(measurement, placement.name, options.located))
+    return tuple(measured), errors
 
 
 def actions_of(options: SolveOptions) -> tuple[Action, ...]:
@@ -249,5 +259,5 @@ def placements_set_right(
         measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
     ]
     # a placement alone does not say what has unknowns of its own in it
-    right = mended(robot, (), measured, options, without=["set apart"])
-    return [m.placement for m in right.test], [*right.done]
+    mending = mended(robot, (), measured, options, barred=["set apart"])
+    return [m.placement for m in mending.test], [*mending.done]

@@ -64,7 +64,7 @@ class ColumnHypothesis:
             "swap": np.flatnonzero(self.order != np.arange(len(self.order))),
             "zero": np.flatnonzero(self.offsets),
         }
-        return {kind: found.tolist() for kind, found in joints.items() if len(found)}
+        return {kind: indices.tolist() for kind, indices in joints.items() if len(indices)}
 
     @property
     def name(self) -> str:
@@ -76,14 +76,14 @@ class ColumnHypothesis:
     def text(self) -> str:
         """The mistakes, and what mends them."""
         mends = {"sign": "-q", "swap": "their columns put right", "zero": "that taken off"}
-        words = " and ".join(self._words(*one) for one in self.mistakes.items())
+        words = " and ".join(self._words(*item) for item in self.mistakes.items())
         return f"{words}: with {' and '.join(mends[kind] for kind in self.mistakes)}"
 
     def _words(self, kind: str, joints: Sequence[int]) -> str:
         if kind == "swap" and len(joints) > 2:
             return f"the columns look out of order: {', '.join(map(str, self.order + 1))}"
-        off = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
-        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind, f"off by {off} deg")
+        degrees = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
+        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind, f"off by {degrees} deg")
         numbers = " and ".join(str(joint + 1) for joint in joints)
         names = ", ".join(self.robot.joint_names[joint] for joint in joints)
         look = "joint {} ({}) looks {}" if len(joints) == 1 else "joints {} ({}) look {}"
@@ -91,8 +91,8 @@ class ColumnHypothesis:
 
     def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
         """Return the same with another offset of a joint [rad]."""
-        alone = np.arange(len(self.offsets)) == joint
-        return replace(self, offsets=np.where(alone, offset, self.offsets))
+        only_joint = np.arange(len(self.offsets)) == joint
+        return replace(self, offsets=np.where(only_joint, offset, self.offsets))
 
 
 def unchanged(robot: Robot) -> ColumnHypothesis:
@@ -103,18 +103,18 @@ def unchanged(robot: Robot) -> ColumnHypothesis:
 
 def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
     """Return the hypotheses that so many joints have the other sign."""
-    joints, right = np.arange(len(robot.actuated)), unchanged(robot)
+    joints, as_recorded = np.arange(len(robot.actuated)), unchanged(robot)
     for some in combinations(joints, count):
-        yield replace(right, signs=np.where(np.isin(joints, some), -1.0, 1.0))
+        yield replace(as_recorded, signs=np.where(np.isin(joints, some), -1.0, 1.0))
 
 
 def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
     """Return the hypotheses that two columns are exchanged."""
-    right = unchanged(robot)
-    for i, j in combinations(right.order.tolist(), 2):
-        order = right.order.copy()
+    as_recorded = unchanged(robot)
+    for i, j in combinations(as_recorded.order.tolist(), 2):
+        order = as_recorded.order.copy()
         order[[i, j]] = j, i
-        yield replace(right, order=order)
+        yield replace(as_recorded, order=order)
 
 
 class _NominalModel:
@@ -127,39 +127,45 @@ class _NominalModel:
         self, hypotheses: Iterable[ColumnHypothesis]
     ) -> list[tuple[float, ColumnHypothesis]]:
         """Return the error that each hypothesis leaves [m], the least first."""
-        every = list(hypotheses)
-        variants = [h.apply(self._samples) for h in every]
-        errors = self._model.nominal_errors(variants) if every else []
-        return sorted(zip(errors, every, strict=True), key=lambda one: one[0])
+        candidates = list(hypotheses)
+        variants = [h.apply(self._samples) for h in candidates]
+        errors = self._model.nominal_errors(variants) if candidates else []
+        return sorted(zip(errors, candidates, strict=True), key=lambda pair: pair[0])
 
     def with_best_offsets(
         self, starts: Sequence[ColumnHypothesis], joints: Sequence[Sequence[int]]
     ) -> list[ColumnHypothesis]:
         """Return hypotheses with the best offsets of as many joints each near those they have."""
-        found = list(starts)
+        hypotheses = list(starts)
         for _ in range(STEPS if starts and joints[0] else 0):
-            variants = [h.apply(self._samples) for h in found]
+            variants = [h.apply(self._samples) for h in hypotheses]
             steps = self._model.nominal_offsets(variants, np.array(joints))
             steps *= np.minimum(1.0, MAX_STEP / np.abs(steps).max(axis=1, keepdims=True).clip(1e-9))
-            for i, (own, step) in enumerate(zip(joints, steps, strict=True)):
-                offsets = found[i].offsets.copy()
-                offsets[list(own)] += step
-                found[i] = replace(found[i], offsets=offsets)
-        return found
+            for i, (joints_of_start, step) in enumerate(zip(joints, steps, strict=True)):
+                offsets = hypotheses[i].offsets.copy()
+                offsets[list(joints_of_start)] += step
+                hypotheses[i] = replace(hypotheses[i], offsets=offsets)
+        return hypotheses
 
     def several_offsets(
         self, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
     ) -> list[ColumnHypothesis]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
-        kept = list(joints)
-        error, best = self.ranked(self.with_best_offsets(starts, [kept] * len(starts)))[0]
-        while kept:
-            without = [best.with_offset(joint, 0.0) for joint in kept]
-            rest = [[j for j in kept if j != joint] for joint in kept]
-            more, simpler = self.ranked(self.with_best_offsets(without, rest))[0]
-            if more > NEEDED * error:
+        remaining = list(joints)
+        error, best = self.ranked(self.with_best_offsets(starts, [remaining] * len(starts)))[0]
+        while remaining:
+            starts_without = [best.with_offset(joint, 0.0) for joint in remaining]
+            others_of = [[j for j in remaining if j != joint] for joint in remaining]
+            error_without, simpler = self.ranked(self.with_best_offsets(starts_without, others_of))[
+                0
+            ]
+            if error_without > NEEDED * error:
                 break
-            error, best, kept = more, simpler, [j for j in kept if simpler.offsets[j]]
+            error, best, remaining = (
+                error_without,
+                simpler,
+                [j for j in remaining if simpler.offsets[j]],
+            )
         offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
         best = replace(best, offsets=offsets)
         count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
@@ -169,28 +175,30 @@ class _NominalModel:
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
     few = samples.thinned(TRIED, 4)
-    nominal, robot, right = _NominalModel(model, few), model.robot, unchanged(model.robot)
+    nominal, robot, as_recorded = _NominalModel(model, few), model.robot, unchanged(model.robot)
     joints, best = len(robot.actuated), nominal.ranked
-    ((now, _),) = best([right])
-    orders = [right.order[::-1], *(np.roll(right.order, k) for k in range(1, joints))]
-    found = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
-    found += best(replace(right, order=order) for order in orders)[:1]
+    ((now, _),) = best([as_recorded])
+    orders = [as_recorded.order[::-1], *(np.roll(as_recorded.order, k) for k in range(1, joints))]
+    ranking = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
+    ranking += best(replace(as_recorded, order=order) for order in orders)[:1]
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
     if not model.zeros:
-        starts = [best(right.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning]
-        alone = [np.flatnonzero(s.offsets).tolist() for s in starts]
-        single = best(nominal.with_best_offsets(starts, alone))[:2]
-        found += single
-        starts = [right, *signs(robot, 1), *swaps(robot), *(one for _, one in single)]
-        unexplained = min(found, key=lambda one: one[0])[0] > TOLERANCE / 2
+        starts = [
+            best(as_recorded.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning
+        ]
+        offset_joints = [np.flatnonzero(s.offsets).tolist() for s in starts]
+        single = best(nominal.with_best_offsets(starts, offset_joints))[:2]
+        ranking += single
+        starts = [as_recorded, *signs(robot, 1), *swaps(robot), *(start for _, start in single)]
+        unexplained = min(ranking, key=lambda pair: pair[0])[0] > TOLERANCE / 2
         if unexplained and few.is_overdetermined(3 + len(turning)):
-            found += best(nominal.several_offsets(starts, turning))
+            ranking += best(nominal.several_offsets(starts, turning))
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
-        if min(found, key=lambda one: one[0])[0] > TOLERANCE:
-            found += best(signs(robot, count))[:1]
-    found.sort(key=lambda one: one[0])
-    return [h for error, h in found if error < PROMISING * now][:4]
+        if min(ranking, key=lambda pair: pair[0])[0] > TOLERANCE:
+            ranking += best(signs(robot, count))[:1]
+    ranking.sort(key=lambda pair: pair[0])
+    return [h for error, h in ranking if error < PROMISING * now][:4]
 
 
 def of_columns(
@@ -200,13 +208,15 @@ def of_columns(
 
     ``sound``: the recordings are explained well, and only the sign of the last joint is tried.
     """
-    told = likeliest.parameters
+    parameters = likeliest.parameters
     tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
     for rows, measured in zip(scene.places, scene.measurements, strict=True):
-        accused = told.get("placement") == measured.name or told["noise"] > MUCH * scene.noise
+        accused = (
+            parameters.get("placement") == measured.name or parameters["noise"] > MUCH * scene.noise
+        )
         if accused and not sound and len(scene.places) > 1:
             tried.append((rows, measured.name))
-    found: list[Candidate] = []
+    candidates: list[Candidate] = []
     for rows, placement in tried:
         seats = scene.sockets[rows]
         measured = scene.points[rows] if scene.frames else None
@@ -219,15 +229,15 @@ def of_columns(
             likely = [] if turned > now / PROMISING else [last]
         else:
             likely = promising(model, some)
-        for wrong in likely:
+        for hypothesis in likely:
             q = scene.q.copy()
-            q[rows] = wrong.apply(some).positions
+            q[rows] = hypothesis.apply(some).positions
             measured = scene.points if scene.frames else None
             fit = model.fit(Samples(q, scene.sockets, measured).thinned(ABOUT, FEW))
             if fit.noise < UNEXPLAINED:
                 changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)
-                found.append(_candidate(wrong, changed, placement, told["noise"]))
-    return found
+                candidates.append(_candidate(hypothesis, changed, placement, parameters["noise"]))
+    return candidates
 
 
 def _as_it_is(scene: Scene, _: object) -> Scene:
@@ -235,28 +245,28 @@ def _as_it_is(scene: Scene, _: object) -> Scene:
 
 
 def _candidate(
-    wrong: ColumnHypothesis, changed: Scene, placement: str | None, before: float
+    hypothesis: ColumnHypothesis, changed: Scene, placement: str | None, before: float
 ) -> Candidate:
     """Return a hypothesis as a candidate, with the offsets of a fit that includes the geometry."""
     (best,) = Comparison(changed, ONLY_SOUND).candidates
-    joints, offsets = np.flatnonzero(wrong.offsets).tolist(), wrong.offsets.copy()
+    joints, offsets = np.flatnonzero(hypothesis.offsets).tolist(), hypothesis.offsets.copy()
     for block in of_zero(changed) if joints and placement is None else ():
         columns = block.columns[joints, :, 0].T[None]
-        left = best.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
-        offsets[joints] -= left
-    wrong = replace(wrong, offsets=offsets)
-    names, after = wrong.robot.joint_names, best.sigma
+        excess = best.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
+        offsets[joints] -= excess
+    hypothesis = replace(hypothesis, offsets=offsets)
+    names, after = hypothesis.robot.joint_names, best.sigma
     parameters = {
-        "joints": ", ".join(names[j] for joints in wrong.mistakes.values() for j in joints),
-        "offsets": wrong.offsets.tolist(),
-        "order": wrong.order.tolist(),
+        "joints": ", ".join(names[j] for joints in hypothesis.mistakes.values() for j in joints),
+        "offsets": hypothesis.offsets.tolist(),
+        "order": hypothesis.order.tolist(),
         **({} if placement is None else {"placement": placement}),
     }
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
-    form = f"{wrong.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
+    form = f"{hypothesis.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
     form = form.replace("{", "{{").replace("}", "}}")
-    kind = OF_COLUMNS[wrong.name]
-    advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in wrong.mistakes)
+    kind = OF_COLUMNS[hypothesis.name]
+    advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in hypothesis.mistakes)
     return replace(
         best,
         kind=replace(kind, form=form, advice=advice, scene_after=_as_it_is),

@@ -48,8 +48,8 @@ def size_level(
     has most likely a wrong distance. Short of that, a distance between sockets [m] that was read
     twice is right, and of one that was read once it is asked how probable a gross error is.
     """
-    size, known = abs(value), deviation or 0.0
-    allowed = DEVIATIONS * math.hypot(known, ARMS)
+    size, sigma = abs(value), deviation or 0.0
+    allowed = DEVIATIONS * math.hypot(sigma, ARMS)
     if size > allowed:
         return "error"
     if distance and readings > 1:
@@ -57,8 +57,8 @@ def size_level(
     if size > WRONG:
         return "unknown"
     if distance:
-        return "warning" if gross_error(value, known, distance) > DOUBTED else None
-    return "warning" if size > max(SUSPECT, DEVIATIONS * known) else None
+        return "warning" if gross_error(value, sigma, distance) > DOUBTED else None
+    return "warning" if size > max(SUSPECT, DEVIATIONS * sigma) else None
 
 
 def gross_error(value: float, deviation: float, distance: float) -> float:
@@ -69,35 +69,35 @@ def gross_error(value: float, deviation: float, distance: float) -> float:
         deviation: How well the samples and a caliper tell that.
         distance: The reading [m].
     """
-    right, gross = (
+    measured, gross = (
         math.hypot(deviation, ARMS, error / distance) for error in (CALIPER_DEVIATION, GROSS_SIZE)
     )
-    odds = GROSS / (1 - GROSS) * right / gross
-    odds *= math.exp(0.5 * value**2 * (right**-2 - gross**-2))
+    odds = GROSS / (1 - GROSS) * measured / gross
+    odds *= math.exp(0.5 * value**2 * (measured**-2 - gross**-2))
     return odds / (1 + odds)
 
 
 def known_distances(
-    measurements: Sequence[Measurement], known: Sequence[KnownDistance], deviation: float
+    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance], deviation: float
 ) -> tuple[Known[int], ...]:
     """Return the distances of bases, then those known beside them, by the sockets' indices.
 
     Raises:
         KnownError: One names a socket that is not there.
     """
-    labels, found = _labels(measurements), list[Known[int]]()
+    labels, distances = _labels(measurements), list[Known[int]]()
     for m in measurements:
         if m.has_distance:
             a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
-            found.append(Known(a, b, m.distance, deviation, on_base=True))
-    for k in known:
+            distances.append(Known(a, b, m.distance, deviation, on_base=True))
+    for k in lengths:
         a, b = (find_socket(labels, end) for end in (k.first, k.second))
-        found.append(Known(a, b, k.distance, k.deviation))
-    return tuple(found)
+        distances.append(Known(a, b, k.distance, k.deviation))
+    return tuple(distances)
 
 
 def named(
-    measurements: Sequence[Measurement], known: Sequence[KnownDistance]
+    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance]
 ) -> list[KnownDistance]:
     """Return known distances with the whole names of their placements.
 
@@ -105,8 +105,8 @@ def named(
         KnownError: One names a socket that is not there.
     """
     labels = _labels(measurements)
-    ends = [[labels[find_socket(labels, end)] for end in (k.first, k.second)] for k in known]
-    return [replace(k, first=a, second=b) for k, (a, b) in zip(known, ends, strict=True)]
+    ends = [[labels[find_socket(labels, end)] for end in (k.first, k.second)] for k in lengths]
+    return [replace(k, first=a, second=b) for k, (a, b) in zip(lengths, ends, strict=True)]
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
@@ -124,8 +124,8 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
     travels = np.ptp(measured.positions, axis=0).tolist()
     for joint, travel in zip(robot.joint_names, travels, strict=True):
         if travel < STILL:
-            moved = f"moved by {np.rad2deg(travel):.1f} deg only"
-            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else moved}"
+            motion = f"moved by {np.rad2deg(travel):.1f} deg only"
+            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else motion}"
             advice = "its parameters stay near nominal: move every joint by 60 deg or more"
             yield Diagnostic("warning", "still", where, text, advice)
 
@@ -141,11 +141,11 @@ def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
         samples = [s for s in measured.placement.samples if s.socket == socket]
         twins = near_duplicates(rows)
-        more = f", one of {len(twins)} such" if len(twins) > LISTED else ""
-        for later, first in list(twins.items())[:LISTED]:
-            text = f"nearly the configuration of {samples[first].named}{more}"
+        addition = f", one of {len(twins)} such" if len(twins) > LISTED else ""
+        for second, first in list(twins.items())[:LISTED]:
+            text = f"nearly the configuration of {samples[first].named}{addition}"
             advice = "it adds little: guide the arm to other configurations"
-            row = row_of(measured, socket, later)
+            row = row_of(measured, socket, second)
             yield Diagnostic("warning", "duplicate", row, text, advice)
 
 
@@ -159,25 +159,27 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     nearest: dict[int, int] = {}
     steps = np.array(list(product((0, 1), repeat=len(widest))))
     for i in range(len(rows)):
-        around = cells[i] + steps * sides[i]
-        others = sorted(k for cell in map(tuple, around.tolist()) for k in members.get(cell, ()))
-        near = np.abs(rows[others] - rows[i]).max(axis=1) < NEAR if others else np.zeros(1)
-        if near.any():
-            nearest[i] = others[int(np.argmax(near))]
+        neighbours = cells[i] + steps * sides[i]
+        candidates = sorted(
+            k for cell in map(tuple, neighbours.tolist()) for k in members.get(cell, ())
+        )
+        close = np.abs(rows[candidates] - rows[i]).max(axis=1) < NEAR if candidates else np.zeros(1)
+        if close.any():
+            nearest[i] = candidates[int(np.argmax(close))]
         else:
             members.setdefault(tuple(cells[i].tolist()), []).append(i)
     return nearest
 
 
 def single_socket_diagnostics(
-    measurements: Sequence[Measurement], known: Sequence[KnownDistance] = ()
+    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance] = ()
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length.
 
     Beside one with two sockets they tell of the arm's shape alone.
     """
-    whole = named(measurements, known)
-    scaled = {name for k in whole for name, _ in (k.first, k.second)}
+    named_lengths = named(measurements, lengths)
+    scaled = {name for k in named_lengths for name, _ in (k.first, k.second)}
     sized = [m for m in measurements if m.has_distance or m.name in scaled]
     level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
     if not sized:

@@ -47,23 +47,23 @@ def level_of(consequence: Consequence, noise: float) -> str:
     return "warning" if size > SLIGHT * limit else "note"
 
 
-def consequence_of(finding: Candidate, trained: Collection[str] = ()) -> Consequence | None:
+def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Consequence | None:
     """Return what an explanation does to distances near the recorded places and elsewhere.
 
-    The model is of the placements ``trained`` on; of all if none is named. None: the explanation is
-    noise, which is part of what is known of any model.
+    The model is of the placements in ``training``; of all if none is named. None: the explanation
+    is noise, which is part of what is known of any model.
     """
     scene = finding.scene
     if finding.kind.noise is not None:
         return None
-    every = enumerate(scene.measurements)
-    counted = [p for p, m in every if not trained or m.name in trained]
-    without, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
+    pairs = enumerate(scene.measurements)
+    counted = [p for p, m in pairs if not training or m.name in training]
+    plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
     poses = [workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)]
-    everywhere, *near = (spread(fit.points(q, finding) - without.points(q)) for q in poses)
-    place = int(np.argmax(near))
-    before = [spread(without.points(q) - without.nominal_points(q)) for q in poses]
-    return Consequence(near[place], everywhere, before[1 + place], before[0])
+    everywhere, *at_places = (spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses)
+    place = int(np.argmax(at_places))
+    before = [spread(plain_fit.points(q) - plain_fit.nominal_points(q)) for q in poses]
+    return Consequence(at_places[place], everywhere, before[1 + place], before[0])
 
 
 def nominal_errors(scene: Scene) -> float:
@@ -80,8 +80,8 @@ def spread(shifts: np.ndarray) -> float:
     |d_i - d_j| / sqrt(3), of which this is the median over random pairs.
     """
     pairs = np.random.default_rng(0).integers(len(shifts), size=(2, PAIRS))
-    apart = np.linalg.norm(shifts[pairs[0]] - shifts[pairs[1]], axis=1)
-    return float(np.median(apart[pairs[0] != pairs[1]])) / 3**0.5
+    distances = np.linalg.norm(shifts[pairs[0]] - shifts[pairs[1]], axis=1)
+    return float(np.median(distances[pairs[0] != pairs[1]])) / 3**0.5
 
 
 class _Fit:
@@ -95,9 +95,9 @@ class _Fit:
         samples = 3 * sum(scene.places[p].stop - scene.places[p].start for p in counted)
         weights, x = np.ones(len(r)), np.zeros(B.shape[1])
         for _ in range(ROUNDS):
-            left = (r - B @ x)[:samples].reshape(-1, 3)
-            noise = float(typical(left))
-            weights[:samples] = np.repeat(robust_weights(left, noise), 3)
+            residuals = (r - B @ x)[:samples].reshape(-1, 3)
+            noise = float(typical(residuals))
+            weights[:samples] = np.repeat(robust_weights(residuals, noise), 3)
             across = (B * weights[:, None]).T
             precision = noise**2 / INDEPENDENT * np.eye(len(x))
             x = np.linalg.solve(across @ B + precision, across @ r)
@@ -143,8 +143,8 @@ def _rows_of(scene: Scene, counted: Sequence[int]) -> np.ndarray:
     """Return the rows of some placements: of their samples, then of distances between these."""
     rows: list[int] = []
     for p in counted:
-        own = scene.rows(scene.places[p])
-        rows += range(own.start, own.stop)
+        rows_of_place = scene.rows(scene.places[p])
+        rows += range(rows_of_place.start, rows_of_place.stop)
     names = {scene.measurements[p].name for p in counted}
     for i, k in enumerate(scene.known, scene.all_samples.stop):
         if {scene.labels[k.first][0], scene.labels[k.second][0]} <= names:

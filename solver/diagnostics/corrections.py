@@ -71,9 +71,9 @@ def correction_of(
             part = BALL if name == "ball_bent" else p["joint"]
             size = p["size"] if name == "ball_bent" else p["offset"]
             return Correction(diagnostic, "set apart", ranks, seat, apart=Apart(part, size))
-        action, every = "leave out", len(measured.placement.samples)
+        action, count = "leave out", len(measured.placement.samples)
         before = range(ranks[0])
-        ranks = (*before,) if len(before) < every / 2 else (*range(ranks[0], every),)
+        ranks = (*before,) if len(before) < count / 2 else (*range(ranks[0], count),)
     return Correction(diagnostic, action, ranks, seat, measured.kind == "points")
 
 
@@ -89,47 +89,51 @@ def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
     for row in of_arm:
         _, socket = scene.labels[int(scene.sockets[row])]
         seat = 0 if measured.kind == "points" else measured.sockets.index(socket)
-        own = measured.order[measured.slices[seat]]
-        ranks.append(int(own[int(scene.numbers[row])]))
+        ranks_in_seat = measured.order[measured.slices[seat]]
+        ranks.append(int(ranks_in_seat[int(scene.numbers[row])]))
     return tuple(sorted(ranks))
 
 
 def corrected(
-    measurements: Sequence[Measurement], corrections: Sequence[Sequence[Correction]], least: int
+    measurements: Sequence[Measurement], corrections: Sequence[Sequence[Correction]], minimum: int
 ) -> tuple[list[Measurement], list[Diagnostic]]:
     """Return placements set right, and what was done.
 
     Args:
         measurements: The placements.
         corrections: Those of each placement.
-        least: Fewest samples in a socket of a part that is kept.
+        minimum: Fewest samples in a socket of a part that is kept.
     """
     names = {m.name for m in measurements}
     moving: dict[str, list[Sample]] = {name: [] for name in names}
     parts: list[list[Measurement]] = []
     remarks: list[Diagnostic] = []
-    for measured, own in zip(measurements, corrections, strict=True):
+    for measured, corrections_here in zip(measurements, corrections, strict=True):
         samples: list[Sample | None] = list(measured.placement.samples)
-        for one in own:
-            name, socket = one.seat
-            for rank in one.ranks if one.action in ("relabel", "leave out") else ():
+        for correction in corrections_here:
+            name, socket = correction.seat
+            for rank in correction.ranks if correction.action in ("relabel", "leave out") else ():
                 sample = samples[rank]
                 samples[rank] = None
-                if one.action == "relabel" and name in names and sample is not None:
-                    there = replace(sample, socket=socket)
+                if correction.action == "relabel" and name in names and sample is not None:
+                    relabelled = replace(sample, socket=socket)
                     if name == measured.name:
-                        samples[rank] = there
+                        samples[rank] = relabelled
                     else:
-                        moving[name].append(there)
-            remarks.append(_remark(one, measured.name, names))
-        cuts = sorted({one.ranks[0] for one in own if one.action == "split"})
+                        moving[name].append(relabelled)
+            remarks.append(_remark(correction, measured.name, names))
+        cuts = sorted(
+            {correction.ranks[0] for correction in corrections_here if correction.action == "split"}
+        )
         ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
         pieces = [[s for s in samples[a:b] if s is not None] for a, b in ends]
-        apart = [one.apart for one in own if one.apart is not None]
-        parts.append(_parts(replace(measured, apart=(*measured.apart, *apart)), pieces))
-    every = [_with(part, moving.pop(part.name, [])) for own in parts for part in own]
-    told = [_told(part, least) for part in every]
-    return _named([part for part in told if part is not None]), remarks
+        differences = [
+            correction.apart for correction in corrections_here if correction.apart is not None
+        ]
+        parts.append(_parts(replace(measured, apart=(*measured.apart, *differences)), pieces))
+    merged = [_with(part, moving.pop(part.name, [])) for pieces_of in parts for part in pieces_of]
+    remaining = [_told(part, minimum) for part in merged]
+    return _named([part for part in remaining if part is not None]), remarks
 
 
 def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
@@ -154,29 +158,29 @@ def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Me
 
 def _named(parts: Sequence[Measurement]) -> list[Measurement]:
     """Return parts with names of their own: the first of a placement has that of the placement."""
-    numbers, named = Counter[str](), list[Measurement]()
+    numbers, unique = Counter[str](), list[Measurement]()
     for part in parts:
         name, place = (words.partition(PART)[0] for words in (part.name, part.placement.place))
         numbers[name] += 1
         number = f"{PART}{numbers[name]}" * (numbers[name] > 1)
         placement = replace(part.placement, name=name + number, place=place + number)
-        named.append(replace(part, placement=placement))
-    return named
+        unique.append(replace(part, placement=placement))
+    return unique
 
 
-def _with(measured: Measurement, more: Sequence[Sample]) -> Measurement:
+def _with(measured: Measurement, samples: Sequence[Sample]) -> Measurement:
     """Return a placement with more samples, which were recorded last."""
     placement = measured.placement
-    return replace(measured, placement=replace(placement, samples=(*placement.samples, *more)))
+    return replace(measured, placement=replace(placement, samples=(*placement.samples, *samples)))
 
 
-def _told(measured: Measurement, least: int) -> Measurement | None:
+def _told(measured: Measurement, minimum: int) -> Measurement | None:
     """Return a placement with the sockets that tell something; None where there is none."""
     placement = measured.placement
     counts = Counter(sample.socket for sample in placement.samples)
-    kept = tuple(s for s in placement.samples if counts[s.socket] >= LEAST)
-    enough = any(count >= least for count in counts.values())
-    return replace(measured, placement=replace(placement, samples=kept)) if enough else None
+    samples = tuple(s for s in placement.samples if counts[s.socket] >= LEAST)
+    enough = any(count >= minimum for count in counts.values())
+    return replace(measured, placement=replace(placement, samples=samples)) if enough else None
 
 
 def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
@@ -191,7 +195,7 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
         "leave out": f"{samples} left out",
         "set apart": "it has an unknown of its own there",
     }[correction.action]
-    of = f"{name}: " * (name not in correction.diagnostic.where)
+    prefix = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""
-    advice = f"{of}{done}; {AS_RECORDED}{hint}"
+    advice = f"{prefix}{done}; {AS_RECORDED}{hint}"
     return replace(correction.diagnostic, level="warning", code=SET_RIGHT, advice=advice)

@@ -53,7 +53,7 @@ LEAST, MORE = 8, 20
 def scene_of(
     model: RigidModel,
     measurements: Sequence[Measurement],
-    known: Sequence[Known[int]],
+    lengths: Sequence[Known[int]],
     repeatability: float | None,
     floors: Sequence[float],
     start: np.ndarray | None = None,
@@ -63,20 +63,20 @@ def scene_of(
     width = INSTRUMENTS if any(m.kind == "points" for m in measurements) else width
     thin = [_thinned(m) for m in measurements]
     odd = [typical is not None for typical in standing_out(floors)]
-    good = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
-    some = samples_of(good or [m for m, _ in thin]).thinned(ABOUT, FEW)
+    sound = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
+    some = samples_of(sound or [m for m, _ in thin]).thinned(ABOUT, FEW)
     fit = model.fit(some, start=start)
     centres, turns = fit.centres, fit.R
-    every = samples_of([m for m, _ in thin])
+    all_samples = samples_of([m for m, _ in thin])
     if any(odd):
-        balls = model.points(fit.x, every.positions)
-        turns = every.robustly_aligned(balls)
-        centres = medians(balls - every.offsets(turns), every)
+        balls = model.points(fit.x, all_samples.positions)
+        turns = all_samples.robustly_aligned(balls)
+        centres = medians(balls - all_samples.offsets(turns), all_samples)
     return Scene(
         robot=model.robot,
         parameters=model.parameters,
         measurements=tuple(m for m, _ in thin),
-        known=tuple(known),
+        known=tuple(lengths),
         x=fit.x,
         by_scale=model.by_scale,
         centres=centres,
@@ -91,12 +91,15 @@ def scene_of(
 
 def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     """Return a placement with some of its samples, and the number of each in its socket."""
-    most = max(MOST // len(measured.counts), 2)
-    rows = [np.linspace(0, n - 1, min(n, most)).astype(int) for n in measured.counts]
-    if max(measured.counts) <= most:
+    limit = max(MOST // len(measured.counts), 2)
+    rows = [np.linspace(0, n - 1, min(n, limit)).astype(int) for n in measured.counts]
+    if max(measured.counts) <= limit:
         return measured, np.concatenate(rows)
-    kept = [measured.order[own][r] for own, r in zip(measured.slices, rows, strict=True)]
-    return measured.only(np.sort(np.concatenate(kept))), np.concatenate(rows)
+    indices = [
+        measured.order[rows_of_socket][r]
+        for rows_of_socket, r in zip(measured.slices, rows, strict=True)
+    ]
+    return measured.only(np.sort(np.concatenate(indices))), np.concatenate(rows)
 
 
 def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
@@ -117,11 +120,11 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
         listed = listed or listed_of(options, shares)
         if likely == "sound" or shares["sound"] >= SURE:
             break
-        own = [o for o in options if o.kind.name == likely]
-        own.sort(key=lambda o: -o.log_evidence)
-        sure = [o for o in own if o.kind.separate and o.log_evidence > options[0].log_evidence]
-        own = sure or own[:1]
-        first, *others = own
+        of_kind = [o for o in options if o.kind.name == likely]
+        of_kind.sort(key=lambda o: -o.log_evidence)
+        sure = [o for o in of_kind if o.kind.separate and o.log_evidence > options[0].log_evidence]
+        of_kind = sure or of_kind[:1]
+        first, *alternatives = of_kind
         if len(scene.q) < MORE and first.kind.level != "error":
             listed = listed if findings else ()
             break
@@ -129,14 +132,14 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
             if explained & first.residuals:
                 break  # residuals of one global cause would look like another
             explained |= first.residuals
-        findings += own
+        findings += of_kind
         if not decided and first.kind.level == "error":
             listed, decided = listed_of(options, shares), True
         if first.has_no_effect:
             kinds = tuple(kind for kind in kinds if kind is not first.kind)
         before, scene = scene, first.after()
-        more = [f for o in others for f in o.after().explained[len(before.explained) :]]
-        scene = replace(scene, explained=(*scene.explained, *more))
+        addition = [f for o in alternatives for f in o.after().explained[len(before.explained) :]]
+        scene = replace(scene, explained=(*scene.explained, *addition))
     return findings, listed
 
 
@@ -154,15 +157,15 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
 
     ``floors`` are the errors that each placement leaves when fitted alone [m].
     """
-    found: list[float | None] = []
+    outliers: list[float | None] = []
     for i, floor in enumerate(floors):
-        others = [*floors[:i], *floors[i + 1 :]]
-        typical = float(np.median(others)) if others else np.inf
-        if len(others) == 1:
+        floors_beside = [*floors[:i], *floors[i + 1 :]]
+        typical = float(np.median(floors_beside)) if floors_beside else np.inf
+        if len(floors_beside) == 1:
             typical = max(typical, UNEXPLAINED / BAD_RATIO)
         typical = typical if typical < UNEXPLAINED else np.inf
-        found.append(typical if floor > BAD_RATIO * max(typical, EXACT) else None)
-    return found
+        outliers.append(typical if floor > BAD_RATIO * max(typical, EXACT) else None)
+    return outliers
 
 
 def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
@@ -180,12 +183,12 @@ def listed_of(
 ) -> tuple[Hypothesis, ...]:
     """Return the best explanation of each name, the most probable first."""
     best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
-    kept = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    first = best[kept[0]]
-    alike = [n for n in best if _fits_as_well(best[n], first)]
-    kept += [n for n in alike if n not in kept]
-    told = {name: best[name].hypothesis(shares[name]) for name in kept}
-    return tuple(replace(h, fits_as_well=name in alike) for name, h in told.items())
+    names = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
+    first = best[names[0]]
+    rivals = [n for n in best if _fits_as_well(best[n], first)]
+    names += [n for n in rivals if n not in names]
+    hypotheses = {name: best[name].hypothesis(shares[name]) for name in names}
+    return tuple(replace(h, fits_as_well=name in rivals) for name, h in hypotheses.items())
 
 
 def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
@@ -202,11 +205,11 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
     """Return the first cause in words, and the second where it may be that; empty for none."""
     if not hypotheses or hypotheses[0].name == "sound":
         return ""
-    first, *others = hypotheses
+    first, *alternatives = hypotheses
     words = f"most probable cause ({_percent(first.probability)}): {first.text}; {first.advice}"
     words += f" (docs: causes/{first.name})"
-    alike = (h for h in others if h.probability > SECOND or h.fits_as_well)
-    second = next((h for h in alike if h.name != "sound"), None)
+    rivals = (h for h in alternatives if h.probability > SECOND or h.fits_as_well)
+    second = next((h for h in rivals if h.name != "sound"), None)
     if second is None:
         return words
     how = "it fits as well" if second.fits_as_well else _percent(second.probability)

@@ -86,112 +86,120 @@ class LiveCheck:
 
         Their joints are in the robot's order, and their distances are there where they are known.
         """
-        found: list[Fault] = []
+        faults: list[Fault] = []
         if not placements[-1].samples or sum(len(p.samples) for p in placements) < LEAST:
             return ()
-        scene, given = self.scene(placements), placements
-        while len(found) < FAULTS:
-            (first, *others), evidence = self._compared(scene)
+        scene, current = self.scene(placements), placements
+        while len(faults) < FAULTS:
+            (first, *rivals), evidence = self._compared(scene)
             scene, sound = first.scene, first.log_evidence
-            logs = [c.log_evidence - sound for c in others]
+            logs = [c.log_evidence - sound for c in rivals]
             if evidence < DOUBT:
                 break
-            likeliest = max(others, key=lambda c: c.log_evidence)
+            likeliest = max(rivals, key=lambda c: c.log_evidence)
             # where one small fault leaves nothing more, no samples lie in another socket; nor are
             # they looked for beside another fault, which only both together would explain
             clean = likeliest.sigma < CLEAN * scene.noise
             clean = clean and likeliest.parameters.get("size", math.inf) < SMALL
-            whole = clean and likeliest.log_evidence - sound > EVIDENCE
-            elsewhere = [] if whole or scene.explained else list(self._elsewhere(given, scene))
+            throughout = clean and likeliest.log_evidence - sound > EVIDENCE
+            elsewhere = (
+                [] if throughout or scene.explained else list(self._elsewhere(current, scene))
+            )
             logs += [log - sound for log, _, _ in elsewhere]
-            total = np.logaddexp.reduce([evidence, *logs[len(others) :]])
-            if total < (MORE if found else EVIDENCE):
+            total = np.logaddexp.reduce([evidence, *logs[len(rivals) :]])
+            if total < (MORE if faults else EVIDENCE):
                 break
             best = int(np.argmax(logs))
-            if best >= len(others):
-                _, given, fault = elsewhere[best - len(others)]
-                found.append(replace(fault, evidence=logs[best]))
-                scene = self.scene(given)
+            if best >= len(rivals):
+                _, current, fault = elsewhere[best - len(rivals)]
+                faults.append(replace(fault, evidence=logs[best]))
+                scene = self.scene(current)
             else:
-                fault = _fault(others[best], logs[best])
-                loose = others[best].kind.noise is not None
-                balls = self._unseated(others, sound, logs[best]) if loose else []
-                found += balls or [replace(fault, rivals=_rivals(others, logs, best))]
-                if loose:
+                fault = _fault(rivals[best], logs[best])
+                is_loose = rivals[best].kind.noise is not None
+                balls = self._unseated(rivals, sound, logs[best]) if is_loose else []
+                faults += balls or [replace(fault, rivals=_rivals(rivals, logs, best))]
+                if is_loose:
                     break
-                scene = others[best].after()
-        return tuple(found)
+                scene = rivals[best].after()
+        return tuple(faults)
 
-    def _unseated(self, others: Sequence[Candidate], sound: float, loose: float) -> list[Fault]:
+    def _unseated(
+        self, rivals: Sequence[Candidate], sound: float, evidence_loose: float
+    ) -> list[Fault]:
         """Return balls that were not seated, if a few explain the scatter better; else none."""
-        found, evidence = list[Fault](), 0.0
+        faults, evidence = list[Fault](), 0.0
         for _ in range(FAULTS):
-            balls = [c for c in others if c.kind.name == "ball_sample"]
+            balls = [c for c in rivals if c.kind.name == "ball_sample"]
             best = max(balls, key=lambda c: c.log_evidence, default=None)
             if best is None or best.log_evidence - sound < 0:
                 break
             evidence += best.log_evidence - sound
-            found.append(_fault(best, best.log_evidence - sound))
-            if evidence > loose:
-                return found
-            (first, *others), _ = self._compared(best.after())
+            faults.append(_fault(best, best.log_evidence - sound))
+            if evidence > evidence_loose:
+                return faults
+            (first, *rivals), _ = self._compared(best.after())
             sound = first.log_evidence
         return []
 
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        known = [k for k in known_distances(measured, (), CALIPER_DEVIATION) if k.distance]
+        lengths = [k for k in known_distances(measured, (), CALIPER_DEVIATION) if k.distance]
         nothing = [0.0] * len(measured)
-        return scene_of(self._model, measured, known, self._repeatability, nothing, start)
+        return scene_of(self._model, measured, lengths, self._repeatability, nothing, start)
 
     def _compared(self, scene: Scene) -> tuple[list[Candidate], float]:
         """Return explanations by the most probable arm, and the log Bayes factor over all arms."""
         arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
-        every = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
+        comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
         # sound is compared first
-        sound = [one[0].log_evidence for one in every]
-        fault = [np.logaddexp.reduce([c.log_evidence for c in one[1:]]) for one in every]
+        sound = [candidates[0].log_evidence for candidates in comparisons]
+        fault = [
+            np.logaddexp.reduce([c.log_evidence for c in candidates[1:]])
+            for candidates in comparisons
+        ]
         evidence = np.logaddexp.reduce(fault) - np.logaddexp.reduce(sound)
-        return every[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
+        return comparisons[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
 
     def _elsewhere(
         self, placements: Sequence[Placement], arm: Scene
     ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
         """Yield evidence, corrected placements and fault of samples in another socket."""
-        *before, here = placements
-        runs = list(_runs(here))
+        *before, placement = placements
+        runs = list(_runs(placement))
         prior = math.log(FORGOTTEN / max(len(runs), 1))
-        left = self._left(placements, arm.x, runs)
-        most = min([TIMES * min(left, default=0.0), *sorted(left)[CLOSE : CLOSE + 1]])
-        for rows, to in compress(runs, [error <= max(LITTLE, most) for error in left]):
+        errors = self._left(placements, arm.x, runs)
+        limit = min([TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]])
+        for rows, socket in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
             samples = tuple(
-                replace(s, socket=to) if i in rows else s for i, s in enumerate(here.samples)
+                replace(s, socket=socket) if i in rows else s
+                for i, s in enumerate(placement.samples)
             )
-            right = [*before, replace(here, samples=samples)]
-            scene = replace(self.scene(right, arm.x), play=arm.play, wide=arm.wide)
+            relabelled = [*before, replace(placement, samples=samples)]
+            scene = replace(self.scene(relabelled, arm.x), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
             log = sound.log_evidence + prior
-            yield log, right, _forgotten(here, len(before), rows, to, sound.sigma)
+            yield log, relabelled, _forgotten(placement, len(before), rows, socket, sound.sigma)
 
     def _left(
         self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[tuple[range, int]]
     ) -> list[float]:
         """Return the mean error of a linear fit with each of some runs corrected [m]."""
-        least = max(ABOUT // (len(placements) or 1), FEW)
-        few = [p.samples[:: max(len(p.samples) // least, 1)] for p in placements[:-1]]
-        every = [*few, placements[-1].samples]
-        q = np.array([s.position for some in every for s in some])
-        said = np.array([(i, s.socket) for i, some in enumerate(every) for s in some])
-        linear, found = self._model.linearised(x, q), list[float]()
-        for rows, to in runs:
-            labels = said.copy()
-            labels[len(said) - len(every[-1]) + np.array(rows), 1] = to
+        count = max(ABOUT // (len(placements) or 1), FEW)
+        few = [p.samples[:: max(len(p.samples) // count, 1)] for p in placements[:-1]]
+        parts = [*few, placements[-1].samples]
+        q = np.array([s.position for some in parts for s in some])
+        labels_recorded = np.array([(i, s.socket) for i, some in enumerate(parts) for s in some])
+        linear, errors = self._model.linearised(x, q), list[float]()
+        for rows, socket in runs:
+            labels = labels_recorded.copy()
+            labels[len(labels_recorded) - len(parts[-1]) + np.array(rows), 1] = socket
             sockets = np.unique(labels @ [MANY, 1], return_inverse=True)[1]
             fit = self._model.fit(Samples(q, sockets), STEPS, x, linear)
-            found.append(float(fit.errors.mean()))
-        return found
+            errors.append(float(fit.errors.mean()))
+        return errors
 
 
 def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
@@ -206,21 +214,21 @@ def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
             yield range(begin, end), sockets[end] if end < len(sockets) else before
 
 
-def _forgotten(here: Placement, index: int, rows: range, to: int, noise: float) -> Fault:
-    numbers = tuple(_number(here, i) for i in rows)
-    label = here.samples[rows[0]].socket
+def _forgotten(placement: Placement, index: int, rows: range, socket: int, noise: float) -> Fault:
+    numbers = tuple(_number(placement, i) for i in rows)
+    label = placement.samples[rows[0]].socket
     many = f"samples {numbers[0]} to {numbers[-1]} lie"
     which = many if numbers[-1] != numbers[0] else f"sample {numbers[0]} lies"
-    text = f"{which} in socket {to}, not {label}"
-    told = Hypothesis(
+    text = f"{which} in socket {socket}, not {label}"
+    hypothesis = Hypothesis(
         "socket",
         1.0,
-        {"placement": here.name, "sample": rows[0], "socket": label, "noise": noise},
+        {"placement": placement.name, "sample": rows[0], "socket": label, "noise": noise},
         text,
         "was a change of socket forgotten?",
         "",
     )
-    return Fault(told, index, numbers, 0.0, to)
+    return Fault(hypothesis, index, numbers, 0.0, socket)
 
 
 def _number(placement: Placement, row: int) -> int:
@@ -235,8 +243,8 @@ def _rivals(
     order: list[int] = np.argsort(logs[: len(candidates)])[::-1].tolist()
     for i in order:
         candidate = candidates[i]
-        near = logs[best] - logs[i] < RIVAL
-        if near and candidate.kind.name not in (candidates[best].kind.name, *rivals):
+        is_near = logs[best] - logs[i] < RIVAL
+        if is_near and candidate.kind.name not in (candidates[best].kind.name, *rivals):
             rivals[candidate.kind.name] = _fault(candidate, logs[i]).hypothesis
     return tuple(rivals.values())
 
@@ -248,8 +256,8 @@ def _fault(candidate: Candidate, evidence: float) -> Fault:
     placement, rows = scene.measurements[place].placement, scene.places[place]
     first, last = 0, len(placement.samples)
     if "sample" in p:
-        own = scene.sockets[rows] == scene.labels.index((names[place], p["socket"]))
-        first = int(scene.times[place][np.argmax(own & (scene.numbers[rows] == p["sample"]))])
+        in_socket = scene.sockets[rows] == scene.labels.index((names[place], p["socket"]))
+        first = int(scene.times[place][np.argmax(in_socket & (scene.numbers[rows] == p["sample"]))])
     if candidate.kind.name == "ball_sample":
         last = first + 1
     numbers = tuple(_number(placement, i) for i in range(first, last))

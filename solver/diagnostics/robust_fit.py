@@ -86,8 +86,8 @@ class RigidModel:
     def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
         """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
         joints = np.arange(len(self.robot.actuated) if self.zeros else 0)
-        every = np.tile(joints, (len(variants), 1))
-        return self._seeds(variants, every, JOINT_OFFSET.typical_shift)[1].tolist()
+        joints_of_variants = np.tile(joints, (len(variants), 1))
+        return self._seeds(variants, joints_of_variants, JOINT_OFFSET.typical_shift)[1].tolist()
 
     def nominal_offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
         """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
@@ -99,7 +99,7 @@ class RigidModel:
         """Return errors of the ball's place, and joint offsets, (V, 3 + J); and errors left."""
         samples, V = variants[0], len(variants)
         N, m = samples.positions.shape
-        q = np.stack([one.positions for one in variants], axis=1)
+        q = np.stack([variant.positions for variant in variants], axis=1)
         linear = self._place.linearise(self._place.nominal, q.reshape(-1, m))
         points = linear.points.reshape(N, V, 3)
         by_joints = linear.by_joints.reshape(N, V, 3, m)[:, np.arange(V)[:, None], :, joints]
@@ -108,24 +108,26 @@ class RigidModel:
         unknowns = 3 + joints.shape[1]
         turns = [TURN] * (3 * len(samples.frames))
         widths = np.array([BALL] * 3 + [width] * joints.shape[1] + turns)
-        off = np.zeros((V, unknowns))
+        offsets = np.zeros((V, unknowns))
         places = points - samples.offsets(samples.aligned(points, np.ones((N, V))))
         e = places - medians(places, samples)[samples.sockets]
         noise = typical(e)
         for _ in range(SEED_ITERATIONS):
             noise = typical(e)
             weights = robust_weights(e, noise)
-            every = _with_turns(values, off, samples, weights) if samples.frames else values
-            centred = every - means(every, samples, weights)[samples.sockets]
+            with_turns = (
+                _with_turns(values, offsets, samples, weights) if samples.frames else values
+            )
+            centred = with_turns - means(with_turns, samples, weights)[samples.sockets]
             slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
             A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
             H = A @ slopes + np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
             e = centred[..., 0].swapaxes(0, 1).reshape(V, 3 * N, 1)
             steps = np.linalg.solve(H, A @ e)
-            off = steps[:, :unknowns, 0]
+            offsets = steps[:, :unknowns, 0]
             e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
         errors = np.linalg.norm(e, axis=2)
-        return off, np.average(errors, axis=0, weights=robust_weights(e, noise))
+        return offsets, np.average(errors, axis=0, weights=robust_weights(e, noise))
 
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""
@@ -174,18 +176,18 @@ class RigidModel:
             x = x + step[:n]
             rotations = few.turned(rotations, step[n:])
             centres = centres + slopes @ step
-            left: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
-            fitted = 3 * few.count + len(widths) - float(np.sum(covariance * P))
-            variance = float(weights @ left) / max(3 * len(e) - fitted, 1.0)
+            squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
+            degrees = 3 * few.count + len(widths) - float(np.sum(covariance * P))
+            variance = float(weights @ squares) / max(3 * len(e) - degrees, 1.0)
             before, noise = noise, max(variance**0.5, self._least)
             change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
             if change < SETTLED:
                 break
         points = balls(x, samples.positions) - samples.offsets(rotations)
         centres = means(points, samples, robust_weights(points - centres[samples.sockets], noise))
-        left = points - centres[samples.sockets]
-        errors = np.linalg.norm(left, axis=1)
-        mean = float(np.average(errors, weights=robust_weights(left, noise)))
+        squares = points - centres[samples.sockets]
+        errors = np.linalg.norm(squares, axis=1)
+        mean = float(np.average(errors, weights=robust_weights(squares, noise)))
         return RigidFit(centres, errors, mean, noise, x, rotations)
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -53,11 +53,13 @@ class Samples:
         """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
         return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
 
-    def thinned(self, enough: int, least: int = 1) -> "Samples":
+    def thinned(self, enough: int, minimum: int = 1) -> "Samples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
-        enough = max(enough // self.count, least)
-        kept = [r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows]
-        few = np.concatenate(kept)
+        enough = max(enough // self.count, minimum)
+        indices = [
+            r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows
+        ]
+        few = np.concatenate(indices)
         measured = None if self.measured is None else self.measured[few]
         return Samples(self.positions[few], self.sockets[few], measured)
 

@@ -51,12 +51,12 @@ def _runs(scene: Scene, joint: int) -> Iterator[tuple[int, np.ndarray]]:
     for place, rows in enumerate(scene.places):
         order = rows.start + np.argsort(scene.times[place])
         angles = scene.q[order, joint]
-        other = np.flatnonzero(np.abs(angles - angles[-1]) > SAME)
-        first = int(other[-1]) + 1 if len(other) else 0
-        held = order[first:]
-        travels = np.ptp(scene.q[held], axis=0)
-        if len(held) >= LEAST and float(travels.max()) > MOVED:
-            yield place, np.sort(held)
+        elsewhere = np.flatnonzero(np.abs(angles - angles[-1]) > SAME)
+        first = int(elsewhere[-1]) + 1 if len(elsewhere) else 0
+        run = order[first:]
+        travels = np.ptp(scene.q[run], axis=0)
+        if len(run) >= LEAST and float(travels.max()) > MOVED:
+            yield place, np.sort(run)
 
 
 def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Scene | None:
@@ -67,10 +67,10 @@ def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Sce
     q = scene.q
     measured = scene.points if scene.frames else None
     fit = None
-    free = np.isin(np.arange(len(q)), rows)
+    is_free = np.isin(np.arange(len(q)), rows)
     for _ in range(ROUNDS):
         x = np.zeros_like(scene.x) if fit is None else fit.x
-        q = _angles(model, x, scene.q, joint, free, scene)
+        q = _angles(model, x, scene.q, joint, is_free, scene)
         fit = model.fit(Samples(q, scene.sockets, measured).thinned(ABOUT, FEW))
     if fit is None or fit.noise > UNEXPLAINED:
         return None
@@ -78,37 +78,37 @@ def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Sce
     columns = np.zeros((len(q), 3, len(rows)))
     columns[rows, :, np.arange(len(rows))] = WIDTH * changed.by_joints[rows, :, joint]
     flat = columns.reshape(3 * len(q), -1)
-    free = (scene.all_samples, flat, np.zeros(len(flat)))
-    return replace(changed, explained=(*scene.explained, free))
+    is_free = (scene.all_samples, flat, np.zeros(len(flat)))
+    return replace(changed, explained=(*scene.explained, is_free))
 
 
 def _angles(
-    model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int, free: np.ndarray, scene: Scene
+    model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int, is_free: np.ndarray, scene: Scene
 ) -> np.ndarray:
     """Return positions with the angles of a joint that bring the balls of each seat together.
 
     Along u_i, the derivative of ball i by the angle, nothing is known of samples that are
-    ``free``: with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
+    ``is_free``: with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
     c = (sum P_i)^-1 sum P_i p_i. Angles all round are tried first.
     """
     q = q.copy()
-    circles = _circles(model, x, q[free], joint) - scene.offsets[free]
+    circles = _circles(model, x, q[is_free], joint) - scene.offsets[is_free]
     for step in range(STEPS):
         points, by_joints = model.moved_by_joints(x, q)
-        p, u = points - scene.offsets, by_joints[:, :, joint] * free[:, None]
+        p, u = points - scene.offsets, by_joints[:, :, joint] * is_free[:, None]
         size = np.sum(u**2, axis=1) + 1e-6
         P = np.eye(3) - u[:, :, None] * u[:, None] / size[:, None, None]
         centres = np.zeros_like(scene.centres)
         for seat in np.unique(scene.sockets):
-            here = scene.sockets == seat
-            across = np.einsum("nij,nj->i", P[here], p[here])
-            centres[seat] = np.linalg.lstsq(P[here].sum(axis=0), across, rcond=None)[0]
-            if step == 0 and free[here].all():
-                centres[seat] = _meeting(circles[:, scene.sockets[free] == seat])
+            in_seat = scene.sockets == seat
+            across = np.einsum("nij,nj->i", P[in_seat], p[in_seat])
+            centres[seat] = np.linalg.lstsq(P[in_seat].sum(axis=0), across, rcond=None)[0]
+            if step == 0 and is_free[in_seat].all():
+                centres[seat] = _meeting(circles[:, scene.sockets[is_free] == seat])
         goal = centres[scene.sockets]
         if step in ALL_ROUND:
-            away = np.linalg.norm(circles - goal[free], axis=2)
-            q[free, joint] = scene.q[free, joint] + ANGLES[np.argmin(away, axis=0)]
+            distances = np.linalg.norm(circles - goal[is_free], axis=2)
+            q[is_free, joint] = scene.q[is_free, joint] + ANGLES[np.argmin(distances, axis=0)]
         else:
             change = -np.sum(u * (p - goal), axis=1) / size
             q[:, joint] += np.clip(change, -LARGEST_STEP, LARGEST_STEP)
@@ -126,8 +126,8 @@ def _circles(model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int) -> np.
 def _meeting(circles: np.ndarray) -> np.ndarray:
     """Return the place on the circles of few samples that all circles pass nearest, shape (3,)."""
     places = circles[:, :FEW_CIRCLES].reshape(-1, 3)
-    away = np.linalg.norm(circles[:, :, None] - places, axis=3).min(axis=0)
-    return places[int(np.argmin(np.median(away, axis=0)))]
+    distances = np.linalg.norm(circles[:, :, None] - places, axis=3).min(axis=0)
+    return places[int(np.argmin(np.median(distances, axis=0)))]
 
 
 def _candidate(changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]) -> Candidate:

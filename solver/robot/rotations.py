@@ -22,8 +22,8 @@ SMALL = 1e-4
 def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return :func:`turn` and :func:`turn_rates` of vectors, shapes (..., 3, 3), at once."""
     angles = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
-    whole = angles.clip(min=LEAST)
-    first, half = np.sin(whole) / whole, np.sin(whole / 2) / (whole / 2)
+    turns = angles.clip(min=LEAST)
+    first, half = np.sin(turns) / turns, np.sin(turns / 2) / (turns / 2)
     last = np.where(angles < SMALL, 1 / 6, (1 - first) / np.maximum(angles, SMALL) ** 2)
     K = cross_matrices(vectors)
     squares = K @ K

@@ -53,7 +53,7 @@ def argument(**more: Any) -> Any:
 
 def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
     """Field of a dataclass that holds another one, of which the options named are offered."""
-    every = [one.name for one in fields(options)]
+    every = [entry.name for entry in fields(options)]
     return field(
         default_factory=options, metadata={"names": names.split() or every, "group": group}
     )
@@ -101,15 +101,15 @@ def option_names(options: Any) -> list[str]:
     """Return the options of a dataclass, or of a union of them, as they are typed."""
     kinds = get_args(options) if isinstance(options, UnionType) else (options,)
     rows = [row for kind in kinds for row in _described(kind)]
-    return [_typed(one.name) for one, _, about in rows if not about.get("positional")]
+    return [_typed(entry.name) for entry, _, about in rows if not about.get("positional")]
 
 
 def add_options(
-    parser: argparse.ArgumentParser, options: Any, shown: Collection[str] | None = None
+    parser: argparse.ArgumentParser, options: Any, names: Collection[str] | None = None
 ) -> None:
     """Add the options of a dataclass; or of a union of them, each an experiment with a name.
 
-    The help has those ``shown`` alone, None for all.
+    The help has those ``names`` alone, None for all.
     """
     if isinstance(options, UnionType):
         kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
@@ -118,15 +118,15 @@ def add_options(
             add_options(kinds.add_parser(kind.experiment, help=line, description=line), kind)
         return
     groups: dict[str | None, Any] = {None: parser}
-    for one, kind, about in _described(options):
+    for entry, kind, about in _described(options):
         title = about["group"]
         if title not in groups:
             groups[title] = parser.add_argument_group(title)
         positional = about.get("positional", False)
-        required = {"required": True} if one.default is MISSING and not positional else {}
-        name = one.name if positional else _typed(one.name)
+        required = {"required": True} if entry.default is MISSING and not positional else {}
+        name = entry.name if positional else _typed(entry.name)
         keywords = _keywords(kind, about)
-        if not positional and shown is not None and name.removeprefix("--") not in shown:
+        if not positional and names is not None and name.removeprefix("--") not in names:
             keywords["help"] = argparse.SUPPRESS
         groups[title].add_argument(name, **keywords, **required)
     parser.set_defaults(options=options)
@@ -138,29 +138,30 @@ def read_options(arguments: argparse.Namespace) -> Any:
     Raises:
         UsageError: A number out of its range, or an option that would have no effect.
     """
-    typed = vars(arguments)
-    for one, _, about in _described(arguments.options):
-        needed, without = (about.get(key, "").split() for key in ("needs", "unless"))
-        for other in needed if one.name in typed else ():
-            if other not in typed:
-                words = f"{_typed(one.name)} goes with {_typed(other)}"
+    values = vars(arguments)
+    for entry, _, about in _described(arguments.options):
+        needs, excluded = (about.get(key, "").split() for key in ("needs", "unless"))
+        for name in needs if entry.name in values else ():
+            if name not in values:
+                words = f"{_typed(entry.name)} goes with {_typed(name)}"
                 raise UsageError(f"{words}, which is not given")
-        for other in without if one.name in typed else ():
-            if other in typed:
-                raise UsageError(f"{_typed(one.name)} and {_typed(other)}: give one of the two")
-    return _read(arguments.options, typed)
+        for name in excluded if entry.name in values else ():
+            if name in values:
+                raise UsageError(f"{_typed(entry.name)} and {_typed(name)}: give one of the two")
+    return _read(arguments.options, values)
 
 
 def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
     values: dict[str, Any] = {}
-    for one in fields(options):
-        if is_dataclass(one.type):
-            names = one.metadata["names"]
-            values[one.name] = _read(one.type, {n: given[n] for n in names if n in given})  # pyright: ignore[reportArgumentType]
-        elif one.name in given:
-            value = given[one.name]
-            values[one.name] = tuple(value) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType]
-            _check_range(one, values[one.name])
+    for entry in fields(options):
+        if is_dataclass(entry.type):
+            names = entry.metadata["names"]
+            part = {name: given[name] for name in names if name in given}
+            values[entry.name] = _read(entry.type, part)  # pyright: ignore[reportArgumentType]
+        elif entry.name in given:
+            value = given[entry.name]
+            values[entry.name] = tuple(value) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType]
+            _check_range(entry, values[entry.name])
     return options(**values)
 
 
@@ -170,20 +171,20 @@ def _described(
     """Yield fields, types and descriptions, those of the class before those of its bases."""
     texts = _option_texts()
     hints = get_type_hints(options)
-    known = {one.name: one for one in fields(options)}
+    by_name = {entry.name: entry for entry in fields(options)}
     owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
     order = dict.fromkeys(name for base in options.__mro__ for name in get_annotations(base))
     for name in order:
-        if name not in known or (names and name not in names):
+        if name not in by_name or (names and name not in names):
             continue
-        one, kind = known[name], hints[name]
-        if "names" in one.metadata:
-            yield from _described(kind, one.metadata["names"], one.metadata["group"])
+        entry, kind = by_name[name], hints[name]
+        if "names" in entry.metadata:
+            yield from _described(kind, entry.metadata["names"], entry.metadata["group"])
             continue
         text = texts.get((owners[name].__name__.lstrip("_"), name), {})
-        about = {**text, **one.metadata}
-        about |= {"text": _help(about, one.default), "group": group or about["group"]}
-        yield one, kind, about
+        about = {**text, **entry.metadata}
+        about |= {"text": _help(about, entry.default), "group": group or about["group"]}
+        yield entry, kind, about
 
 
 @cache
@@ -211,9 +212,9 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
         "help": about["text"].replace("%", "%%"),
         "default": argparse.SUPPRESS,
     }
-    kinds = [one for one in get_args(kind) if one is not NoneType]
+    kinds = [member for member in get_args(kind) if member is not NoneType]
     if get_origin(kind) is UnionType or NoneType in get_args(kind):
-        kind = next((one for one in kinds if get_origin(one) is Sequence), kinds[0])
+        kind = next((member for member in kinds if get_origin(member) is Sequence), kinds[0])
     if kind is bool:
         return {**keywords, "action": "store_true"}
     if get_origin(kind) in (tuple, Sequence):
@@ -239,20 +240,20 @@ def _help(about: Mapping[str, Any], default: Any) -> str:
     default = about.get("default", default)
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
-    shown = (f"{one:g}" if isinstance(one, float) else str(one) for one in _each(default))
-    return f"{text} (default: {' '.join(shown)})".strip()
+    words = (f"{item:g}" if isinstance(item, float) else str(item) for item in _each(default))
+    return f"{text} (default: {' '.join(words)})".strip()
 
 
-def _check_range(one: "Field[Any]", value: Any) -> None:
-    if "between" not in one.metadata or value is None:
+def _check_range(entry: "Field[Any]", value: Any) -> None:
+    if "between" not in entry.metadata or value is None:
         return
-    low, high = one.metadata["between"]
-    named = {POSITIVE: "a positive number", NOT_NEGATIVE: "0 or more"}
-    expected = named.get((low, high), f"{low:g} to {high:g}")
+    low, high = entry.metadata["between"]
+    words = {POSITIVE: "a positive number", NOT_NEGATIVE: "0 or more"}
+    expected = words.get((low, high), f"{low:g} to {high:g}")
     for number in _each(value):
         if not low <= number <= high:
-            unit = " metres" if one.name.endswith("distance") else ""
-            raise UsageError(f"{_typed(one.name)} {number:g}: expected {expected}{unit}")
+            unit = " metres" if entry.name.endswith("distance") else ""
+            raise UsageError(f"{_typed(entry.name)} {number:g}: expected {expected}{unit}")
 
 
 def _each(value: Any) -> Sequence[Any]:

@@ -84,7 +84,7 @@ def table(
     heads: "Sequence[str]",
     rows: "Iterable[Sequence[str | Text]]",
     *,
-    left: "Collection[int]" = (0,),
+    left_columns: "Collection[int]" = (0,),
     bold: "Collection[int]" = (),
     no_wrap: bool = False,
 ) -> "Table":
@@ -101,11 +101,11 @@ def table(
         padding=(0, 1, 0, 0),
     )  # fmt: skip
     for column, head in enumerate(heads):
-        if column in left:
+        if column in left_columns:
             drawn.add_column(Text(head), overflow="fold", min_width=16 if no_wrap else None)
         else:
             drawn.add_column(Text(head), justify="right", no_wrap=no_wrap)
     for number, cells in enumerate(rows):
-        shown = [cell if isinstance(cell, Text) else Text(cell) for cell in cells]
-        drawn.add_row(*shown, style="bold" if number in bold else None)
+        texts = [cell if isinstance(cell, Text) else Text(cell) for cell in cells]
+        drawn.add_row(*texts, style="bold" if number in bold else None)
     return drawn

@@ -52,11 +52,11 @@ class RobotsOptions(Options):
 
     def load_robots(self) -> "dict[str, robots.Robot]":
         """Read the models of the robots by their names; the name of a single robot is empty."""
-        named = _named(self.robot)
+        by_name = _named(self.robot)
         base, tip, flange = (
-            _by_name(getattr(self, key), key, named) for key in ("base", "tip", "flange")
+            _by_name(getattr(self, key), key, by_name) for key in ("base", "tip", "flange")
         )
-        ball, twice = robots.BALL_LINK, len(set(named.values())) < len(named)
+        ball, twice = robots.BALL_LINK, len(set(by_name.values())) < len(by_name)
         return {
             name: robots.load_robot(
                 robot,
@@ -65,40 +65,40 @@ class RobotsOptions(Options):
                 flange=flange[name],
                 ball=self.ball if flange[name] or not name else None,
             )
-            for name, robot in named.items()
+            for name, robot in by_name.items()
         }
 
 
-def _named(given: Sequence[str]) -> dict[str, str]:
+def _named(words_given: Sequence[str]) -> dict[str, str]:
     """Robots by their names; a single one has none."""
-    named: dict[str, str] = {}
-    for words in given:
+    by_name: dict[str, str] = {}
+    for words in words_given:
         name, _, robot = words.partition("=")
-        wrong = ""
-        if len(given) == 1 and robot and name.isidentifier():
-            wrong = f"one robot needs no name; write --robot {robot}"
-        elif len(given) == 1:
+        example = ""
+        if len(words_given) == 1 and robot and name.isidentifier():
+            example = f"one robot needs no name; write --robot {robot}"
+        elif len(words_given) == 1:
             return {"": words}
         elif not robot or not name.replace("_", "").replace("-", "").isalnum():
-            wrong = "of several robots each needs a name, as in --robot left=panda"
-        elif name in named:
-            wrong = f"two robots are called {name!r}"
-        if wrong:
-            raise UsageError(f"--robot {words}: {wrong}")
-        named[name] = robot
-    return named
+            example = "of several robots each needs a name, as in --robot left=panda"
+        elif name in by_name:
+            example = f"two robots are called {name!r}"
+        if example:
+            raise UsageError(f"--robot {words}: {example}")
+        by_name[name] = robot
+    return by_name
 
 
-def _by_name(given: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[str, str | None]:
+def _by_name(items: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[str, str | None]:
     """Value of an option for each robot; one without a name is for all of them."""
     by_name: dict[str, str | None] = dict.fromkeys(robots)
-    if "" in robots and len(given) > 1:
-        raise UsageError(f"--{key} {given[1]}: one robot has one {key}")
-    for words in given:
+    if "" in robots and len(items) > 1:
+        raise UsageError(f"--{key} {items[1]}: one robot has one {key}")
+    for words in items:
         name, _, link = ("", "", "") if "" in robots else words.partition("=")
         if link and name not in robots:
-            known = ", ".join(robots)
-            raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {known}")
+            names = ", ".join(robots)
+            raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {names}")
         by_name |= {name: link} if link else dict.fromkeys(robots, words)
     return by_name
 
@@ -111,21 +111,23 @@ def split_by_robot(
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
     no robot, or to train on and named for the test too, is a UsageError.
     """
-    trained, given = _by_robot(train, robots), _by_robot(test, robots)
+    training, test_folders = _by_robot(train, robots), _by_robot(test, robots)
     tested: dict[str, list[Path]] = {name: [] for name in robots}
     left_out: list[str] = []
-    for name, paths in given.items():
-        known = {path.resolve() for path in recorder.find_placements(trained[name])}
-        for path, placement in ((p, one) for p in paths for one in recorder.find_placements([p])):
-            if placement.resolve() not in known:
+    for name, paths in test_folders.items():
+        paths_trained = {path.resolve() for path in recorder.find_placements(training[name])}
+        for path, placement in (
+            (p, folder) for p in paths for folder in recorder.find_placements([p])
+        ):
+            if placement.resolve() not in paths_trained:
                 tested[name].append(placement)
             elif placement == path:
                 raise UsageError(f"{path}: trained on, so it cannot be held out as well")
             else:
                 left_out.append(placement.name)
     if not left_out:
-        return trained, tested, []
-    return trained, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
+        return training, tested, []
+    return training, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
 
 
 def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, list[Path]]:
@@ -133,19 +135,19 @@ def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, 
         return {"": list(paths)}
     by_robot: dict[str, list[Path]] = {name: [] for name in robots}
     for path in paths:
-        name, _, rest = str(path).partition(":")
-        if rest and name in robots:
-            by_robot[name].append(Path(rest))
+        name, _, path_after_name = str(path).partition(":")
+        if path_after_name and name in robots:
+            by_robot[name].append(Path(path_after_name))
             continue
-        if rest and not path.exists() and Path(rest).exists():
+        if path_after_name and not path.exists() and Path(path_after_name).exists():
             raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
         for folder in recorder.find_placements([path]):
             owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
             if owner not in robots:
-                known, example = ", ".join(robots), next(iter(robots))
+                names, example = ", ".join(robots), next(iter(robots))
                 problem = f"of robot {owner!r}" if owner else "whose is it?"
                 raise UsageError(
-                    f"{folder}: {problem}; write {example}:{folder}; the robots are {known}"
+                    f"{folder}: {problem}; write {example}:{folder}; the robots are {names}"
                 )
             by_robot[owner].append(folder)
     return by_robot
@@ -168,8 +170,8 @@ def survey_of(
     """Read and check placements, and look for faults in them."""
     placements = settings.carrying(read_data(paths, settings))
     measured = [
-        data.measure(one, robot, settings.distance, sockets=sockets, load=settings.load)
-        for one in placements
+        data.measure(placement, robot, settings.distance, sockets=sockets, load=settings.load)
+        for placement in placements
     ]
     data.check_distinct(measured)
     return measured, diagnostics.inspect_all(
@@ -210,8 +212,8 @@ def one_arm(file: Path) -> Path:
     """Return the ``calibration.json`` of a single robot; several are a UsageError."""
     files = calibration.calibration_files(file)
     if "" not in files:
-        each = ", ".join(str(path.parent) for path in files.values())
-        raise UsageError(f"{file}: holds several robots; name one of {each}")
+        folders = ", ".join(str(path.parent) for path in files.values())
+        raise UsageError(f"{file}: holds several robots; name one of {folders}")
     return files[""]
 
 
@@ -226,19 +228,19 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         files = calibration.calibration_files(options.calibration)
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
-        kept, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
+        output, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
         data = _by_robot(options.data, files) if hasattr(options, "data") else None
-        for kept.name, file in files.items():
-            own: dict[str, Any] = {"calibration": file}
+        for output.name, file in files.items():
+            settings: dict[str, Any] = {"calibration": file}
             if out is not None:
-                file_out = out.with_name(f"{out.stem}_{kept.name}{out.suffix}")
-                own["out"] = file_out if out.suffix else out / kept.name
+                file_out = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
+                settings["out"] = file_out if out.suffix else out / output.name
             if data is not None:
-                own["data"] = data[kept.name]
-            if data is None or own["data"]:
-                terminal.say(f"Robot {kept.name}")
-                statuses.append(run(replace(options, **own), kept))
-        terminal.emit({"robots": kept.robots})
+                settings["data"] = data[output.name]
+            if data is None or settings["data"]:
+                terminal.say(f"Robot {output.name}")
+                statuses.append(run(replace(options, **settings), output))
+        terminal.emit({"robots": output.robots})
         return assessment.worst(statuses)
 
     return run_all

@@ -84,7 +84,9 @@ def export(
     check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
         if value and option not in FORMATS[to].takes:
-            takers = ", ".join(name for name, each in FORMATS.items() if option in each.takes)
+            takers = ", ".join(
+                name for name, format_info in FORMATS.items() if option in format_info.takes
+            )
             word = "tool" if option == "tools" else option
             raise ExportError(f"--{word} is for --to {takers}, not for {to}")
     file = Path(out)

@@ -89,8 +89,8 @@ class Request:
     def require_ending(self, *endings: str) -> None:
         """Refuse a file of another ending."""
         if self.file.suffix not in endings:
-            known = " or ".join(endings)
-            raise ExportError(f"--out {self.file}: name a file that ends in {known}")
+            listing = " or ".join(endings)
+            raise ExportError(f"--out {self.file}: name a file that ends in {listing}")
 
     @property
     def origins(self) -> np.ndarray:
@@ -213,15 +213,15 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
         # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
         balls = [calibrated.ball(q) for q in poses]
-        placed = [kabsch(a, b).apply(a) for a, b in zip(geometric, balls, strict=True)]
-        losses.append(_loss(words, placed, balls))
+        fitted_places = [kabsch(a, b).apply(a) for a, b in zip(geometric, balls, strict=True)]
+        losses.append(_loss(words, fitted_places, balls))
     exported, nominal = calibrated.geometry, calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
-        held = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
+        values = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
         on_ball = name == robot.ball_joint.name
         place = f"the ball's place on {robot.ball_joint.parent}" if on_ball else ""
-        without = [calibrated.model.points(held, q) for q in poses]
-        loss = _loss(place or f"the origin of {name}", without, geometric)
+        points = [calibrated.model.points(values, q) for q in poses]
+        loss = _loss(place or f"the origin of {name}", points, geometric)
         losses += [loss] if loss.largest > 0 else []
     return tuple(losses)
 
@@ -229,5 +229,5 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
 def _loss(what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]) -> Loss:
     """Return the loss by balls at recorded poses and anywhere, and where they should be [m]."""
     pairs = zip(balls, targets, strict=True)
-    near, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
-    return Loss(what, float(near.mean()), float(near.max()), float(anywhere.mean()))
+    at_places, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
+    return Loss(what, float(at_places.mean()), float(at_places.max()), float(anywhere.mean()))

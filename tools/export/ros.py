@@ -80,8 +80,8 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
             keys[joint.name] = vendor.keys[suffix]
     moving = set(robot.joint_names)
     first = next((joint for joint in robot.joints if joint.name in keys), None)
-    full = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
-    fits = first is not None and full and moving <= set(keys)
+    complete = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
+    fits = first is not None and complete and moving <= set(keys)
     if first is not None and fits and first.parent.endswith(vendor.root):
         return keys
     if first is None or not fits or request.format == "xarm":  # joint1 .. are many makers' names
@@ -117,8 +117,8 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
     nominal = {joint.name: joint.origin.xyz for joint in request.calibration.robot.joints}
     for name, key in keys.items():
         numbers = sections.get(key, {})
-        there = [numbers.get(c, float("nan")) for c in "xyz"]
-        if not np.linalg.norm(np.subtract(there, nominal[name])) < SAME_ROBOT:
+        xyz = [numbers.get(c, float("nan")) for c in "xyz"]
+        if not np.linalg.norm(np.subtract(xyz, nominal[name])) < SAME_ROBOT:
             raise ExportError(
                 f"{like}: another robot's: `{key}` does not stand where "
                 f"{request.calibration.robot.name} has it"

@@ -55,8 +55,8 @@ def read_bag(question: Question) -> Log:
 
 def _states(reader: Any, question: Question) -> Log:
     states = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
-    chosen = [c for c in states if question.topic in (None, c.topic)]
-    if not chosen:
+    connections = [c for c in states if question.topic in (None, c.topic)]
+    if not connections:
         offered = sorted({f"{c.topic} ({c.msgtype})" for c in states or reader.connections})
         raise ExtractError(
             f"{question.path}: no sensor_msgs/JointState"
@@ -64,26 +64,26 @@ def _states(reader: Any, question: Question) -> Log:
             f"{', '.join(offered) or 'nothing'}"
         )
     messages: dict[str, list[tuple[Any, int]]] = {}
-    for connection, time, raw in reader.messages(connections=chosen):
+    for connection, time, raw in reader.messages(connections=connections):
         message = reader.deserialize(raw, connection.msgtype)
         messages.setdefault(connection.topic, []).append((message, time))
-    found: dict[str, list[_State]] = {}
+    by_topic: dict[str, list[_State]] = {}
     notes: dict[str, list[str]] = {}
     for topic, some in messages.items():
-        found[topic], notes[topic] = _of_topic(some, question)
-    best = max(found, key=lambda topic: len(found[topic]), default="")
-    if not found.get(best):
-        every = (name for some in messages.values() for m, _ in some for name in m.name)
-        raise unknown_joints(list(dict.fromkeys(every)), question)
-    told = [f"read {best}, {len(found[best])} states", *notes[best]]
-    others = [f"{name} ({len(some)})" for name, some in found.items() if some and name != best]
-    if others:
-        told.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
-    stamps, positions, efforts = zip(*found[best], strict=True)
-    known = question.efforts and all(effort is not None for effort in efforts)
-    if question.efforts and not known:
-        told.append("its messages have no efforts, or not always")
-    return in_parts(stamps, positions, efforts if known else None, told)
+        by_topic[topic], notes[topic] = _of_topic(some, question)
+    best = max(by_topic, key=lambda topic: len(by_topic[topic]), default="")
+    if not by_topic.get(best):
+        names = (name for some in messages.values() for m, _ in some for name in m.name)
+        raise unknown_joints(list(dict.fromkeys(names)), question)
+    remarks = [f"read {best}, {len(by_topic[best])} states", *notes[best]]
+    topics = [f"{name} ({len(some)})" for name, some in by_topic.items() if some and name != best]
+    if topics:
+        remarks.append(f"the same joints are on {', '.join(topics)} too; --topic chooses")
+    stamps, positions, efforts = zip(*by_topic[best], strict=True)
+    has_efforts = question.efforts and all(effort is not None for effort in efforts)
+    if question.efforts and not has_efforts:
+        remarks.append("its messages have no efforts, or not always")
+    return in_parts(stamps, positions, efforts if has_efforts else None, remarks)
 
 
 def _of_topic(
@@ -114,8 +114,8 @@ def _of_topic(
     notes = [f"{skipped.pop((), 0)} messages there lack a joint, and are left out"]
     notes = notes if notes[0][0] != "0" else []
     notes += [
-        f"{count} messages there are of {', '.join(own):.90}, and are left out"
-        for own, count in skipped.items()
+        f"{count} messages there are of {', '.join(names):.90}, and are left out"
+        for names, count in skipped.items()
     ]
     return states, notes
 
@@ -236,9 +236,9 @@ def _radians(
             "--units FILE, the arm's calibration file, for values from -100 to 100"
         )
     motors = read_lerobot(Path(question.units))
-    missing = [name for name in names if name not in motors]
-    if missing:
-        raise ExtractError(f"{question.units}: no motor is called {', '.join(missing)}")
+    absent = [name for name in names if name not in motors]
+    if absent:
+        raise ExtractError(f"{question.units}: no motor is called {', '.join(absent)}")
     if np.abs(values).max(initial=0.0) > 100 + 1e-6:
         raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
     # A value is one of 100 parts of half a motor's range.

@@ -71,24 +71,24 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     names = None if table.header is None else tuple(column.name for column in joints)
     files = _images(folder, table)
     found, size = _corners(cv, files, board)
-    needed = 1 if camera else FEWEST_IMAGES
-    if len(found) < needed:
+    minimum = 1 if camera else FEWEST_IMAGES
+    if len(found) < minimum:
         raise RecordingError(
             f"{folder}: {len(found)} of {len(files)} images show a board of {board.columns} x "
-            f"{board.rows} squares, {board.dictionary}; {needed} are needed; "
+            f"{board.rows} squares, {board.dictionary}; {minimum} are needed; "
             f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
             "focus?"
         )
     remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
-        fx, fy, cx, cy, *given = camera
+        fx, fy, cx, cy, *distortion_given = camera
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
-        distortion = np.array(given or [0.0] * 4)
+        distortion = np.array(distortion_given or [0.0] * 4)
     else:
         objects, points = zip(*found.values(), strict=True)
         rms, matrix, distortion = cv.calibrateCamera(objects, points, size, None, None)[:3]
-        shown = (*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5])
-        numbers = ",".join(f"{value:.6g}" for value in shown)
+        values = (*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5])
+        numbers = ",".join(f"{value:.6g}" for value in values)
         remarks.append(
             f"--intrinsics {numbers}: by {len(found)} images, {rms:.2f} pixels off (rms)"
         )
@@ -143,8 +143,8 @@ def _corners(
     if board.dictionary == PLAIN:
         return _seen_plain(cv, board, pictures), size
     boards = [_board(cv, board, older) for older in (False, True)]
-    found = [_seen(cv, shape, pictures) for shape in boards]
-    return max(found, key=len), size
+    views_of_boards = [_seen(cv, shape, pictures) for shape in boards]
+    return max(views_of_boards, key=len), size
 
 
 def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
@@ -160,17 +160,17 @@ def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tup
         )
     x, y = np.meshgrid(np.arange(1, board.columns), np.arange(1, board.rows))
     corners = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 1, 3) * board.square
-    found: dict[int, tuple[Any, Any]] = {}
+    views: dict[int, tuple[Any, Any]] = {}
     for i, picture in enumerate(pictures):
-        seen, pixels = cv.findChessboardCornersSB(picture, size)
-        if not seen:
+        success, pixels = cv.findChessboardCornersSB(picture, size)
+        if not success:
             continue
         cells = pixels.reshape(size[1], size[0], 2)
         first, last = cells[:2, :2].mean(axis=(0, 1)), cells[-2:, -2:].mean(axis=(0, 1))
         darkness = [picture[int(v), int(u)] for u, v in (first, last)]
         turned = (board.columns + board.rows) % 2 == 1 and darkness[0] > darkness[1]
-        found[i] = corners.astype(np.float32), pixels[::-1] if turned else pixels
-    return found
+        views[i] = corners.astype(np.float32), pixels[::-1] if turned else pixels
+    return views
 
 
 def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
@@ -183,21 +183,21 @@ def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
         markers = cv.aruco.getPredefinedDictionary(getattr(cv.aruco, f"DICT_{name}"))
         ids = cv.aruco.ArucoDetector(markers).detectMarkers(picture)[1]
         counts[name] = 0 if ids is None else len(ids)
-    most = max(counts, key=counts.__getitem__)
-    if counts[most] < FEWEST_MARKERS:
+    likeliest = max(counts, key=counts.__getitem__)
+    if counts[likeliest] < FEWEST_MARKERS:
         return "no marker was seen, a plain chessboard is --dictionary none; "
-    return f"{files[0].name} shows {counts[most]} markers of {most}; "
+    return f"{files[0].name} shows {counts[likeliest]} markers of {likeliest}; "
 
 
 def _seen(cv: Any, shape: Any, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
     """Return a board's corners and their pixels in each picture that shows it."""
     find = cv.aruco.CharucoDetector(shape).detectBoard
-    found: dict[int, tuple[Any, Any]] = {}
+    views: dict[int, tuple[Any, Any]] = {}
     for i, picture in enumerate(pictures):
         corners, ids = find(picture)[:2]
         if ids is not None and len(ids) >= FEWEST_CORNERS:
-            found[i] = shape.matchImagePoints(corners, ids)
-    return found
+            views[i] = shape.matchImagePoints(corners, ids)
+    return views
 
 
 def _board(cv: Any, board: Board, older: bool) -> Any:

@@ -38,13 +38,13 @@ def read_csv_log(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     columns, notes = _joint_columns(table, times, question)
-    kept = [i for i, row in enumerate(table.rows) if any(row[c.index].strip() for c in columns)]
-    if len(kept) < len(table.rows):
-        notes.append(f"{len(table.rows) - len(kept)} lines without positions are left out")
-    table = table.at(kept)
+    rows = [i for i, row in enumerate(table.rows) if any(row[c.index].strip() for c in columns)]
+    if len(rows) < len(table.rows):
+        notes.append(f"{len(table.rows) - len(rows)} lines without positions are left out")
+    table = table.at(rows)
     marked = [column.unit in DEGREES for column in columns]
-    plain = [replace(column, unit="") for column in columns]
-    positions = _in_radians(np.array(table.numbers(plain)), marked, question)
+    unitless = [replace(column, unit="") for column in columns]
+    positions = _in_radians(np.array(table.numbers(unitless)), marked, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
     steps = np.diff(log.stamps)[np.diff(log.parts) == 0]
     step = float(np.median(steps)) if len(steps) else np.inf
@@ -62,13 +62,13 @@ def _joint_columns(
 ) -> tuple[list[Column], list[str]]:
     """Return the columns of the joints, and remarks."""
     if question.named is not None:
-        wanted = joints_named(question.named, question.joints)
+        names_asked = joints_named(question.named, question.joints)
         for names in (
             [cell.strip() for cell in table.header or ()],
             [c.name for c in table.columns],
         ):
-            if set(wanted) <= set(names):
-                return [table.columns[names.index(word)] for word in wanted], [*table.notes]
+            if set(names_asked) <= set(names):
+                return [table.columns[names.index(word)] for word in names_asked], [*table.notes]
     try:
         joints = None if question.named else find_joints(table, question.joints, times)
     except ColumnError as error:

@@ -74,9 +74,9 @@ def in_order(
 ) -> Log:
     """Return a log of one part, its states in order of time, each moment once."""
     moments, first = np.unique(stamps, return_index=True)
-    known = None if efforts is None else np.array(efforts, dtype=float)[first]
+    torques = None if efforts is None else np.array(efforts, dtype=float)[first]
     parts = np.zeros(len(moments), dtype=int)
-    return Log(moments, np.array(positions)[first], known, parts, tuple(notes))
+    return Log(moments, np.array(positions)[first], torques, parts, tuple(notes))
 
 
 SET_BACK = 0.5
@@ -94,22 +94,22 @@ def in_parts(
     back = times < np.maximum.accumulate(np.append(-np.inf, times[:-1])) - SET_BACK
     begins = [i for i in np.flatnonzero(back).tolist() if times[i] < times[i - 1] - SET_BACK]
     logs: list[Log] = []
-    told = list(notes)
+    remarks = list(notes)
     for start, end in pairwise([0, *begins, len(times)]):
         some = None if efforts is None else efforts[start:end]
         logs.append(in_order(times[start:end], positions[start:end], some))
         if start:
-            told.append(
+            remarks.append(
                 f"{times[start - 1] - times[0]:.1f} s after the first state the stamps went back "
                 f"by {times[start - 1] - times[start]:.1f} s; what follows is a part of its own"
             )
-    known = [log.efforts for log in logs if log.efforts is not None]
+    torques = [log.efforts for log in logs if log.efforts is not None]
     return Log(
         np.concatenate([log.stamps for log in logs]),
         np.concatenate([log.positions for log in logs]),
-        np.concatenate(known) if known else None,
+        np.concatenate(torques) if torques else None,
         np.repeat(np.arange(len(logs)), [len(log.stamps) for log in logs]),
-        tuple(told),
+        tuple(remarks),
     )
 
 
@@ -160,8 +160,8 @@ def needed_columns(names: Sequence[str], question: Question) -> list[int]:
 
 def unknown_joints(names: Sequence[str], question: Question) -> ExtractError:
     """Return the error for a log whose joints are not the model's."""
-    wanted = question.named or ", ".join(question.joints)
+    listing = question.named or ", ".join(question.joints)
     return ExtractError(
-        f"{question.path}: no state has all of {wanted}; it has "
+        f"{question.path}: no state has all of {listing}; it has "
         f"{', '.join(names) or 'no joints'}; name them in chain order by --joints A,B,..."
     )

@@ -67,9 +67,9 @@ class Session:
         pulls = np.array([self.fit.distances, self.fit.angles]) / scales[:, None]
         return float(-(FREEDOM + 3) / 2 * np.sum(np.log1p(pulls**2 / FREEDOM)))
 
-    def mostly(self, other: "Session") -> bool:
+    def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
-        differences: np.ndarray = np.abs(self.positions - other.positions).max(axis=1)
+        differences: np.ndarray = np.abs(self.positions - session.positions).max(axis=1)
         same = differences < SAME
         return float(np.mean(same)) > 0.5
 
@@ -108,8 +108,8 @@ class FlangePoses:
         goal, targets = self.calibration.goal(np.repeat(poses, STARTS, axis=0))
         nominal = self.calibration.nominal.calibrated
         search = nominal.search(goal, targets, starts, None, np.eye(4))
-        left: np.ndarray = search.left.max(axis=1)
-        reached = left < REACHED
+        residuals: np.ndarray = search.left.max(axis=1)
+        reached = residuals < REACHED
         solutions: list[np.ndarray] = []
         for i, sample in enumerate(self.views.samples):
             rows = slice(i * STARTS, (i + 1) * STARTS)
@@ -123,9 +123,9 @@ class FlangePoses:
     def _session(self, q: np.ndarray) -> Session:
         """Return a posture, beside the one that was told and by what the views leave."""
         robot = self.calibration.robot
-        told = np.zeros(q.shape[1]) if self.near is None else self.near
-        away = _around(q - told, _turning(robot))
-        on_turn = told + away
+        reference = np.zeros(q.shape[1]) if self.near is None else self.near
+        away = _around(q - reference, _turning(robot))
+        on_turn = reference + away
         within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
         distances: np.ndarray = np.linalg.norm(away, axis=1) * (self.near is not None)
         distance, nearest = float(np.sqrt(np.mean(distances**2))), float(distances.min())
@@ -191,28 +191,28 @@ def joints_of(
     rows: list[list[float]] = session.positions.tolist()
     pairs = zip(views.samples, rows, strict=True)
     samples = tuple(replace(sample, position=tuple(q)) for sample, q in pairs)
-    said = (*views.remarks, *remarks, *notes)
-    return replace(views, samples=samples, joint_names=robot.joint_names, remarks=said)
+    texts = (*views.remarks, *remarks, *notes)
+    return replace(views, samples=samples, joint_names=robot.joint_names, remarks=texts)
 
 
 def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, list[str]]:
     """Return the session's posture: the nearest, and of several as near, what the views tell."""
-    least = min(session.distance for session in sessions)
+    nearest = min(session.distance for session in sessions)
     scales = np.min([session.scales for session in sessions], axis=0)
-    ranked = sorted(sessions, key=lambda one: -one.evidence(scales))
-    session, *others = [one for one in ranked if one.distance <= least + APART]
-    others = [one for one in others if not one.mostly(session)]
-    if others and session.evidence(scales) - others[0].evidence(scales) < SURE:
+    ranked = sorted(sessions, key=lambda session: -session.evidence(scales))
+    session, *rivals = [candidate for candidate in ranked if candidate.distance <= nearest + APART]
+    rivals = [rival for rival in rivals if not rival.mostly(session)]
+    if rivals and session.evidence(scales) - rivals[0].evidence(scales) < SURE:
         advice = "give one near which all views were taken (--near)"
         if flange.near is not None:
             advice = "several as near; record the joints"
         raise UsageError(
-            f"{flange.where}: {len(others) + 1} postures bring the flange there, and the views do "
+            f"{flange.where}: {len(rivals) + 1} postures bring the flange there, and the views do "
             f"not tell which: {advice}"
         )
-    if others:
-        words = f"{len(others) + 1} postures bring the flange there; the views leave {session} in "
-        return session, [f"{flange.where}: {words}this posture, {others[0]} in the next"]
+    if rivals:
+        words = f"{len(rivals) + 1} postures bring the flange there; the views leave {session} in "
+        return session, [f"{flange.where}: {words}this posture, {rivals[0]} in the next"]
     if ranked[0].evidence(scales) - session.evidence(scales) < SURE:
         return session, []
     words = f"the posture near --near leaves {session} of the views, another one {ranked[0]}"
@@ -231,11 +231,11 @@ def _around(differences: np.ndarray, turning: np.ndarray) -> np.ndarray:
 
 def _distinct(rows: np.ndarray, turning: np.ndarray) -> np.ndarray:
     """Return each of some joint positions once, up to whole turns; shape (K, m)."""
-    kept: list[np.ndarray] = []
+    distinct: list[np.ndarray] = []
     for row in rows:
-        if all(np.abs(_around(row - other, turning)).max() > SAME for other in kept):
-            kept.append(row)
-    return np.array(kept)
+        if all(np.abs(_around(row - row_before, turning)).max() > SAME for row_before in distinct):
+            distinct.append(row)
+    return np.array(distinct)
 
 
 def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
@@ -250,7 +250,10 @@ def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.n
     postures: list[np.ndarray] = []
     for root in np.flatnonzero(owner == first).tolist():
         posture = q[_spanned(q, owner, root, turning)]
-        if all(np.abs(_around(posture - one, turning)).max() > SAME for one in postures):
+        if all(
+            np.abs(_around(posture - posture_before, turning)).max() > SAME
+            for posture_before in postures
+        ):
             postures.append(posture)
     return postures
 
@@ -258,12 +261,12 @@ def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.n
 def _spanned(q: np.ndarray, owner: np.ndarray, root: int, turning: np.ndarray) -> np.ndarray:
     """Return the row of q that the tree from a root takes for each owner, shape (N,)."""
     rows, distance, added = np.zeros(owner.max() + 1, dtype=int), np.full(len(q), np.inf), root
-    free = np.ones(len(q), dtype=bool)
+    remaining = np.ones(len(q), dtype=bool)
     while True:
         rows[owner[added]] = added
-        free[owner == owner[added]] = False
-        if not free.any():
+        remaining[owner == owner[added]] = False
+        if not remaining.any():
             return rows
-        away: np.ndarray = np.linalg.norm(_around(q - q[added], turning), axis=1)
-        distance = np.minimum(distance, away)
-        added = int(np.argmin(np.where(free, distance, np.inf)))
+        distances: np.ndarray = np.linalg.norm(_around(q - q[added], turning), axis=1)
+        distance = np.minimum(distance, distances)
+        added = int(np.argmin(np.where(remaining, distance, np.inf)))

@@ -17,12 +17,12 @@ def read_log(question: Question) -> Log:
     """
     name = _kind(question)
     readers = {"bags": read_bag, "lerobot": read_lerobot_log, "csv_log": read_csv_log}
-    read = readers.get(name, read_kept_stream)
+    reader = readers.get(name, read_kept_stream)
     if question.topic is not None and name != "bags":
         raise ExtractError("--topic is for bags")
     if question.units is not None and name not in ("lerobot", "csv_log"):
         raise ExtractError("--units is for lerobot data sets and CSV logs")
-    log = read(question)
+    log = reader(question)
     if not len(log.stamps):
         raise ExtractError(f"{question.path}: no state in it can be used")
     return log
@@ -54,16 +54,18 @@ def read_kept_stream(question: Question) -> Log:
     rows: list[tuple[np.ndarray, ...]] = []
     notes, last, measured = list[str](), 0, True
     for file in files if path.is_dir() else [path]:
-        kept = read_stream_log(file)
-        columns = needed_columns(kept.joints, question)
-        if not len(kept.stamps):
+        stream = read_stream_log(file)
+        columns = needed_columns(stream.joints, question)
+        if not len(stream.stamps):
             continue
-        notes += [f"read {file.name}, {len(kept.stamps)} states", *kept.remarks]
-        measured = measured and kept.efforts is not None
-        efforts = np.full_like(kept.positions, np.nan) if kept.efforts is None else kept.efforts
-        parts = kept.connections - kept.connections.min() + last
+        notes += [f"read {file.name}, {len(stream.stamps)} states", *stream.remarks]
+        measured = measured and stream.efforts is not None
+        efforts = (
+            np.full_like(stream.positions, np.nan) if stream.efforts is None else stream.efforts
+        )
+        parts = stream.connections - stream.connections.min() + last
         last = int(parts.max()) + 1
-        rows.append((kept.stamps, kept.positions[:, columns], efforts[:, columns], parts))
-    empty = (np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))
-    stamps, positions, torques, numbers = map(np.concatenate, zip(empty, *rows, strict=True))
+        rows.append((stream.stamps, stream.positions[:, columns], efforts[:, columns], parts))
+    no_rows = (np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))
+    stamps, positions, torques, numbers = map(np.concatenate, zip(no_rows, *rows, strict=True))
     return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))

@@ -143,24 +143,26 @@ def propose_samples(
     """Return rests with placements and sockets by the nominal model and the distance [m]."""
     if not rests:
         return []
-    positions = np.array([rest.pose.position for rest in rests])
+    positions = np.array([pause.pose.position for pause in rests])
     balls = BallModel(robot, []).points(np.empty(0), positions)
-    proposed = [replace(one, ball=tuple(p)) for one, p in zip(rests, balls.tolist(), strict=True)]
+    proposed = [
+        replace(pause, ball=tuple(p)) for pause, p in zip(rests, balls.tolist(), strict=True)
+    ]
     sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
         for socket, group in enumerate(pair):
             for i in group:
-                named = f"placement_{number}"
-                proposed[i] = replace(proposed[i], placement=named, socket=socket)
+                name = f"placement_{number}"
+                proposed[i] = replace(proposed[i], placement=name, socket=socket)
     return _usable(proposed, joints)
 
 
 def _together(points: np.ndarray, within: float) -> list[list[int]]:
     """Return groups of points, each within a distance of another one of its group."""
-    near = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
-    while (wider := near.astype(np.float32) @ near > 0).sum() > near.sum():
-        near = wider
-    return [np.flatnonzero(row).tolist() for i, row in enumerate(near) if row.argmax() == i]
+    joined = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
+    while (wider := joined.astype(np.float32) @ joined > 0).sum() > joined.sum():
+        joined = wider
+    return [np.flatnonzero(row).tolist() for i, row in enumerate(joined) if row.argmax() == i]
 
 
 def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
@@ -175,27 +177,27 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
     for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
         if mismatch[i, j] <= APART * distance and i not in partner and j not in partner:
             partner[i], partner[j] = j, i
-    alone = [[i] for i in range(len(groups)) if i not in partner]
-    bases = [[i, j] for i, j in partner.items() if i < j] + alone
+    singles = [[i] for i in range(len(groups)) if i not in partner]
+    bases = [[i, j] for i, j in partner.items() if i < j] + singles
     return [[groups[i] for i in base] for base in sorted(bases)]
 
 
 def _usable(rests: Sequence[Rest], joints: Sequence[JointLimits]) -> list[Rest]:
     """Return the rests, without a placement where the recorder would refuse them, and why."""
     sessions: dict[str, Session] = {}
-    kept: list[Rest] = []
-    for rest in rests:
-        name = rest.placement
+    usable: list[Rest] = []
+    for pause in rests:
+        name = pause.placement
         if name is None:
-            kept.append(replace(rest, why="not in a socket"))
+            usable.append(replace(pause, why="not in a socket"))
             continue
         before = sessions.get(name, Session(tuple(joints), sockets=100))
-        session = before.switched(rest.socket)
-        why = session.refusal(rest.pose.position)
-        kept.append(replace(rest, placement=None, why=why) if why else rest)
+        session = before.switched(pause.socket)
+        why = session.refusal(pause.pose.position)
+        usable.append(replace(pause, placement=None, why=why) if why else pause)
         if not why:
-            sessions[name] = session.captured(session.sample_at(rest.pose))
-    return kept
+            sessions[name] = session.captured(session.sample_at(pause.pose))
+    return usable
 
 
 def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
@@ -205,7 +207,7 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
     rests that none names are left out. One that is none, has no rest, or names one twice is a
     UsageError.
     """
-    assigned = [replace(rest, placement=None, socket=0, why="not assigned") for rest in rests]
+    assigned = [replace(pause, placement=None, socket=0, why="not assigned") for pause in rests]
     for word in words:
         match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
         if match is None:
@@ -228,14 +230,16 @@ def placements_of(
 ) -> dict[str, dict[str, bytes]]:
     """Return the files of each placement, by its name."""
     samples: dict[str, list[Sample]] = {}
-    for rest in rests:
-        if rest.placement is not None:
-            sample = Session((), socket=rest.socket).sample_at(rest.pose)
-            samples.setdefault(rest.placement, []).append(sample)
+    for pause in rests:
+        if pause.placement is not None:
+            sample = Session((), socket=pause.socket).sample_at(pause.pose)
+            samples.setdefault(pause.placement, []).append(sample)
     joints = tuple(joint_names)
     return {
-        name: sample_files(Placement(name, tuple(own), joint_names=joints, distance=distance))
-        for name, own in samples.items()
+        name: sample_files(
+            Placement(name, tuple(samples_there), joint_names=joints, distance=distance)
+        )
+        for name, samples_there in samples.items()
     }
 
 
@@ -269,11 +273,11 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
         times[i:] += times[i - 1] + 1.0 - times[i]
     axis = Axis(0, max(float(times[-1]), 1e-9), "s")
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
-    for number, rest in enumerate(rests, start=1):
-        end = float(times[rest.last])
-        x = panel.x(end - (rest.end - rest.begin))
+    for number, pause in enumerate(rests, start=1):
+        end = float(times[pause.last])
+        x = panel.x(end - (pause.end - pause.begin))
         size = {"width": max(2.0, panel.x(end) - x), "height": panel.bottom - panel.top}
-        colour = "none" if rest.placement is None else f"socket-{rest.socket % SOCKETS}"
+        colour = "none" if pause.placement is None else f"socket-{pause.socket % SOCKETS}"
         panel.add("rect", x=x, y=panel.top, **size, class_=colour)
         panel.text(x, panel.top - 6, str(number), colour)
     blocks = np.array_split(np.arange(len(times)), min(COLUMNS, len(times)))

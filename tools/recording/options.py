@@ -116,12 +116,12 @@ def with_second_reading(metadata: Metadata, folder: Path, terminal: Terminal) ->
     return replace(metadata, distance=distance)
 
 
-def _typed_distance(question: str, without: str, terminal: Terminal) -> float | None:
+def _typed_distance(question: str, advice: str, terminal: Terminal) -> float | None:
     """Return a distance that the operator types [m]; None for an empty answer."""
     while True:
         terminal.say(question)
         try:
-            answer = input(f"mm, or Enter for {without}: ").replace("mm", "").strip()
+            answer = input(f"mm, or Enter for {advice}: ").replace("mm", "").strip()
         except EOFError:
             answer = ""
         if not answer:

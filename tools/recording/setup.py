@@ -37,7 +37,7 @@ def record_session(
     the page goes on at its address, and the hand of a simulated arm leads on.
     """
     keys = keys_with(options.key)
-    moved = samples is not None and not samples
+    base_moved = samples is not None and not samples
     gravity = gravity_of(robot, options.load.validated().load)
     with ExitStack() as stack:
         keyboard, script = session_start.keys_of(options, stack)
@@ -59,7 +59,7 @@ def record_session(
             session = session_start.with_blocks(options, session)
         if hand:
             hand.guided = guidance is not None
-            if moved:
+            if base_moved:
                 hand.move_base()
         summary = session_start.summary_of(recording, session, metadata.distance) if by_hand else ()
         return Recorder(
@@ -75,7 +75,7 @@ def record_session(
             plausible=partial(odd_pose, robot, metadata.distance or DEFAULT_DISTANCE),
             keys=keys,
             hands_free=options.auto,
-            moved=moved,
+            moved=base_moved,
             sound=options.sound != "off",
             guidance=guidance,
             observers=[*filter(None, (page, hand and hand.follow))],

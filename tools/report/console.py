@@ -50,12 +50,12 @@ def show_answer(console: Console, verdict: Verdict) -> None:
     """Print what the errors were and are, and whether to load the model."""
     style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
     style = "bold green" if verdict.use else style
-    whole = not console.is_terminal  # a program that reads lines finds each whole
+    by_lines = not console.is_terminal  # a program that reads lines finds each whole
     for words in verdict.answer:
-        console.print(Text(words), soft_wrap=whole)
+        console.print(Text(words), soft_wrap=by_lines)
     stamp = verdict.stamp
     title = Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :])
-    console.print(title, soft_wrap=whole)
+    console.print(title, soft_wrap=by_lines)
 
 
 def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
@@ -69,7 +69,7 @@ def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterab
         cells = ["-" if value is None else mm(value, 3) for value in values]
         rows.append([row.title, status, *cells])
     if rows:
-        console.print(table("", ["limit on", "", *lengths], rows, left=(0, 1)))
+        console.print(table("", ["limit on", "", *lengths], rows, left_columns=(0, 1)))
     for row in verdict.reasons:
         console.print(Text(f"{row.status.capitalize()}: {row.text}."))
     show_steps(console, todo)
@@ -110,4 +110,4 @@ def _placements(console: Console, report: ReportDocument) -> Table:
         levels = (int(len(_BARS) * max(part) / top) for part in parts)
         bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)
         rows.append([*cells, *([bars] if curves else [])])
-    return table("", heads, rows, left=(0, 1, 5, 6))
+    return table("", heads, rows, left_columns=(0, 1, 5, 6))

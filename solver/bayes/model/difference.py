@@ -19,25 +19,25 @@ ZERO = 0.03
 """The same of a joint's zero [rad]."""
 
 
-def width_of(apart: Apart) -> float:
+def width_of(difference: Apart) -> float:
     """Return the usual size of a difference [m], [rad]."""
-    return WIDTHS.get(apart.part, ZERO)
+    return WIDTHS.get(difference.part, ZERO)
 
 
-def shifts_by(robot: Robot, q: np.ndarray, apart: Apart) -> np.ndarray:
+def shifts_by(robot: Robot, q: np.ndarray, difference: Apart) -> np.ndarray:
     """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
 
     Of the ball it is -R, the rotation of its link. Of a zero that reads o too much it is
     (Phi(q) - Phi(q - o)) / o, exact at the size ``o`` that was seen.
     """
     model, nominal = BallModel(robot, []), np.zeros(0)
-    if apart.part == BALL:
+    if difference.part == BALL:
         return -model.rotations(nominal, q).points
-    joint = robot.joint_names.index(apart.part)
-    off = apart.size or 1e-6
-    true = q - off * np.eye(q.shape[1])[joint]
+    joint = robot.joint_names.index(difference.part)
+    size = difference.size or 1e-6
+    true = q - size * np.eye(q.shape[1])[joint]
     shift = model.points(nominal, q) - model.points(nominal, true)
-    return shift[:, :, None] / off
+    return shift[:, :, None] / size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,10 +58,10 @@ class Difference(Movement):
         """Return the derivatives of places by the unknowns for all samples, shape (N, 3, size)."""
         parts: list[np.ndarray] = []
         for number, arm in enumerate(scene.arms):
-            there = arm.rows_of(self.placement) & (number == self.arm)
-            slopes = np.zeros((len(there), 3, self.size))
-            if there.any():
-                slopes[there] = shifts_by(self.robot, arm.positions[there], self.apart)
+            rows = arm.rows_of(self.placement) & (number == self.arm)
+            slopes = np.zeros((len(rows), 3, self.size))
+            if rows.any():
+                slopes[rows] = shifts_by(self.robot, arm.positions[rows], self.apart)
             parts.append(slopes)
         return np.concatenate(parts)
 
@@ -76,10 +76,12 @@ class Difference(Movement):
 def differences_of(robots: Sequence[RobotRecordings]) -> list[Movement]:
     """Return all that is otherwise in single placements of robots."""
     return [
-        Difference(placement=m.name, kind="difference", robot=one.robot, arm=i, apart=apart)
-        for i, one in enumerate(robots)
-        for m in one.measurements
-        for apart in m.apart
+        Difference(
+            placement=m.name, kind="difference", robot=recordings.robot, arm=i, apart=difference
+        )
+        for i, recordings in enumerate(robots)
+        for m in recordings.measurements
+        for difference in m.apart
     ]
 
 
@@ -88,11 +90,11 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
 
     What is otherwise in it follows from its own samples, about the places of its sockets.
     """
-    shifts = [shifts_by(robot, measured.positions, apart) for apart in measured.apart]
+    shifts = [shifts_by(robot, measured.positions, difference) for difference in measured.apart]
     slopes = np.concatenate(shifts, axis=2)
-    centred, off = slopes.copy(), balls.copy()
+    centred, offsets = slopes.copy(), balls.copy()
     for rows in measured.slices:
         centred[rows] -= slopes[rows].mean(axis=0)
-        off[rows] -= balls[rows].mean(axis=0)
+        offsets[rows] -= balls[rows].mean(axis=0)
     flat = centred.reshape(-1, slopes.shape[2])
-    return slopes @ np.linalg.lstsq(flat, off.ravel(), rcond=1e-6)[0]
+    return slopes @ np.linalg.lstsq(flat, offsets.ravel(), rcond=1e-6)[0]

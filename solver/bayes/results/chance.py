@@ -89,29 +89,31 @@ class Estimate:
         _, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
         of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
         at_sockets = of_centres[:, data.sockets[rows]].transpose(1, 2, 0)
-        moved = J @ self.spread[:, :size].T - at_sockets
+        shifts = J @ self.spread[:, :size].T - at_sockets
         root = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
         weights = np.sqrt(posterior.weights[rows])[:, None, None]
-        return weights * np.linalg.solve(root, moved)
+        return weights * np.linalg.solve(root, shifts)
 
     @cached_property
     def by_lengths(self) -> np.ndarray:
         """D G of the K measured distances, shape (3 N, K)."""
-        known, centres = self.posterior.data.known, self.posterior.centres
+        lengths, centres = self.posterior.data.known, self.posterior.centres
         of_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
-        slopes = np.zeros((len(of_centres), len(known)))
-        for k, one in enumerate(known):
-            along = centres[one.second] - centres[one.first]
-            moved = of_centres[:, one.second] - of_centres[:, one.first]
-            slopes[:, k] = moved @ along / np.linalg.norm(along)
-        return slopes @ np.linalg.inv(distance_covariance(known)) if known else slopes
+        slopes = np.zeros((len(of_centres), len(lengths)))
+        for k, length in enumerate(lengths):
+            along = centres[length.second] - centres[length.first]
+            shifts = of_centres[:, length.second] - of_centres[:, length.first]
+            slopes[:, k] = shifts @ along / np.linalg.norm(along)
+        return slopes @ np.linalg.inv(distance_covariance(lengths)) if lengths else slopes
 
 
-def _spread_out(columns: np.ndarray, own: Sequence[str], names: Sequence[str]) -> np.ndarray:
+def _spread_out(
+    columns: np.ndarray, names_of_columns: Sequence[str], names: Sequence[str]
+) -> np.ndarray:
     """Return columns of some unknowns as those of others, zero for unknowns that they lack."""
     place = {name: i for i, name in enumerate(names)}
     result = np.zeros((len(columns), len(names)))
-    result[:, [place[name] for name in own]] = columns
+    result[:, [place[name] for name in names_of_columns]] = columns
     return result
 
 
@@ -126,20 +128,20 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     # A model that lacks an unknown holds it at the prior's mean.
     shares_a += b.columns(names) * ~in_a
     shares_b += a.columns(names) * ~in_b
-    both = np.outer(in_a & in_b, in_a & in_b)
-    P = (P_a + P_b) * np.where(both, 0.5, 1.0)
-    apart = shares_a - shares_b
+    in_both = np.outer(in_a & in_b, in_a & in_b)
+    P = (P_a + P_b) * np.where(in_both, 0.5, 1.0)
+    differences = shares_a - shares_b
     S = common_covariance(a.posterior.data.known, b.posterior.data.known)
     X = _shared_by_samples(a, b) + a.by_lengths @ S @ b.by_lengths.T
-    return apart @ P @ apart.T + noise - X - X.T
+    return differences @ P @ differences.T + noise - X - X.T
 
 
 def _shared_by_samples(a: Estimate, b: Estimate) -> np.ndarray:
     """Return the part of X by samples that both were made of."""
     first, second = _keys(a.posterior), _keys(b.posterior)
     rows = [i for i, key in enumerate(first) if key in second]
-    others = [second.index(first[i]) for i in rows]
-    u, v = a.whitened[rows], b.whitened[others]
+    rows_of_second = [second.index(first[i]) for i in rows]
+    u, v = a.whitened[rows], b.whitened[rows_of_second]
     return u.reshape(-1, u.shape[2]).T @ v.reshape(-1, v.shape[2])
 
 
@@ -149,17 +151,17 @@ def _keys(posterior: Posterior) -> list[tuple[float, ...]]:
     return [tuple(row) for row in rows.round(SAME_DIGITS).tolist()]
 
 
-def apart_by_chance(a: Estimate, b: Estimate, *, later: bool = False) -> Apart:
+def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart:
     """Return how far the balls of two calibrations are apart at poses, and how far by chance.
 
     A ball in a socket does not show the base frame, so a rigid motion of it is taken out. If one is
-    the prior of the other, ``later``, the second holds all that the first does, and the covariance
-    of their difference is that of their covariances.
+    the prior of the other, ``follows``, the second holds all that the first does. Then the
+    covariance of their difference is the difference of their covariances.
     """
     A, B = a.linear[0], b.linear[0]
     gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
     slopes = IDENTITY.slopes(A).reshape(-1, 6)
-    if later:
+    if follows:
         covariance = a.covariance - b.covariance
         covariance *= np.sign(np.trace(covariance))
     else:

@@ -90,19 +90,19 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     return np.kron(Q, np.eye(3))
 
 
-def _blocks(each: np.ndarray) -> np.ndarray:
+def _blocks(values: np.ndarray) -> np.ndarray:
     """Return a block diagonal matrix of matrices, shape (N, 3, 3), as (3 N, 3 N)."""
-    N = len(each)
+    N = len(values)
     matrix = np.zeros((N, 3, N, 3))
-    matrix[np.arange(N), :, np.arange(N)] = each
+    matrix[np.arange(N), :, np.arange(N)] = values
     return matrix.reshape(3 * N, 3 * N)
 
 
 def _kernels(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Iterator[np.ndarray]:
     """Yield covariances of errors that a model may lack, shape (3 N, 3 N)."""
-    apart = np.sum((q[:, None] - q) ** 2, axis=2)
+    squares = np.sum((q[:, None] - q) ** 2, axis=2)
     for length in LENGTHS:
-        yield np.kron(np.exp(-0.5 * apart / length**2), np.eye(3))
+        yield np.kron(np.exp(-0.5 * squares / length**2), np.eye(3))
     for j in range(q.shape[1]):
         along = by_joints[:, :, j].ravel()
         turned = np.outer(along, along)

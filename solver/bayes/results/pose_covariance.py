@@ -82,9 +82,9 @@ def _of_curves(
     index, weights = splines(q)
     first: np.ndarray = scalars + np.arange(m, dtype=np.int64)[:, None]
     places: np.ndarray = index * m + first
-    others = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
-    every, w = places.reshape(len(q), -1), weights.reshape(len(q), -1)
-    of_coefficients = w[:, :, None] * Sigma[every[:, :, None], every[:, None]] * w[:, None]
+    by_scalars = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
+    knots, w = places.reshape(len(q), -1), weights.reshape(len(q), -1)
+    of_coefficients = w[:, :, None] * Sigma[knots[:, :, None], knots[:, None]] * w[:, None]
     between = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
-    mixed = by_joints @ others @ J.swapaxes(1, 2)
+    mixed = by_joints @ by_scalars @ J.swapaxes(1, 2)
     return by_joints @ between @ by_joints.swapaxes(1, 2) + mixed + mixed.swapaxes(1, 2)

@@ -33,26 +33,26 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
     joints = [joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint]
-    every = {joint.name: _directions(scene, joint, unit) for joint in joints}
-    directions = {name: along for name, along in every.items() if along.any()}
+    by_joint = {joint.name: _directions(scene, joint, unit) for joint in joints}
+    directions = {name: along for name, along in by_joint.items() if along.any()}
     if not directions:
         return
     axes = [(name, k) for name, along in directions.items() for k in range(3) if along[:, k].any()]
     columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
-    named = [{"joint": name, "axis": AXES[k]} for name, k in axes]
-    yield Block(scene.all_samples, columns, named, widths)
+    parameters = [{"joint": name, "axis": AXES[k]} for name, k in axes]
+    yield Block(scene.all_samples, columns, parameters, widths)
     columns = np.array([scene.by_geometry @ along for along in directions.values()])
     yield Block(scene.all_samples, columns, [{"joint": name} for name in directions], widths)
 
 
 def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
     """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
-    i, free = scene.robot.joints.index(joint), scene.parameters
-    own = [k for k, p in enumerate(free) if p.joint == joint.name and p.unit == unit]
-    components = [free[k].index % 3 for k in own]
+    i, parameters = scene.robot.joints.index(joint), scene.parameters
+    indices = [k for k, p in enumerate(parameters) if p.joint == joint.name and p.unit == unit]
+    components = [parameters[k].index % 3 for k in indices]
     axes = link_axes(scene.robot)[i if unit == "m" else i + 1]
-    directions = np.zeros((len(free), 3))
-    directions[own] = axes if len(own) == 3 else np.eye(3)[components]
+    directions = np.zeros((len(parameters), 3))
+    directions[indices] = axes if len(indices) == 3 else np.eye(3)[components]
     return directions
 
 
@@ -65,9 +65,9 @@ def of_version(scene: Scene) -> Iterable[Block]:
 def of_other_arm(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements that another arm of the type recorded."""
     for place, rows in enumerate(scene.places if len(scene.places) > 1 else ()):
-        own = scene.rows(rows)
-        columns = (scene.by_geometry[own] @ scene.usual)[None]
-        yield Block(own, columns, [scene.named(place)], (1.4,))
+        rows_of_samples = scene.rows(rows)
+        columns = (scene.by_geometry[rows_of_samples] @ scene.usual)[None]
+        yield Block(rows_of_samples, columns, [scene.named(place)], (1.4,))
 
 
 def _each(scene: Scene, turned: np.ndarray, widths: tuple[float, ...]) -> Iterable[Block]:
@@ -102,16 +102,16 @@ def of_uneven(scene: Scene) -> Iterable[Block]:
 def of_soft_base(scene: Scene) -> Iterable[Block]:
     """Return the block of a base that tilts under the arm, as its first joint would, but more."""
     m = scene.q.shape[1]
-    every = [effect.name for effect in scene.effects]
-    if TILT.name not in every or not scene.torques.any():
+    names = [effect.name for effect in scene.effects]
+    if TILT.name not in names or not scene.torques.any():
         return
-    before = scene.effects[: every.index(TILT.name)]
+    before = scene.effects[: names.index(TILT.name)]
     turns = [effect.derivatives(scene.q, scene.torques) for effect in before]
-    first = len(scene.parameters) + sum(one.shape[1] for one in turns)
+    first = len(scene.parameters) + sum(turn.shape[1] for turn in turns)
     bends: np.ndarray = TILT.derivatives(scene.q, scene.torques)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
-    usual = max(float(squares.mean()) ** 0.5, 1e-6)
-    columns = -scene.linear[1][:, :, [first, first + m]] / usual
+    scale = max(float(squares.mean()) ** 0.5, 1e-6)
+    columns = -scene.linear[1][:, :, [first, first + m]] / scale
     yield Block(scene.all_samples, columns.reshape(1, -1, 2), [{}], TILTS)
 
 
@@ -119,8 +119,8 @@ def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     names = scene.robot.joint_names
     for block in changes(scene, -scene.by_joints[:, :, :, None], LOST):
-        each = enumerate(block.parameters)
-        parameters = [{"joint": names[i % len(names)], **first} for i, first in each]
+        pairs = enumerate(block.parameters)
+        parameters = [{"joint": names[i % len(names)], **first} for i, first in pairs]
         yield replace(block, parameters=parameters)
 
 
@@ -151,13 +151,13 @@ def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -
     change = (along if axis is None else along[:, [AXES.index(axis)]]) @ values
     ball = BallModel(scene.robot, [p.index for p in scene.parameters])
     errors = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
-    own = slice(0, 3) if unit == "m" else slice(3, 6)
+    components = slice(0, 3) if unit == "m" else slice(3, 6)
     size = float(np.linalg.norm(change))
-    largest = own.start + int(np.argmax(np.abs(errors[own])))
-    others = np.delete(errors[own], largest - own.start)
-    if float(np.linalg.norm(others)) > SINGLE * abs(errors[largest]):
-        whole = "place" if unit == "m" else "rotation"
-        return {"component": whole, "error": size, "sense": "off"}
-    wrong = float(errors[largest])
-    sense = "too large" if wrong > 0 else "too small"
-    return {"component": COMPONENTS[largest], "error": wrong, "sense": sense}
+    largest = components.start + int(np.argmax(np.abs(errors[components])))
+    remainder = np.delete(errors[components], largest - components.start)
+    if float(np.linalg.norm(remainder)) > SINGLE * abs(errors[largest]):
+        part = "place" if unit == "m" else "rotation"
+        return {"component": part, "error": size, "sense": "off"}
+    value = float(errors[largest])
+    sense = "too large" if value > 0 else "too small"
+    return {"component": COMPONENTS[largest], "error": value, "sense": sense}

@@ -38,15 +38,18 @@ def bent(scene: Scene) -> Iterable[Block]:
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     """Return placements that scatter more than the others: samples, and name."""
-    left = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
+    sizes_here = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
     for place, rows in enumerate(scene.places):
-        apart = [
+        scattered = [
             sizes[place] > STANDS_OUT * float(np.median([*sizes[:place], *sizes[place + 1 :]]))
-            for sizes in (left, list(scene.floors))
+            for sizes in (sizes_here, list(scene.floors))
             if len(sizes) > 1
         ]
-        if any(apart) and rows.stop - rows.start <= MOST:
-            yield rows, {**scene.named(place), "noise_here": max(left[place], scene.floors[place])}
+        if any(scattered) and rows.stop - rows.start <= MOST:
+            yield (
+                rows,
+                {**scene.named(place), "noise_here": max(sizes_here[place], scene.floors[place])},
+            )
 
 
 def loose_here(
@@ -63,19 +66,19 @@ def loose_here(
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples that may lie in other sockets, each alone and all together."""
-    every = np.arange(len(scene.q))
-    away = np.linalg.norm(scene.seats[:, None] - scene.centres[None], axis=2)
-    away[:, scene.frames] = np.inf
-    own = np.nan_to_num(away[every, scene.sockets], posinf=0.0)
-    away[every, scene.sockets] = np.inf
-    nearest = np.argmin(away, axis=1)
-    doubtful = away.min(axis=1) < NEARER * own
+    indices = np.arange(len(scene.q))
+    distances = np.linalg.norm(scene.seats[:, None] - scene.centres[None], axis=2)
+    distances[:, scene.frames] = np.inf
+    own_distance = np.nan_to_num(distances[indices, scene.sockets], posinf=0.0)
+    distances[indices, scene.sockets] = np.inf
+    nearest = np.argmin(distances, axis=1)
+    doubtful = distances.min(axis=1) < NEARER * own_distance
     by = (scene.centres[nearest] - scene.centres[scene.sockets]) * doubtful[:, None]
     for place, rows in enumerate(scene.places):
-        there = np.flatnonzero(doubtful[rows])
-        if not len(there):
+        doubts = np.flatnonzero(doubtful[rows])
+        if not len(doubts):
             continue
-        single = np.eye(rows.stop - rows.start, dtype=bool)[there if len(there) > 1 else []]
+        single = np.eye(rows.stop - rows.start, dtype=bool)[doubts if len(doubts) > 1 else []]
         masks: np.ndarray = np.vstack([doubtful[rows][None], single])
         names = [_mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks]
         shifts = (masks[:, :, None] * by[rows]).reshape(len(masks), -1, 1)
@@ -84,32 +87,32 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
 
 def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> Parameters:
     first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
-    at = scene.places[place].start + rows[0]
-    name, other = scene.labels[int(nearest[at])]
-    of = scene.measurements[place].name
-    away = scene.centres[nearest[at]] - scene.centres[scene.sockets[at]]
+    index = scene.places[place].start + rows[0]
+    name, socket_beside = scene.labels[int(nearest[index])]
+    placement = scene.measurements[place].name
+    offset = scene.centres[nearest[index]] - scene.centres[scene.sockets[index]]
     return {
-        "placement": of,
+        "placement": placement,
         **first,
         "last": last["sample"],
         "last_number": last["number"],
         "last_place": last["place"],
         "samples": len(rows),
-        "other": other,
-        "of": "" if name == of else name,
-        "size": float(np.linalg.norm(away)),
+        "other": socket_beside,
+        "of": "" if name == placement else name,
+        "size": float(np.linalg.norm(offset)),
     }
 
 
 def lie_elsewhere(p: Parameters) -> str:
     """Return in words which samples lie in which socket."""
-    of = f" of {p['of']}" if p["of"] else ""
+    suffix = f" of {p['of']}" if p["of"] else ""
     if p["samples"] == 1:
-        return f"{sample_named(p)} lies in socket {p['other']}{of}"
+        return f"{sample_named(p)} lies in socket {p['other']}{suffix}"
     run = p["samples"] == p["last"] - p["sample"] + 1
     words = f"{p['samples']} samples, the first {sample_named(p)},"
     if run and p.get("number"):
         words = f"samples {p['number']} to {p['last_number']}"
     elif run:
         words = f"samples {p['place']} to {p['last_place']} of socket {p['socket']}"
-    return f"{words} lie in socket {p['other']}{of}, {1e3 * p['size']:.1f} mm from the others"
+    return f"{words} lie in socket {p['other']}{suffix}, {1e3 * p['size']:.1f} mm from the others"

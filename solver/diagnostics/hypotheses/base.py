@@ -37,14 +37,14 @@ def changes(
         ranks = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS)).astype(int)
         ranks = np.unique(ranks)
         after = times >= ranks[:, None]
-        own = scene.sockets[rows] == np.unique(scene.sockets[rows])[:, None]
-        counts: np.ndarray = after.astype(int) @ own.T
+        in_socket = scene.sockets[rows] == np.unique(scene.sockets[rows])[:, None]
+        counts: np.ndarray = after.astype(int) @ in_socket.T
         # where whole sockets moved alone, their centres hold that
-        partly = np.logical_and(counts != 0, counts != own.sum(axis=1)).any(axis=1)
+        partly = np.logical_and(counts != 0, counts != in_socket.sum(axis=1)).any(axis=1)
         ranks, after = ranks[partly], after[partly]
         of_frame = np.isin(scene.sockets, np.unique(scene.sockets[rows]))
-        alone = int(of_frame.sum()) == len(times)
-        if (throughout and len(scene.places) > 1) or not alone:
+        whole_frame = int(of_frame.sum()) == len(times)
+        if (throughout and len(scene.places) > 1) or not whole_frame:
             ranks, after = np.append(0, ranks), np.vstack([times >= 0, after])
         if len(ranks):
             C, k = slopes.shape[2:]
@@ -53,7 +53,7 @@ def changes(
                 {**scene.first_from(place, rank), "throughout": float(rank == 0)}
                 for rank in ranks.tolist()
             ]
-            names = [one for one in first for _ in range(C)]
+            names = [parameter for parameter in first for _ in range(C)]
             flat = columns.reshape(len(names), -1, k)
             yield Block(scene.rows(rows), flat, names, widths)
 
@@ -98,8 +98,10 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
     """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
     if size > FAR and "point" not in parameters:
-        own = scene.sockets == scene.labels.index((parameters["placement"], parameters["socket"]))
-        balls, after = scene.seats[own], scene.numbers[own] >= parameters["sample"]
+        in_seat = scene.sockets == scene.labels.index(
+            (parameters["placement"], parameters["socket"])
+        )
+        balls, after = scene.seats[in_seat], scene.numbers[in_seat] >= parameters["sample"]
         if not after.all():  # in a socket that was entered after the move, none tells how far
             size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
     return {"size": size}
@@ -144,8 +146,8 @@ def of_distance(scene: Scene) -> Iterable[Block]:
     if columns.any():
         yield Block(slice(first, first + len(columns)), -columns[None, :, None], [{}], SHARES)
     for k in scene.frames:
-        there = scene.sockets == k
-        column = -(scene.offsets * there[:, None]).reshape(1, -1, 1)
+        in_frame = scene.sockets == k
+        column = -(scene.offsets * in_frame[:, None]).reshape(1, -1, 1)
         frame = {"frame": scene.labels[k][0]}
         yield Block(scene.all_samples, column, [frame], SHARES)
 
@@ -168,9 +170,9 @@ def _of_bases(scene: Scene) -> np.ndarray:
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
     value = float(values[0])
-    given = next((k.distance for k in scene.known if k.on_base), 0.0)
-    if "frame" in parameters or not given:
+    length = next((k.distance for k in scene.known if k.on_base), 0.0)
+    if "frame" in parameters or not length:
         return {"share": value / max(1 - value, 0.1)}
-    likely = given / max(1 + value, 0.1)
+    likely = length / max(1 + value, 0.1)
     source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]
-    return {"share": value, "given": given, "likely": likely, "source": source}
+    return {"share": value, "given": length, "likely": likely, "source": source}

@@ -43,11 +43,11 @@ class Candidate:
     @cached_property
     def parameters(self) -> Parameters:
         """Its names and numbers, and the noise that remains with it."""
-        named = {**self.block.parameters[0], "noise": self.sigma}
+        numbers = {**self.block.parameters[0], "noise": self.sigma}
         if self.block.unknowns:
             values = self.evidence.posterior(self.block, self.sigma)[0]
-            named |= self.kind.values(self.scene, named, values)
-        return named
+            numbers |= self.kind.values(self.scene, numbers, values)
+        return numbers
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
@@ -88,8 +88,8 @@ class Candidate:
         if kind.scene_after is not None:
             return kind.scene_after(scene, block.parameters[0])
         columns, shift = np.split(block.columns[0], [block.unknowns], axis=1)
-        one = (block.rows, columns * max(block.widths), shift.sum(axis=1))
-        return replace(scene, explained=(*scene.explained, one)).recentred(self.sigma)
+        term = (block.rows, columns * max(block.widths), shift.sum(axis=1))
+        return replace(scene, explained=(*scene.explained, term)).recentred(self.sigma)
 
 
 class Comparison:
@@ -100,9 +100,9 @@ class Comparison:
     ) -> None:
         self.scene = scene
         self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share, scene.whitening)
-        least = max(scene.noise / 4, 1e-6)
-        count = int(math.log(LARGEST / least, HALVES)) + 2
-        self._trials, self._base = self.evidence.trials(least, LARGEST, count)
+        smallest = max(scene.noise / 4, 1e-6)
+        count = int(math.log(LARGEST / smallest, HALVES)) + 2
+        self._trials, self._base = self.evidence.trials(smallest, LARGEST, count)
         possible = [kind for kind in kinds if not (kind.rigid and scene.zeros)]
         self.candidates = [c for kind in possible for c in self._of(kind)]
 
@@ -111,8 +111,8 @@ class Comparison:
         scene, blocks = self.scene, list(kind.blocks(self.scene))
         total = sum(len(block.parameters) for block in blocks)
         # the noise of servos is never much less
-        usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
-        noise = usual if kind.noise is None else kind.noise(scene)
+        default = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
+        noise = default if kind.noise is None else kind.noise(scene)
         prior = self._base + noise.log_density(self._trials)
         rough: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
@@ -120,16 +120,22 @@ class Comparison:
             logs = logs + prior[:, None]
             best = np.argmax(logs, axis=0)
             values: list[float] = logs[best, np.arange(len(best))].tolist()
-            rough += [(v, b, at, c) for c, (v, at) in enumerate(zip(values, best, strict=True))]
+            rough += [
+                (v, b, trial, c) for c, (v, trial) in enumerate(zip(values, best, strict=True))
+            ]
         rough.sort(reverse=True)
-        kept = [r for r in rough if r[0] > rough[0][0] - 30][: 60 if kind.separate else REFINED]
-        for (b, at), some in itertools.groupby(sorted(r[1:] for r in kept), key=lambda r: r[:2]):
+        likeliest = [r for r in rough if r[0] > rough[0][0] - 30][
+            : 60 if kind.separate else REFINED
+        ]
+        for (b, trial), some in itertools.groupby(
+            sorted(r[1:] for r in likeliest), key=lambda r: r[:2]
+        ):
             few = blocks[b].only([c for *_, c in some])
-            trials = self._trials[at] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
+            trials = self._trials[trial] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
             base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
             ratios = np.logaddexp.reduce(self.evidence.log_ratios(few, trials), axis=1)
             logs = ratios + base[:, None]
-            found = np.logaddexp.reduce(logs, axis=0) + math.log(STEP * kind.prior / total)
-            for c, (log, best) in enumerate(zip(found, np.argmax(logs, axis=0), strict=True)):
+            evidences = np.logaddexp.reduce(logs, axis=0) + math.log(STEP * kind.prior / total)
+            for c, (log, best) in enumerate(zip(evidences, np.argmax(logs, axis=0), strict=True)):
                 sigma = float(trials[best])
                 yield Candidate(kind, few.only([c]), float(log), sigma, scene, self.evidence)

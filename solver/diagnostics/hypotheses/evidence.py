@@ -50,13 +50,13 @@ class LinearEvidence:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
         s2 = sigma**2
         ahead = self._d2 + s2[:, None]
-        left = self._rr - np.sum(self._b**2 / ahead, axis=1)
+        squares = self._rr - np.sum(self._b**2 / ahead, axis=1)
         spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
-        return self._volume - 0.5 * (self.count * np.log(2 * np.pi * s2) + spread + left / s2)
+        return self._volume - 0.5 * (self.count * np.log(2 * np.pi * s2) + spread + squares / s2)
 
-    def trials(self, least: float, largest: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def trials(self, smallest: float, largest: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return noises to try, up to beyond the likeliest without further columns, and ln p(r)."""
-        trials = np.geomspace(least, largest, count)
+        trials = np.geomspace(smallest, largest, count)
         base = self.log_likelihood(trials)
         last = int(np.argmax(base)) + 2
         return trials[:last], base[:last]

@@ -45,30 +45,30 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
-    read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
+    placements_read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
     # as solve begins, all placements trained on
-    problem = calibration.problems_of(robot, read, (), settings)[""]
+    problem = calibration.problems_of(robot, placements_read, (), settings)[""]
     placements, survey, findings = problem.measurements, problem.survey, problem.checks
     terminal.warn(*problem.warnings)
-    known = settings.distances
-    of_one = {finding for one in survey.placements for finding in one.diagnostics}
+    lengths = settings.distances
+    of_one = {finding for inspection in survey.placements for finding in inspection.diagnostics}
     shared = [finding for finding in findings if finding not in of_one]
     broken = any(finding.level == "error" for finding in findings)
     accuracy = None
     if not broken:
-        given = settings.load, known, settings.deviation
-        accuracy = design.accuracy_by(robot, placements, *given, zeros=bool(settings.zeros))
+        premises = settings.load, lengths, settings.deviation
+        accuracy = design.accuracy_by(robot, placements, *premises, zeros=bool(settings.zeros))
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey)
     lines = [*_seen(survey, shared), _amount(placements, predicted, broken=broken), hint]
-    seated = [m for m in placements if m.kind == "sockets" and m.has_distance]
-    assumed = [m.distance for m in seated if m.distance_source == "default"]
-    readings = max((m.distance_readings for m in seated), default=1)
-    judged = assessment.Recordings(
-        placements, (), scale, assumed=assumed, readings=readings, tied=bool(known)
+    in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
+    assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
+    readings = max((m.distance_readings for m in in_sockets), default=1)
+    recordings = assessment.Recordings(
+        placements, (), scale, assumed=assumed, readings=readings, tied=bool(lengths)
     )
-    rows = assessment.recording_rows(findings, judged)
+    rows = assessment.recording_rows(findings, recordings)
     verdict = assessment.judge(rows, survey.hypotheses)
     answer = f"{verdict.title}: {verdict.text}"
     if verdict.status == "pass":
@@ -83,8 +83,8 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         {
             "robot": options.robot,
             "findings": [finding.as_dict() for finding in shared],
-            "placements": [_row(one) for one in survey.placements],
-            "hypotheses": [asdict(one) for one in survey.hypotheses],
+            "placements": [_row(inspection) for inspection in survey.placements],
+            "hypotheses": [asdict(hypothesis) for hypothesis in survey.hypotheses],
             "scale": None if scale is None else scale.as_dict(),
             "predicted_distance_deviation": predicted,
             "next_placement": {"text": hint},
@@ -95,21 +95,21 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     return verdict.exit_status
 
 
-def _row(one: "diagnostics.Inspection") -> dict[str, Any]:
+def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
     return {
-        "name": one.measured.name,
-        "samples": list(one.measured.counts),
-        "distance": one.measured.distance if one.measured.has_distance else None,
-        "distance_source": one.measured.distance_source,
-        "floor": one.floor,
-        "findings": [finding.as_dict() for finding in one.diagnostics],
+        "name": inspection.measured.name,
+        "samples": list(inspection.measured.counts),
+        "distance": inspection.measured.distance if inspection.measured.has_distance else None,
+        "distance_source": inspection.measured.distance_source,
+        "floor": inspection.floor,
+        "findings": [finding.as_dict() for finding in inspection.diagnostics],
     }
 
 
 def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") -> list[str]:
     lines = [f"{finding.level}: {finding}" for finding in shared]
-    for one in survey.placements:
-        measured = one.measured
+    for inspection in survey.placements:
+        measured = inspection.measured
         counts = "+".join(map(str, measured.counts))
         samples = "samples" if measured.kind == "sockets" else POINTS
         distance = (
@@ -119,9 +119,9 @@ def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") 
         )
         lines.append(
             f"{measured.name}: {counts} {samples}{distance}; fitted alone it leaves "
-            f"{1e3 * one.floor:.3f} mm"
+            f"{1e3 * inspection.floor:.3f} mm"
         )
-        lines += [f"  {finding.level}: {finding}" for finding in one.diagnostics]
+        lines += [f"  {finding.level}: {finding}" for finding in inspection.diagnostics]
     return lines
 
 
@@ -165,14 +165,14 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
         terminal.warn(*beyond)
     allowed = metres(settings.validated().repeatability_mm)
     judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
-    found = judge(placements, options.stood, settings.distance)
-    if found.verdict.status != "pass" and not settings.as_recorded:
-        right, done = calibration.placements_set_right(robot, placements, settings)
+    validity = judge(placements, options.stood, settings.distance)
+    if validity.verdict.status != "pass" and not settings.as_recorded:
+        mending, done = calibration.placements_set_right(robot, placements, settings)
         terminal.warn(*map(str, done))
-        found = judge(right, options.stood, settings.distance) if done else found
-    terminal.warn(*found.warnings)
-    errors, lines = found.errors, [*found.odds, *found.not_shown]
-    terminal.say(found.text)
+        validity = judge(mending, options.stood, settings.distance) if done else validity
+    terminal.warn(*validity.warnings)
+    errors, lines = validity.errors, [*validity.odds, *validity.not_shown]
+    terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
     if errors.summary.train is not None:
         lines.append(
@@ -184,9 +184,9 @@ def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
     result = {
         **{key: fit[key] for key in keys},
         **errors.as_dict(),
-        "probabilities": found.probabilities,
-        "likeliest": found.likeliest,
-        "verdict": found.as_dict(),
+        "probabilities": validity.probabilities,
+        "likeliest": validity.likeliest,
+        "verdict": validity.as_dict(),
     }
-    emit_with_page(options, terminal, (found.text, *lines, repr(errors)), result)
-    return found.verdict.exit_status
+    emit_with_page(options, terminal, (validity.text, *lines, repr(errors)), result)
+    return validity.verdict.exit_status

@@ -66,23 +66,23 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
 
     calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
-    near, prefer, before = options.start, options.prefer, None
+    start, prefer, before = options.start, options.prefer, None
     names = calibration.robot.joint_names
     with written(options, terminal, names, options.poses) as write:
         for rows, wheres in streamed(options.poses, (), POSE_FORMS, terminal):
             with located(wheres, terminal):
                 points = rows.shape[1] == 3
                 poses = rows if points else pose_of_numbers(rows)
-                path = calibration.command_path(poses, near, prefer, **setup)
+                path = calibration.command_path(poses, start, prefer, **setup)
                 if before is not None:
                     step = np.stack([before, path.positions[0]])
                     if find_jumps(step, calibration.kinematics(**setup).flange, not points):
                         path = replace(path, jumps=(0, *path.jumps))
-                found = path.checked()
-            write(*found)
+                result = path.checked()
+            write(*result)
             if prefer is None:
-                prefer = found[0].tolist() if near is None else near
-            near = before = found[-1].tolist()
+                prefer = result[0].tolist() if start is None else start
+            start = before = result[-1].tolist()
     return 0
 
 
@@ -148,13 +148,13 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
     def line(message: object) -> str:
         return re.sub(ROW, lambda row: f"{wheres[int(row[1])]}: ", str(message))
 
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
         try:
             yield
         except MukcaError as error:
             raise MukcaError(line(error)) from None
-    terminal.warn(*(line(one.message) for one in said))
+    terminal.warn(*(line(message.message) for message in messages))
 
 
 def quoted(names: Sequence[str]) -> str:
@@ -205,15 +205,15 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion, and its deviation."""
     import numpy as np
 
-    held, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
+    calibrated, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
     header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
     with written(options, terminal, header, options.joints) as write:
-        for q, wheres in streamed(options.joints, held.robot.joint_names, ((),), terminal):
+        for q, wheres in streamed(options.joints, calibrated.robot.joint_names, ((),), terminal):
             with located(wheres, terminal):
-                T = held.flange(q, **setup)
+                T = calibrated.flange(q, **setup)
                 columns = [T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]
                 if options.deviation:
-                    covariances = held.deviation(q, **setup)
+                    covariances = calibrated.deviation(q, **setup)
                     columns.append(np.sqrt(np.diagonal(covariances, axis1=1, axis2=2)))
             write(*np.hstack(columns))
     return 0

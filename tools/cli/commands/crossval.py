@@ -40,12 +40,12 @@ def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     with terminal.progress(len(work)) as progress:
         kinds = [job.kind.replace("_", " ") for job in work]
         fits = options.workers.map(fit, work, lambda i: progress(kinds[i]))
-    metrics = [one and one.errors for one in fits]
+    metrics = [fit and fit.errors for fit in fits]
     result: dict[str, Any] = {"robot": options.robot, "method": settings.method}
     result |= summary([m.name for m in placements], work, metrics)
     result["apart"] = apart(problem, work, fits)
-    wrong = [one.measured.name for one in survey.placements if not one.sound]
-    result["advice"] = advice(result, wrong)
+    faulty = [inspection.measured.name for inspection in survey.placements if not inspection.sound]
+    result["advice"] = advice(result, faulty)
     show(result, terminal)
     terminal.emit(result)
     return 0
@@ -61,21 +61,23 @@ def summary(
         [row for job, row in zip(work, metrics, strict=True) if job.kind == kind]
         for kind in ("left_out", "alone", "bootstrap")
     )
-    full = [row[i].calibrated if row else None for i, row in enumerate(left_out)]
+    corrected_metrics = [row[i].calibrated if row else None for i, row in enumerate(left_out)]
     loaded = [row[i].loaded if row else None for i, row in enumerate(left_out)]
     result: dict[str, Any] = {
         "left_out": [
-            {"name": name, **_figures(corrected), "loaded": _figures(alone)}
-            for name, corrected, alone in zip(names, full, loaded, strict=True)
+            {"name": name, **_figures(corrected), "loaded": _figures(loaded_metrics)}
+            for name, corrected, loaded_metrics in zip(
+                names, corrected_metrics, loaded, strict=True
+            )
         ],
-        "summary": {**_mean(full), "loaded": _mean(loaded)},
+        "summary": {**_mean(corrected_metrics), "loaded": _mean(loaded)},
         "cross_placement": {"names": names, "matrix": [row and _means(row) for row in lone]},
     }
     drawn = [_means(row) for row in bootstrap if row is not None]
     if len(drawn) > 1:
         result["bootstrap"] = [
-            {"name": name, "standard_deviation": stdev(each)}
-            for name, each in zip(names, zip(*drawn, strict=True), strict=True)
+            {"name": name, "standard_deviation": stdev(values)}
+            for name, values in zip(names, zip(*drawn, strict=True), strict=True)
         ]
     return result
 
@@ -96,9 +98,9 @@ def apart(
     }
     everything, rows = tuple(range(len(problem.measurements))), list[dict[str, Any]]()
     for i, measured in enumerate(problem.measurements):
-        others = everything[:i] + everything[i + 1 :]
+        remainder = everything[:i] + everything[i + 1 :]
         pairs = {
-            "others": (("left_out", others), ("alone", (i,))),
+            "others": (("left_out", remainder), ("alone", (i,))),
             "halves": (("odd", (i,)), ("even", (i,))),
         }
         row: dict[str, Any] = {"name": measured.name}
@@ -120,25 +122,25 @@ def _figures(metrics: "data.Metrics | None") -> Mapping[str, float | None]:
 
 
 def _mean(metrics: "Sequence[data.Metrics | None]") -> Mapping[str, float | None]:
-    given = [m for m in metrics if m is not None]
-    return _figures(data.mean_metrics(given) if given else None)
+    present = [m for m in metrics if m is not None]
+    return _figures(data.mean_metrics(present) if present else None)
 
 
-def advice(result: Mapping[str, Any], wrong: Sequence[str]) -> str:
-    """Advice in one sentence; ``wrong`` names the placements with errors."""
+def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
+    """Advice in one sentence; ``faulty`` names the placements with errors."""
     names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
     unsettled = [name for name, row in zip(names, matrix, strict=True) if row is None]
-    wrong = [name for name in names if name in (*wrong, *unsettled)]
-    if wrong:
+    faulty = [name for name in names if name in (*faulty, *unsettled)]
+    if faulty:
         return (
-            f"Mend or leave out {' and '.join(wrong)} and run this again: nothing trained or "
+            f"Mend or leave out {' and '.join(faulty)} and run this again: nothing trained or "
             "measured there is to be trusted."
         )
     error = result["summary"]["mean_absolute_error"]
     if error is None:
         return "No fit settled: see mukca check on what the data lack."
-    others = [[v for j, v in enumerate(row) if j != i] for i, row in enumerate(matrix)]
-    means = [sum(row) / len(row) for row in others]
+    rows_beside = [[v for j, v in enumerate(row) if j != i] for i, row in enumerate(matrix)]
+    means = [sum(row) / len(row) for row in rows_beside]
     best = min(range(len(means)), key=means.__getitem__)
     gain = 1 - error / means[best]
     if gain > WORTH:

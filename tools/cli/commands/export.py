@@ -44,9 +44,9 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
         if loaded.verdict.status == "fail" and not loaded.verdict.use:
             terminal.warn(f"{options.calibration}: {loaded.verdict.title}: do not use it yet")
     names = ("serial_number", "force", "like", "joints", "servos", "flange")
-    given = {name: getattr(options, name) for name in names}
+    settings = {name: getattr(options, name) for name in names}
     exported = export.export(
-        loaded, options.to, options.out, **given, tools=tools, payload=options.carried
+        loaded, options.to, options.out, **settings, tools=tools, payload=options.carried
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

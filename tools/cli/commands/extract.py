@@ -72,7 +72,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             "Look at the picture: only you know whether the ball sat in a socket at each rest. "
             f"Next: mukca check {options.out} --robot {options.robot}"
         )
-    rows = [_row(rest) for rest in rests]
+    rows = [_row(pause) for pause in rests]
     left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs, "left_out": left_out})
     return 0 if folders and not lost else 1
@@ -115,25 +115,27 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
     rows = [
         (
             str(number),
-            f"{rest.begin - rests[0].begin:.1f}",
-            f"{rest.end - rest.begin:.1f}",
-            " ".join(f"{1e3 * value:7.0f}" for value in rest.ball),
-            f"{1e3 * max(rest.pose.spread):.3f}",
-            f"{rest.placement}, socket {rest.socket}" if rest.placement else f"none: {rest.why}",
+            f"{pause.begin - rests[0].begin:.1f}",
+            f"{pause.end - pause.begin:.1f}",
+            " ".join(f"{1e3 * value:7.0f}" for value in pause.ball),
+            f"{1e3 * max(pause.pose.spread):.3f}",
+            f"{pause.placement}, socket {pause.socket}"
+            if pause.placement
+            else f"none: {pause.why}",
         )
-        for number, rest in enumerate(rests, start=1)
+        for number, pause in enumerate(rests, start=1)
     ]
     terminal.tabulate("rests", heads, rows, left=(5,))
 
 
-def _row(rest: "extract.Rest") -> dict[str, Any]:
+def _row(pause: "extract.Rest") -> dict[str, Any]:
     return {
-        "begin": rest.begin,
-        "end": rest.end,
-        "position": list(rest.pose.position),
-        "spread": list(rest.pose.spread),
-        "ball": list(rest.ball),
-        "placement": rest.placement,
-        "socket": rest.socket if rest.placement else None,
-        "why": rest.why,
+        "begin": pause.begin,
+        "end": pause.end,
+        "position": list(pause.pose.position),
+        "spread": list(pause.pose.spread),
+        "ball": list(pause.ball),
+        "placement": pause.placement,
+        "socket": pause.socket if pause.placement else None,
+        "why": pause.why,
     }

@@ -80,8 +80,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return run_verb(arguments, terminal)
     except MukcaError as error:
         line = " ".join(str(error).split())
-        for argument, typed in TYPED.items():
-            line = line.replace(argument, typed)
+        for argument, word in TYPED.items():
+            line = line.replace(argument, word)
         sys.stderr.write(f"mukca {verb}: {line}\n")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
@@ -118,8 +118,8 @@ class _Parser(argparse.ArgumentParser):
 
 def meant(word: str, names: Collection[str]) -> str:
     """Return which name a word is probably meant for; empty where none is near."""
-    near = difflib.get_close_matches(word, names, 1)
-    return f"; did you mean {near[0]}?" if near else ""
+    matches = difflib.get_close_matches(word, names, 1)
+    return f"; did you mean {matches[0]}?" if matches else ""
 
 
 def _verbs_by_group() -> str:
@@ -168,10 +168,10 @@ def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> li
     (run, module), about = _verb(name), VERBS[name]
     options = run.__annotations__["options"]
     text = about.text.replace("{list}", getattr(module, "LIST", ""))
-    shown = None if everything or not about.often else about.often
+    often = None if everything or not about.often else about.often
     names = option_names(options)
-    hidden = len(names) - len(about.often) if shown else 0
-    add_options(parser, options, shown)
+    hidden = len(names) - len(about.often) if often else 0
+    add_options(parser, options, often)
     more = f"{hidden} more options, and all about them" if hidden else "all about it"
     parser.add_argument("--help-all", action="help", help=more)
     parser.epilog = text if everything else _in_short(text)
@@ -183,8 +183,8 @@ def _in_short(text: str) -> str:
     lists = [part for part in text.strip().split("\n\n") if re.match(r"\w+:\n", part)]
     for number, part in enumerate(lists):
         if part.startswith("example"):
-            head, *each = re.split(r"(?m)^(?=  mukca )", part)
-            lists[number] = "".join([head, *each[:EXAMPLES]]).rstrip()
+            head, *examples = re.split(r"(?m)^(?=  mukca )", part)
+            lists[number] = "".join([head, *examples[:EXAMPLES]]).rstrip()
     return "\n\n".join(lists)
 
 

@@ -47,7 +47,7 @@ def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
     advice = design.curve_advice(robot)
     if advice:
         terminal.say(advice)
-    rows = [asdict(one) for one in plans]
+    rows = [asdict(row) for row in plans]
     document = {"robot": options.robot, "samples": options.samples, "plans": rows}
     terminal.emit({**document, "advice": advice})
     return 0
@@ -70,9 +70,9 @@ def _picture(robot: str, planned: "design.Plan") -> bytes:
     labels = "to the right of the robot, m", "before it, m"
     panel = to_scale(f"{robot}, from above", np.array([[0, 0], *bases]), labels, room=0.15)
     panel.dot(0, 0, "robot", size=14)
-    for number, (right, before) in enumerate(bases.tolist(), 1):
-        panel.dot(right, before, "base", size=10)
-        x, y = panel.x(right), panel.y(before)
+    for number, (sideways, before) in enumerate(bases.tolist(), 1):
+        panel.dot(sideways, before, "base", size=10)
+        x, y = panel.x(sideways), panel.y(before)
         panel.text(x, y + 4, str(number), "middle number")
         panel.text(x, y + 24, f"{1e3 * planned.predicted[number - 1]:.2f} mm", "middle")
     return panel.file(_STYLE)
@@ -82,11 +82,11 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
     counts = range(1, options.placements + 1)
     heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
     rows: list[list[str]] = []
-    for one in plans:
-        cells = [f"{1e3 * error:.2f}" for error in one.predicted]
+    for row in plans:
+        cells = [f"{1e3 * error:.2f}" for error in row.predicted]
         cells += ["-"] * (options.placements - len(cells))
-        within = "" if one.turn is None else f", within {one.turn:g} deg"
-        rows.append([f"{1e3 * one.distance:g} mm{within}", *cells])
+        within = "" if row.turn is None else f", within {row.turn:g} deg"
+        rows.append([f"{1e3 * row.distance:g} mm{within}", *cells])
     title = f"Predicted error of distances [mm], {options.samples} samples a socket"
     terminal.tabulate(title, heads, rows)
     first, *_ = places = plans[0].places
@@ -174,9 +174,9 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         )
     if options.grip_mm is not None:
         mounts["gripper"] = printables.grip(*options.grip_mm)
-    if "none" in (named := options.mount or ()) and (mounts or len(named) > 1):
+    if "none" in (names := options.mount or ()) and (mounts or len(names) > 1):
         raise printables.PrintableError("--mount none stands alone")
-    mounts = {name: printables.find_mount(name) for name in named if name != "none"} | mounts
+    mounts = {name: printables.find_mount(name) for name in names if name != "none"} | mounts
     if options.mount is None:
         mounts = mounts or dict(printables.MOUNTS)
     if options.reach_mm is not None and len(mounts) != 1:

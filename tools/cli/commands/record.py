@@ -35,9 +35,11 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         asked = metadata.distance is None and metadata.sockets > 1 and not options.scripted
         if asked:
             metadata = recording.with_distance(metadata, terminal)
-        known = options.calibration and calibration.load_calibration(one_arm(options.calibration))
-        if known and known.robot.joint_names != robot.joint_names:
-            names = ", ".join(known.robot.joint_names)
+        calibrated = options.calibration and calibration.load_calibration(
+            one_arm(options.calibration)
+        )
+        if calibrated and calibrated.robot.joint_names != robot.joint_names:
+            names = ", ".join(calibrated.robot.joint_names)
             raise UsageError(
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
@@ -55,53 +57,53 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         return 128 + outcome.signal
     if outcome.refused and options.scripted:
         return 1
-    if not options.quick and known is None:
+    if not options.quick and calibrated is None:
         return 0
     if len(outcome.session.live) < LEAST_POSES:
         terminal.say(f"Too few poses to tell: record {LEAST_POSES} at least.")
         return NOT_ENOUGH
-    if known is None:
+    if calibrated is None:
         words, status = recording.worth_calibrating(robot, options.out)
         terminal.say(words)
         return status
-    here = recorder.read_placement(options.out)
-    found = partial.what_changed(known, here, ball_moved=options.quick)
-    terminal.say(found.text, *found.not_shown)
-    return found.verdict.exit_status
+    placement = recorder.read_placement(options.out)
+    changes = partial.what_changed(calibrated, placement, ball_moved=options.quick)
+    terminal.say(changes.text, *changes.not_shown)
+    return changes.verdict.exit_status
 
 
 def _recorded(
     options: RecordOptions, metadata: recorder.Metadata, robot: Robot, terminal: Terminal
 ) -> "tuple[recorder_terminal.Outcome, RecordOptions, recorder.Metadata]":
     """Record one placement after the other; return the last, its options and its metadata."""
-    earlier: list[recorder.Placement] = []
-    moved: Sequence[recorder.Sample] | None = None
+    parts: list[recorder.Placement] = []
+    samples: Sequence[recorder.Sample] | None = None
     hand = simulation.following_hand(options.driver, robot, metadata.distance)
     with recording.page_of(options) as page:
         while True:
-            beside = moved, page, hand
-            outcome = recording.record_session(options, metadata, robot, terminal, *beside)
+            extras = samples, page, hand
+            outcome = recording.record_session(options, metadata, robot, terminal, *extras)
             again = outcome.session.distance
             if again is not None:
                 metadata = replace(metadata, distance=again, measured=True)
             live, distance = outcome.session.live, metadata.distance or recorder.DEFAULT_DISTANCE
-            here = recorder.Placement(options.out.name, live, robot.joint_names, distance)
+            placement = recorder.Placement(options.out.name, live, robot.joint_names, distance)
             if options.scripted and not (options.no_guide or options.quick):
-                for alarm in recording.SessionAlarms(robot)([*earlier, here]):
+                for alarm in recording.SessionAlarms(robot)([*parts, placement]):
                     terminal.say(f"! {alarm.words}: {alarm.text}")
             if not outcome.new_placement or outcome.signal is not None:
                 return outcome, options, metadata
             options = replace(options, out=next_folder(options.out))
-            earlier += [here] if live else []
-            moved = outcome.moved
+            parts += [placement] if live else []
+            samples = outcome.moved
 
 
 def next_folder(folder: Path) -> Path:
     """Return the first of ``front-2``, ``front-3``, ... that does not exist."""
     count = 2
-    while (other := folder.with_name(f"{folder.name}-{count}")).exists():
+    while (sibling := folder.with_name(f"{folder.name}-{count}")).exists():
         count += 1
-    return other
+    return sibling
 
 
 @contextmanager
@@ -141,8 +143,8 @@ def _say_outcome(
     if terminal.brief or options.quick or options.calibration:
         return
     if outcome.signal is None and min(session.counts) > 0:
-        beside = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
-        terminal.say(*_next_steps(outcome, options, metadata, arm, beside))
+        folders = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
+        terminal.say(*_next_steps(outcome, options, metadata, arm, folders))
 
 
 def _next_steps(
@@ -150,25 +152,26 @@ def _next_steps(
     options: RecordOptions,
     metadata: recorder.Metadata,
     arm: Robot,
-    beside: Sequence[str],
+    folders: Sequence[str],
 ) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    known = replace(options, distance=metadata.distance if metadata.measured else None)
+    settings = replace(options, distance=metadata.distance if metadata.measured else None)
 
     def given(*names: str) -> list[str]:
-        return figures.as_options({name: getattr(known, name) for name in names})
+        return figures.as_options({name: getattr(settings, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
     out, calibrated = str(options.out), f"{options.out}-calibrated"
-    again = given("driver", "distance", "robot_name", "auto", "page")
-    again += [word for keys in options.key for word in ("--key", keys)]
-    again += ["--out", str(next_folder(options.out))]
+    words_again = given("driver", "distance", "robot_name", "auto", "page")
+    words_again += [word for keys in options.key for word in ("--key", keys)]
+    words_again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     zeros = ["--zeros"] if recording.SessionAlarms(arm).coarse else []
-    solve = ["mukca", "solve", *beside, out, *robot, *zeros, "--out", calibrated]
+    again = ["mukca", "record", *robot, *words_again]
+    solve = ["mukca", "solve", *folders, out, *robot, *zeros, "--out", calibrated]
     return [
         *advised,
-        f"Next: {shlex.join(['mukca', 'check', *beside, out, *robot, *zeros])}",
+        f"Next: {shlex.join(['mukca', 'check', *folders, out, *robot, *zeros])}",
         f"then: {shlex.join(solve)}",
-        f"or, better, the base elsewhere first: {shlex.join(['mukca', 'record', *robot, *again])}",
+        f"or, better, the base elsewhere first: {shlex.join(again)}",
     ]

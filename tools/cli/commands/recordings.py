@@ -88,8 +88,8 @@ def _ranges(positions: np.ndarray, units: list[Any]) -> tuple[list[float], list[
             rounds.append(i + 1)
         ends.append((low, high))
     some = ", ".join(map(str, rounds))
-    said = [f"joint {some}: ranges are given without whole turns"] if rounds else []
-    return [low for low, _ in ends], [high for _, high in ends], said
+    remarks = [f"joint {some}: ranges are given without whole turns"] if rounds else []
+    return [low for low, _ in ends], [high for _, high in ends], remarks
 
 
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
@@ -132,12 +132,12 @@ def _told(row: Any) -> str:
     """Correction of a distance and its time, or a session's facts."""
     if not isinstance(row, dict):
         return str(row)
-    known = cast("dict[str, Any]", row)
-    if "distance" not in known:
-        return ", ".join(f"{key} {value}" for key, value in known.items())
-    changes = _listed(known["distance"])
+    facts = cast("dict[str, Any]", row)
+    if "distance" not in facts:
+        return ", ".join(f"{key} {value}" for key, value in facts.items())
+    changes = _listed(facts["distance"])
     changed = _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
-    return f"distance {changed}, {known.get('time', 'at an unknown time')}"
+    return f"distance {changed}, {facts.get('time', 'at an unknown time')}"
 
 
 def _joint_lines(facts: dict[str, Any]) -> list[str]:
@@ -146,9 +146,11 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
         return []
     count = len(facts["joints"])
     units = _listed(facts["metadata"].get("units"))
-    known = units if len(units) == count else [""] * count
+    units_shown = units if len(units) == count else [""] * count
     spreads = facts["largest_spread"] or [None] * count
-    rows = zip(facts["joints"], known, facts["lowest"], facts["highest"], spreads, strict=True)
+    rows = zip(
+        facts["joints"], units_shown, facts["lowest"], facts["highest"], spreads, strict=True
+    )
     width = max(map(len, facts["joints"]))
     lines: list[str] = []
     for name, unit, lowest, highest, spread in rows:
@@ -183,8 +185,8 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
         spec = _SPEC.fullmatch(words.strip())
         unit = spec[3] if spec else None
         if spec is None or (unit is not None and spec[1] not in _UNITS.get(unit, ())):
-            known = ", ".join(_NAMES)
-            raise UsageError(f"--columns {words!r}: write {EXAMPLE}; there are {known}")
+            names = ", ".join(_NAMES)
+            raise UsageError(f"--columns {words!r}: write {EXAMPLE}; there are {names}")
         parts = _expanded(spec[2])
         if not parts:
             raise UsageError(f"--columns {words!r}: no columns; count upwards, as in joint_1..6")
@@ -205,8 +207,8 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     if measured:
         points = np.hstack([found[axis] for axis in _PLACE]).tolist()
         samples = zip(placement.samples, points, strict=True)
-        located = tuple(replace(sample, point=(x, y, z)) for sample, (x, y, z) in samples)
-        placement = replace(placement, samples=located)
+        with_points = tuple(replace(sample, point=(x, y, z)) for sample, (x, y, z) in samples)
+        placement = replace(placement, samples=with_points)
     return replace(placement, files=(file,))
 
 
@@ -240,8 +242,8 @@ def _sum(
     """Return a sum of columns, in radians or metres by the header's units, else by the one said."""
     name = "|".join(map(re.escape, sorted(numbers, key=len, reverse=True)))
     if not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words) or not numbers:
-        there = ", ".join(numbers) or "no names"
-        raise UsageError(f"{where}: no column {words!r}; there are {there}")
+        names = ", ".join(numbers) or "no names"
+        raise UsageError(f"{where}: no column {words!r}; there are {names}")
     total = np.zeros(len(next(iter(numbers.values()))))
     for sign, part in re.findall(rf"(-?)\s*({name})", words):
         if unit and units[part] not in ("", unit):
@@ -269,19 +271,19 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     if options.columns:
         placements = {options.path: placement_of_table(options.path, options.columns)}
     else:
-        found = recorder.find_placements([options.path])
-        placements = {folder: recorder.read_placement(folder) for folder in found}
+        folders = recorder.find_placements([options.path])
+        placements = {folder: recorder.read_placement(folder) for folder in folders}
     outs = {f: options.out if f == options.path else options.out / f.name for f in placements}
     for folder, out in outs.items():
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
     for (folder, placement), out in zip(placements.items(), outs.values(), strict=True):
         terminal.warn(*placement.remarks)
-        known = replace(placement, distance=placement.distance or options.distance)
-        files = FORMS[options.to](known)
+        with_distance = replace(placement, distance=placement.distance or options.distance)
+        files = FORMS[options.to](with_distance)
         metadata = {} if options.columns else recorder.read_metadata(folder / recorder.METADATA)
         if metadata:
-            metadata["distance"] = known.distance
+            metadata["distance"] = with_distance.distance
             files[recorder.METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
         for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
             if file.name not in files:

@@ -38,22 +38,22 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     """Write the report, and show it in short."""
     report.check_certificate(options.certificate)
     document = results.read_calibration(options.calibration)
-    known = SolveOptions(known=options.known).validated().distances
+    lengths = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(
         repeatability=metres(options.repeatability_mm),
         mean_absolute_error=metres(options.limit_mae_mm),
         distance_error=metres(options.limit_distance_mm),
         between_placements=metres(options.limit_between_mm),
-        known=known,
+        known=lengths,
         tolerance=options.tolerance_mm / 1e3,
     )
-    judged = assessment.assess(document, str(options.calibration), limits)
-    found, files = report.build_report(judged)
+    result = assessment.assess(document, str(options.calibration), limits)
+    document_of_report, files = report.build_report(result)
     sheet = options.certificate
-    signed = {} if sheet is None else {sheet.name: report.certificate(document, found)}
+    signed = {} if sheet is None else {sheet.name: report.certificate(document, document_of_report)}
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)
-    report.show(terminal.console, found)
+    report.show(terminal.console, document_of_report)
     file = folder / "report.html"
     words = "and report.json beside it, the same figures for scripts"
     terminal.say(f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}")
@@ -62,8 +62,8 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         terminal.say(f"Wrote {sheet}, to print on one A4 page and to sign")
     if options.open:
         open_page(file, terminal)
-    terminal.emit(found)
-    return found.verdict.exit_status
+    terminal.emit(document_of_report)
+    return document_of_report.verdict.exit_status
 
 
 def metres(millimetres: float | None) -> float | None:
@@ -73,8 +73,10 @@ def metres(millimetres: float | None) -> float | None:
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
     """Write a report's files, unless they are there already; return if anything was written."""
-    there = {name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()}
-    new = {name: data for name, data in contents.items() if there.get(name) != data}
+    existing = {
+        name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()
+    }
+    new = {name: data for name, data in contents.items() if existing.get(name) != data}
     results.refuse_existing(folder, new, force=force)
     if new:
         results.write_files(folder, new)
@@ -92,8 +94,8 @@ def emit_with_page(
     written = dict(outputs or {})
     if options.out is not None:
         title = f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
-        found = {"title": title, "lines": lines, "result": result}
-        html = report.render("found.html.j2", found, found=found)
+        values = {"title": title, "lines": lines, "result": result}
+        html = report.render("found.html.j2", values, found=values)
         write_report(options.out, {"report.html": html.encode()}, force=options.force)
         written["report"] = str(options.out / "report.html")
         terminal.say(*(f"Wrote {file}" for file in written.values()))
@@ -127,7 +129,7 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     if options.data:
         robot = next(iter(contenders.values())).robot
         placements = recorder.read_placements(*options.data)
-        data = [measure(one, robot, options.distance, sockets=1) for one in placements]
+        data = [measure(placement, robot, options.distance, sockets=1) for placement in placements]
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
@@ -147,7 +149,9 @@ def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument"
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
         errors = ((millimetres(m.mean_absolute_error), m.trained_on) for m in row.models)
-        rows.append([name, *(f"{error}{'*' if trained else ' '}" for error, trained in errors)])
+        rows.append(
+            [name, *(f"{error}{'*' if is_trained else ' '}" for error, is_trained in errors)]
+        )
     means = [model.summary and model.summary.mean_absolute_error for model in result.models]
     head = f"= mean of {len(result.fair)} held out by all"
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])

@@ -23,7 +23,7 @@ def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
     """List all shipped robots."""
     robots = [describe(name) for name in models.shipped_robots()]
     terminal.emit({"robots": robots})
-    width = max(len(one["name"]) for one in robots)
+    width = max(len(row["name"]) for row in robots)
     for one in robots if not options.json else ():
         repeats = one["repeatability"]
         known = f", repeats to {1e3 * repeats:g} mm" if repeats else ""

@@ -40,32 +40,38 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
             terminal.say(one.document.error_parts.text)
         _warn(terminal, one.document)
     terminal.say(*left_out)
-    refused = [reason for one in robots.values() if (reason := one.refusal())]
+    refusals = [
+        reason for calibrated_arm in robots.values() if (reason := calibrated_arm.refusal())
+    ]
     outputs: dict[str, str] = {}
-    if options.out and not refused:
+    if options.out and not refusals:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
     for name, one in robots.items():
         terminal.say(*([f"Robot {name}"] if name else []))
-        judged = one.assessment
-        todo = figures.steps(judged)
+        result = one.assessment
+        todo = figures.steps(result)
         if options.details:
-            report.show_limits(terminal.console, judged.verdict, judged.limits, todo)
+            report.show_limits(terminal.console, result.verdict, result.limits, todo)
         else:
             report.show_steps(terminal.console, todo)
-    verdicts = [one.verdict for one in robots.values()]
-    for reason in refused:
+    verdicts = [calibrated_arm.verdict for calibrated_arm in robots.values()]
+    for reason in refusals:
         terminal.warn(reason)
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
     usable = all(verdict.use for verdict in verdicts)
     terminal.say(*([] if options.details else [MORE]))
-    terminal.say(*_closing_lines(outputs, usable=usable) if not refused else ())
-    each = {name: one.verdict.as_said() for name, one in robots.items()}
+    terminal.say(*_closing_lines(outputs, usable=usable) if not refusals else ())
+    verdict_by_name = {
+        name: calibrated_arm.verdict.as_said() for name, calibrated_arm in robots.items()
+    }
     if isinstance(found, Mapping):
-        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": each})
+        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": verdict_by_name})
     else:
-        terminal.emit({**found.result.as_dict(), "outputs": outputs, "verdict": each[""]})
+        terminal.emit(
+            {**found.result.as_dict(), "outputs": outputs, "verdict": verdict_by_name[""]}
+        )
     return assessment.worst(verdict.exit_status for verdict in verdicts)
 
 
@@ -74,18 +80,23 @@ def calibrated(
 ) -> "tuple[calibration.MultiRobotCalibration | calibration.Calibration, list[str]]":
     """Calibrate by the options; return remarks on the placements, too."""
     robots = options.load_robots()
-    trained, tested, left_out = split_by_robot(options.train, options.test, robots)
+    training, tested, left_out = split_by_robot(options.train, options.test, robots)
     settings = vars(options.settings)
     as_recorded = options.settings.as_recorded
-    read = {name: _read(trained[name], tested[name], as_recorded=as_recorded) for name in robots}
-    train, test = ({name: own[part] for name, own in read.items() if own[part]} for part in (0, 1))
+    data_by_name = {
+        name: _read(training[name], tested[name], as_recorded=as_recorded) for name in robots
+    }
+    train, test = (
+        {name: placements[part] for name, placements in data_by_name.items() if placements[part]}
+        for part in (0, 1)
+    )
     with terminal.progress() as progress:
         if "" in robots:
             data = train.get("", []), test.get("", [])
-            found = calibration.calibrate(robots[""], *data, progress, **settings)
+            result = calibration.calibrate(robots[""], *data, progress, **settings)
         else:
-            found = calibration.calibrate(robots, train, test, progress, **settings)
-    return found, left_out
+            result = calibration.calibrate(robots, train, test, progress, **settings)
+    return result, left_out
 
 
 def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
@@ -97,27 +108,27 @@ def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
 
 
 def _read(
-    trained: Sequence[Path], tested: Sequence[Path], *, as_recorded: bool
+    training: Sequence[Path], tested: Sequence[Path], *, as_recorded: bool
 ) -> "tuple[list[recorder.Placement], list[recorder.Placement]]":
     """Return a robot's placements to train on and to test on; see :func:`mukca.read_placements`."""
-    if not trained and not tested:
+    if not training and not tested:
         return [], []
-    folders = {folder.resolve() for folder in recorder.find_placements(trained)}
+    folders = {folder.resolve() for folder in recorder.find_placements(training)}
     train, test = list[recorder.Placement](), list[recorder.Placement]()
-    for placement in recorder.read_placements(*trained, *tested, as_recorded=as_recorded):
-        own = placement.path is not None and placement.path.resolve() in folders
-        (train if own else test).append(placement)
-    return (train, test) if train else (recorder.read_placements(*trained), test)
+    for placement in recorder.read_placements(*training, *tested, as_recorded=as_recorded):
+        is_trained = placement.path is not None and placement.path.resolve() in folders
+        (train if is_trained else test).append(placement)
+    return (train, test) if train else (recorder.read_placements(*training), test)
 
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:
-        together = (
+        summary = (
             f"{outputs['urdf']}, all robots in one URDF" if "urdf" in outputs else outputs["arms"]
         )
-        return [f"Wrote {together}, and a folder for each robot."]
+        return [f"Wrote {summary}, and a folder for each robot."]
     files = (
         f"Wrote {outputs['report']} to read; beside it calibration.json, report.json for scripts"
     )

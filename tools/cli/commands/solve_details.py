@@ -9,14 +9,14 @@ from .. import Terminal
 from .report import show_errors
 
 
-def show_details(terminal: Terminal, one: "calibration.Calibration") -> None:
+def show_details(terminal: Terminal, calibrated: "calibration.Calibration") -> None:
     """Print the figures of one robot."""
-    terminal.say(assessment.distance_text(one.document.placements))
-    if one.document.scale is not None:
-        terminal.say(f"Size: {assessment.scale_text(one.document.scale)}.")
-    show_errors(one.errors, terminal)
-    _show_parameters(one.result.parameters, terminal)
-    terminal.say(*_remarks(one.document))
+    terminal.say(assessment.distance_text(calibrated.document.placements))
+    if calibrated.document.scale is not None:
+        terminal.say(f"Size: {assessment.scale_text(calibrated.document.scale)}.")
+    show_errors(calibrated.errors, terminal)
+    _show_parameters(calibrated.result.parameters, terminal)
+    terminal.say(*_remarks(calibrated.document))
 
 
 def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
@@ -40,10 +40,12 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
     lines += _frame_lines(result.frames or ())
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
-        alone = "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
+        of_urdf = (
+            "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
+        )
         lines.append(
             f"Predicted error of distances in the workspace, 1 sigma: median "
-            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{alone}."
+            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{of_urdf}."
         )
         lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
     return lines

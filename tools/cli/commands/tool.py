@@ -35,7 +35,7 @@ def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
     if options.face is not None:
         (first,), (second,) = (touches([file], arm) for file in options.face)
         face = first, second
-    found = partial.tool(
+    tool = partial.tool(
         calibrated,
         touches(options.data, arm),
         options.name,
@@ -44,8 +44,8 @@ def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
         stood=options.stood,
         limit=_limit(options.limit_mm),
     )
-    finish(found, options, terminal)
-    return 3 if found.untold else 0
+    finish(tool, options, terminal)
+    return 3 if tool.untold else 0
 
 
 def _limit(millimetres: float) -> float:
@@ -56,26 +56,26 @@ def _limit(millimetres: float) -> float:
 
 
 def finish(
-    found: "partial.CameraPose | partial.Tool | partial.Zeros",
+    result: "partial.CameraPose | partial.Tool | partial.Zeros",
     options: OutputOptions,
     terminal: Terminal,
 ) -> None:
     """Print the estimate, write it if --out is given, and emit it."""
-    terminal.say(*found.text)
+    terminal.say(*result.text)
     outputs: dict[str, str] = {}
     if options.out is not None:
-        outputs = found.save(options.out, force=options.force)
+        outputs = result.save(options.out, force=options.force)
     else:
         terminal.say("Nothing was written; add --out DIR for a calibration and a URDF with it.")
-    emit_with_page(options, terminal, found.text, found.as_dict(), outputs)
+    emit_with_page(options, terminal, result.text, result.as_dict(), outputs)
 
 
 def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placement]":
     """Return placements by their folders; a CSV file's points are its sockets."""
-    found: list[recorder.Placement] = []
+    placements: list[recorder.Placement] = []
     for file in files:
         if not file.is_file() or file.name == recorder.SAMPLES:
-            found += recorder.read_placements(file)
+            placements += recorder.read_placements(file)
             continue
         if file.suffix != ".csv":
             raise UsageError(
@@ -85,17 +85,17 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
         rows = recorder.read_rows(file, names, [("x", "y", "z"), ("point",), ()])
         m, samples = len(names), list[recorder.Sample]()
         for row, where in zip(rows.numbers, rows.wheres, strict=True):
-            q, rest = row[:m], row[m:]
-            at = (rest[0], rest[1], rest[2]) if len(rest) == 3 else None
-            socket = 0 if at else int(sum(rest))
-            if doubt := LENGTH.doubt(at or ()):
+            q, columns = row[:m], row[m:]
+            point = (columns[0], columns[1], columns[2]) if len(columns) == 3 else None
+            socket = 0 if point else int(sum(columns))
+            if doubt := LENGTH.doubt(point or ()):
                 raise UsageError(
                     f"{where}: x, y or z is {doubt} A header of x [mm] is read as such"
                 )
-            samples.append(recorder.Sample(q, socket, where=where, point=at))
+            samples.append(recorder.Sample(q, socket, where=where, point=point))
         placement = recorder.Placement(file.stem, tuple(samples), names, files=(file,))
-        found.append(replace(placement, remarks=rows.notes))
-    return found
+        placements.append(replace(placement, remarks=rows.notes))
+    return placements
 
 
 class _RezeroOptions(OutputOptions):
@@ -110,7 +110,7 @@ class _RezeroOptions(OutputOptions):
 def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
     """Print each joint's zero, and write the calibration with the new ones."""
     options.check_out()
-    found = partial.rezero(
+    zeros = partial.rezero(
         arm_of(options.calibration),
         recorder.read_placements(*options.data),
         options.joint,
@@ -118,12 +118,12 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
         ball_moved=options.ball_moved,
         distance=options.distance,
     )
-    finish(found, options, terminal)
-    if options.out is not None and found.changed:
+    finish(zeros, options, terminal)
+    if options.out is not None and zeros.changed:
         terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
-    identified = {one.joint: one.told for one in found.joints}
-    every = all(identified[joint] for joint in options.joint) and any(identified.values())
-    return 0 if every and found.decided and not found.other else 3
+    identified = {joint.joint: joint.told for joint in zeros.joints}
+    complete = all(identified[joint] for joint in options.joint) and any(identified.values())
+    return 0 if complete and zeros.decided and not zeros.other else 3
 
 
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
@@ -157,16 +157,16 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     if of_images and not any((path / extract.JOINTS).is_file() for path in options.data):
         raise UsageError("--board, --dictionary and --intrinsics are for folders of images")
     calibrated = calibration.load_calibration(one_arm(options.calibration))
-    near = numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
-    doubt = JOINT_POSITION.doubt(near or ())
+    start = numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
+    doubt = JOINT_POSITION.doubt(start or ())
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
-    views = [one for path in options.data for one in _views(path, options)]
-    views = [extract.joints_of(calibrated, one, near, options.camera) for one in views]
+    views = [view for path in options.data for view in _views(path, options)]
+    views = [extract.joints_of(calibrated, view, start, options.camera) for view in views]
     limit = _limit(options.limit_mm)
-    found = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
-    finish(found, options, terminal)
-    return 3 if found.untold else 0
+    pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
+    finish(pose, options, terminal)
+    return 3 if pose.untold else 0
 
 
 def _views(path: Path, options: _HandeyeOptions) -> "list[recorder.Placement]":
@@ -187,10 +187,10 @@ def _views(path: Path, options: _HandeyeOptions) -> "list[recorder.Placement]":
 def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:
     """Return numbers between commas; none for an empty word."""
     try:
-        found = [float(word) for word in words.split(",") if word.strip()]
+        values = [float(word) for word in words.split(",") if word.strip()]
     except ValueError:
-        found = [float("nan")]
-    if words and (len(found) not in counts or not all(map(math.isfinite, found))):
+        values = [float("nan")]
+    if words and (len(values) not in counts or not all(map(math.isfinite, values))):
         known = " or ".join(map(str, counts))
         raise UsageError(f"{option} {words}: give {known} numbers between commas")
-    return found
+    return values

@@ -182,17 +182,17 @@ def compare(
             b=b,
             placements=rows,
             summary=_overall([rows[i] for i in fair]) if fair else None,
-            workspace=beside[a, b][0],
-            by_chance=beside[a, b][1],
+            workspace=by_pair[a, b][0],
+            by_chance=by_pair[a, b][1],
             apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
             curves=agreement(curves[a], curves[b]),
         )
 
     nothing = None, tuple(None for _ in data)
-    beside = {(0, b): nothing for b in range(1, len(models))}
+    by_pair = {(0, b): nothing for b in range(1, len(models))}
     for b, second in enumerate(contestants, 1):
         rows = {(a, b): differences(contestants[a - 1], second, data) for a in range(1, b)}
-        beside |= rows
+        by_pair |= rows
     curves = [None, *(contender.document.curves for contender in contestants)]
     summaries = [overall(k) if fair else None for k in range(len(models))]
     pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
@@ -232,12 +232,12 @@ def _chance_sentence(pair: ComparedPair) -> str:
     """Return how far two calibrations are apart, and whether chance alone explains it."""
     if pair.workspace is None:
         return ""
-    everything = [pair.workspace, *(one for one in pair.by_chance if one is not None)]
-    odds = len(everything) * min(one.probability for one in everything)
-    beyond = sum(one.beyond_chance for one in everything[1:])
-    at = f"beyond chance at {beyond} of {plural(len(everything) - 1, 'placement')}"
+    everything = [pair.workspace, *(chance for chance in pair.by_chance if chance is not None)]
+    odds = len(everything) * min(chance.probability for chance in everything)
+    beyond = sum(chance.beyond_chance for chance in everything[1:])
+    text = f"beyond chance at {beyond} of {plural(len(everything) - 1, 'placement')}"
     reason = CHANGED if odds < SURPRISE else EXPLAINED
-    return f"Apart in mm: {apart_words(pair.workspace)} in the workspace; {at}: {reason}."
+    return f"Apart in mm: {apart_words(pair.workspace)} in the workspace; {text}: {reason}."
 
 
 def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
