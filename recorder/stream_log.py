@@ -120,9 +120,9 @@ def _unpack(packed: bytes, columns: int) -> Block:
     data = unpacker.decompress(packed, 4 + 8 * BLOCK * columns)
     if not unpacker.eof or unpacker.unused_data:
         raise ValueError("a block of another length")
-    (count,) = struct.unpack_from("<I", data)
-    by_weight = np.frombuffer(data, np.uint8, offset=4).reshape(8, count * columns)
-    zigzag = np.ascontiguousarray(by_weight.T).view("<u8").reshape(columns, count).T
+    (total,) = struct.unpack_from("<I", data)
+    by_weight = np.frombuffer(data, np.uint8, offset=4).reshape(8, total * columns)
+    zigzag = np.ascontiguousarray(by_weight.T).view("<u8").reshape(columns, total).T
     steps = (zigzag >> np.uint64(1)).astype(np.int64) ^ -(zigzag & np.uint64(1)).astype(np.int64)
     return np.cumsum(steps, axis=0)
 

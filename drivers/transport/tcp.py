@@ -53,11 +53,11 @@ class TcpStream:
         except OSError:
             raise self._ended() from None
 
-    def take(self, cut: Callable[[bytearray], Message | None], deadline: float) -> Message:
+    def take(self, splitter: Callable[[bytearray], Message | None], deadline: float) -> Message:
         """Wait for a message until a time by :func:`.clock.now` [s], and return it.
 
-        ``cut`` takes it off the front of the bytes that have come; it returns None if it is not
-        whole yet, and raises ValueError if the bytes are no messages.
+        ``splitter`` takes it off the front of the bytes that have come. It returns None if it is
+        not whole yet, and raises ValueError if the bytes are no messages.
 
         Raises:
             DriverError: SILENT when the message was not whole in time, UNREACHABLE when the
@@ -65,7 +65,7 @@ class TcpStream:
                 begins cannot be known then.
         """
         try:
-            while (message := cut(self._received)) is None:
+            while (message := splitter(self._received)) is None:
                 self._receive(deadline)
         except ValueError as error:
             raise Reason.PROTOCOL(f"{self._where} sends {error}") from None

@@ -251,14 +251,14 @@ def coverage(predictions: Predictions) -> Coverage:
     return Coverage(joints=tuple(joints), sockets=tuple(sockets))
 
 
-def travels(coverage: Coverage) -> dict[str, float]:
+def travels(covered_range: Coverage) -> dict[str, float]:
     """Return how far each joint that turns did over all that was trained on, by its name [rad].
 
     The least arc that holds all positions, for a joint that can go all round.
     """
-    sockets = [socket for socket in coverage.sockets if socket.role == "train"]
+    sockets = [socket for socket in covered_range.sockets if socket.role == "train"]
     turned: dict[str, float] = {}
-    for i, joint in enumerate(coverage.joints if sockets else ()):
+    for i, joint in enumerate(covered_range.joints if sockets else ()):
         low, high = min(s.low[i] for s in sockets), max(s.high[i] for s in sockets)
         if joint.lower is None or joint.upper is None or joint.upper - joint.lower >= ALL_ROUND:
             low, high = arc((s.low[i], s.high[i]) for s in sockets)

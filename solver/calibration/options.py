@@ -260,7 +260,7 @@ class SolveOptions:
 
 def option_table() -> dict[str, Option]:
     """Return the documentation of each option by its name."""
-    return {field.name: Option(**field.metadata) for field in fields(SolveOptions)}
+    return {entry.name: Option(**entry.metadata) for entry in fields(SolveOptions)}
 
 
 def check_keywords(function: str, names: Collection[str], choices: Collection[str]) -> None:

@@ -134,15 +134,15 @@ def linear_about(
     return linear(wider, about.state), next_step(about) < DIVERGED
 
 
-def probabilities(system: System, explanations: Sequence[Explanation]) -> np.ndarray:
+def probabilities(system: System, candidates: Sequence[Explanation]) -> np.ndarray:
     """Return the probabilities of explanations by a linear system, shape (E,)."""
     zeros, noise = system.task.prior.zeros, system.task.noise
     wander = dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED)
     wandering = replace(system, task=replace(system.task, free=wander))
-    used = sorted({i for e in explanations for width in e.widths for i in width})
+    used = sorted({i for e in candidates for width in e.widths for i in width})
     lengths = np.eye(len(system.errors))[:, len(system.errors) - len(system.task.distances) :]
     A = np.hstack([system.slopes, lengths])[:, used]
-    logs = np.full((len(LEVELS), len(explanations)), -np.inf)
+    logs = np.full((len(LEVELS), len(candidates)), -np.inf)
     for level, factor in enumerate(LEVELS):
         trial = replace(noise, place=factor * noise.place)
         root, log_evidence = (
@@ -151,7 +151,7 @@ def probabilities(system: System, explanations: Sequence[Explanation]) -> np.nda
         )
         e, B = np.linalg.solve(root, system.errors), np.linalg.solve(root, A)
         M, g = B.T @ B, B.T @ e
-        for i, explanation in enumerate(explanations):
+        for i, explanation in enumerate(candidates):
             gains = [_gain(M, g, np.searchsorted(used, list(w)), w) for w in explanation.widths]
             logs[level, i] = (
                 log_evidence + np.log(explanation.prior / len(gains)) + np.logaddexp.reduce(gains)

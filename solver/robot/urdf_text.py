@@ -23,9 +23,9 @@ class Origin:
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @staticmethod
-    def of(numbers: Iterable[float]) -> "Origin":
+    def of(values: Iterable[float]) -> "Origin":
         """Return the origin of six numbers, x y z roll pitch yaw."""
-        x, y, z, roll, pitch, yaw = map(float, numbers)
+        x, y, z, roll, pitch, yaw = map(float, values)
         return Origin((x, y, z), (roll, pitch, yaw))
 
 

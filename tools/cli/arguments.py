@@ -156,8 +156,8 @@ def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
     for entry in fields(options):
         if is_dataclass(entry.type):
             names = entry.metadata["names"]
-            part = {name: given[name] for name in names if name in given}
-            values[entry.name] = _read(entry.type, part)  # pyright: ignore[reportArgumentType]
+            nested = {name: given[name] for name in names if name in given}
+            values[entry.name] = _read(entry.type, nested)  # pyright: ignore[reportArgumentType]
         elif entry.name in given:
             value = given[entry.name]
             values[entry.name] = tuple(value) if isinstance(value, list) else value  # pyright: ignore[reportUnknownArgumentType]

@@ -89,30 +89,30 @@ def _named(words_given: Sequence[str]) -> dict[str, str]:
     return by_name
 
 
-def _by_name(items: Sequence[str], key: str, robots: Mapping[str, str]) -> dict[str, str | None]:
+def _by_name(items: Sequence[str], key: str, sources: Mapping[str, str]) -> dict[str, str | None]:
     """Value of an option for each robot; one without a name is for all of them."""
-    by_name: dict[str, str | None] = dict.fromkeys(robots)
-    if "" in robots and len(items) > 1:
+    by_name: dict[str, str | None] = dict.fromkeys(sources)
+    if "" in sources and len(items) > 1:
         raise UsageError(f"--{key} {items[1]}: one robot has one {key}")
     for words in items:
-        name, _, link = ("", "", "") if "" in robots else words.partition("=")
-        if link and name not in robots:
-            names = ", ".join(robots)
+        name, _, link = ("", "", "") if "" in sources else words.partition("=")
+        if link and name not in sources:
+            names = ", ".join(sources)
             raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {names}")
-        by_name |= {name: link} if link else dict.fromkeys(robots, words)
+        by_name |= {name: link} if link else dict.fromkeys(sources, words)
     return by_name
 
 
 def split_by_robot(
-    train: Sequence[Path], test: Sequence[Path], robots: Mapping[str, object]
+    train: Sequence[Path], test: Sequence[Path], sources: Mapping[str, object]
 ) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
     """Return placements to train on and to test on by robot, and a line for each left out.
 
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
     no robot, or to train on and named for the test too, is a UsageError.
     """
-    training, test_folders = _by_robot(train, robots), _by_robot(test, robots)
-    tested: dict[str, list[Path]] = {name: [] for name in robots}
+    training, test_folders = _by_robot(train, sources), _by_robot(test, sources)
+    tested: dict[str, list[Path]] = {name: [] for name in sources}
     left_out: list[str] = []
     for name, paths in test_folders.items():
         paths_trained = {path.resolve() for path in recorder.find_placements(training[name])}
@@ -130,21 +130,23 @@ def split_by_robot(
     return training, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
 
 
-def _by_robot(paths: Sequence[Path], robots: Mapping[str, object]) -> dict[str, list[Path]]:
-    if "" in robots:
+def _by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict[str, list[Path]]:
+    if "" in sources:
         return {"": list(paths)}
-    by_robot: dict[str, list[Path]] = {name: [] for name in robots}
+    by_robot: dict[str, list[Path]] = {name: [] for name in sources}
     for path in paths:
         name, _, path_after_name = str(path).partition(":")
-        if path_after_name and name in robots:
+        if path_after_name and name in sources:
             by_robot[name].append(Path(path_after_name))
             continue
         if path_after_name and not path.exists() and Path(path_after_name).exists():
-            raise UsageError(f"{path}: no robot is called {name!r}; there are: {', '.join(robots)}")
+            raise UsageError(
+                f"{path}: no robot is called {name!r}; there are: {', '.join(sources)}"
+            )
         for folder in recorder.find_placements([path]):
             owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
-            if owner not in robots:
-                names, example = ", ".join(robots), next(iter(robots))
+            if owner not in sources:
+                names, example = ", ".join(sources), next(iter(sources))
                 problem = f"of robot {owner!r}" if owner else "whose is it?"
                 raise UsageError(
                     f"{folder}: {problem}; write {example}:{folder}; the robots are {names}"
@@ -229,15 +231,15 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
         output, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
-        data = _by_robot(options.data, files) if hasattr(options, "data") else None
+        recordings = _by_robot(options.data, files) if hasattr(options, "data") else None
         for output.name, file in files.items():
             settings: dict[str, Any] = {"calibration": file}
             if out is not None:
                 file_out = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
                 settings["out"] = file_out if out.suffix else out / output.name
-            if data is not None:
-                settings["data"] = data[output.name]
-            if data is None or settings["data"]:
+            if recordings is not None:
+                settings["data"] = recordings[output.name]
+            if recordings is None or settings["data"]:
                 terminal.say(f"Robot {output.name}")
                 statuses.append(run(replace(options, **settings), output))
         terminal.emit({"robots": output.robots})

@@ -77,10 +77,10 @@ def encode_state(version: int, number: int, state: JointState) -> bytes:
     torques = state.effort or 7 * (0.0,)
     holds = {"pose": FRANKA["pose"], "positions": state.position, "torques": torques, "zero": (0,)}
     fields = [field for field in FRANKA["layout"] if version >= field["since"]]
-    numbers = [x for field in fields for x in field["times"] * [*holds[field["hold"]]]]
+    message = [x for field in fields for x in field["times"] * [*holds[field["hold"]]]]
     errors = bytes(2 * (37 if version < 5 else 41))  # current, and reflex reason
     modes = b"\0\0"  # motion generator, controller
-    body = struct.pack(f"<Q{len(numbers)}{letter}", number, *numbers) + modes + errors
+    body = struct.pack(f"<Q{len(message)}{letter}", number, *message) + modes + errors
     return body + struct.pack(f"<B{letter}", GUIDING, 1.0)
 
 

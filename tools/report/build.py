@@ -32,12 +32,12 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
         for section, group in plots.items()
         for plot in group
     )
-    figures = msgspec.structs.replace(figures, plots=captions)
-    return figures, _files("report", figures, report_page(figures, plots))
+    document = msgspec.structs.replace(figures, plots=captions)
+    return document, _files("report", document, report_page(document, plots))
 
 
-def _files(name: str, figures: Document, html: str) -> dict[str, bytes]:
-    page, data = html.encode("utf-8", "replace"), encode(figures) + b"\n"
+def _files(name: str, document: Document, html: str) -> dict[str, bytes]:
+    page, data = html.encode("utf-8", "replace"), encode(document) + b"\n"
     return {f"{name}.html": page, f"{name}.json": data}
 
 

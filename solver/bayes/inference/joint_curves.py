@@ -131,7 +131,7 @@ def _initial_scales(flat: CurveFit) -> CurveFit:
 
 
 def _converged(
-    posterior: JointPosterior, rows: np.ndarray, marginal: CurveFit, log_evidence: float
+    posterior: JointPosterior, rows: np.ndarray, marginal: CurveFit, evidence: float
 ) -> JointPosterior:
     """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
     readings, prior, state = posterior.objective.rows, marginal.prior, marginal.state
@@ -157,7 +157,7 @@ def _converged(
     _, covariance = _within_bounds(fit, part.information, widened=True)
     joint = with_curves(fit, part, covariance)
     marginal = replace(fit, weights=weights * nu / (nu + 3))
-    return _posterior(posterior, marginal, coefficients, joint, log_evidence)
+    return _posterior(posterior, marginal, coefficients, joint, evidence)
 
 
 def _within_bounds(
@@ -181,7 +181,7 @@ def _posterior(
     marginal: CurveFit,
     curves: np.ndarray,
     joint: np.ndarray,
-    log_evidence: float,
+    evidence: float,
 ) -> JointPosterior:
     """Return the result with curves, (KNOTS, robots, m), last in the covariance, in their place."""
     readings, state, members = posterior.objective, marginal.state, posterior.own
@@ -210,7 +210,7 @@ def _posterior(
         replace(state, objective=world, x=x, groups=tuple(groups)),
         posterior.around,
         marginal.weights,
-        log_evidence,
+        evidence,
         [*iterates, x],
         joint[np.ix_(picked, picked)],
     )

@@ -46,8 +46,8 @@ class ArrowheadMatrix:
         L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
         V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
         some = np.ix_(mask, mask)
-        curvature = self.dense + R.T @ R
-        S = curvature[some]
+        block = self.dense + R.T @ R
+        S = block[some]
         scale = 1 / np.sqrt(np.diag(S))
         units = scale[:, None] * scale
         dense = np.zeros_like(self.dense)
@@ -59,7 +59,7 @@ class ArrowheadMatrix:
         ]
         log_determinant = float(sum(logs) + np.linalg.slogdet(self.own)[1].sum())
         X = (self.centres + V @ R) * mask
-        return Inverse(dense, X, blocks, V, log_determinant, curvature)
+        return Inverse(dense, X, blocks, V, log_determinant, block)
 
 
 @dataclass(frozen=True)

@@ -65,18 +65,18 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
 
     from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
 
-    calibration, setup = load_calibration(one_arm(options.calibration)), options.setup()
+    calibrated, setup = load_calibration(one_arm(options.calibration)), options.setup()
     start, prefer, before = options.start, options.prefer, None
-    names = calibration.robot.joint_names
+    names = calibrated.robot.joint_names
     with written(options, terminal, names, options.poses) as write:
         for rows, wheres in streamed(options.poses, (), POSE_FORMS, terminal):
             with located(wheres, terminal):
                 points = rows.shape[1] == 3
                 poses = rows if points else pose_of_numbers(rows)
-                path = calibration.command_path(poses, start, prefer, **setup)
+                path = calibrated.command_path(poses, start, prefer, **setup)
                 if before is not None:
                     step = np.stack([before, path.positions[0]])
-                    if find_jumps(step, calibration.kinematics(**setup).flange, not points):
+                    if find_jumps(step, calibrated.kinematics(**setup).flange, not points):
                         path = replace(path, jumps=(0, *path.jumps))
                 result = path.checked()
             write(*result)

@@ -66,9 +66,9 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     return document_of_report.verdict.exit_status
 
 
-def metres(millimetres: float | None) -> float | None:
+def metres(length: float | None) -> float | None:
     """Length that an option in millimetres gives, None where it is not given [m]."""
-    return None if millimetres is None else millimetres / 1e3
+    return None if length is None else length / 1e3
 
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:

@@ -87,8 +87,8 @@ def calibrated(
         name: _read(training[name], tested[name], as_recorded=as_recorded) for name in robots
     }
     train, test = (
-        {name: placements[part] for name, placements in data_by_name.items() if placements[part]}
-        for part in (0, 1)
+        {name: placements[role] for name, placements in data_by_name.items() if placements[role]}
+        for role in (0, 1)
     )
     with terminal.progress() as progress:
         if "" in robots:

@@ -32,7 +32,7 @@ def environment() -> "Environment":
     """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-    environment = Environment(
+    templates = Environment(
         loader=FileSystemLoader(FOLDER),
         autoescape=select_autoescape(["html.j2"]),
         undefined=StrictUndefined,
@@ -41,8 +41,8 @@ def environment() -> "Environment":
         lstrip_blocks=True,
     )
     filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
-    environment.filters.update(filters, short="{:g}".format)
-    return environment
+    templates.filters.update(filters, short="{:g}".format)
+    return templates
 
 
 def lines(template: str, block: str, /, **values: object) -> list[str]:

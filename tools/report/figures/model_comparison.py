@@ -172,8 +172,8 @@ def compare(
 
     def pair(a: int, b: int) -> ComparedPair:
         # A placement's mean difference, and the noise that its samples leave in it.
-        differences = [row[b] - row[a] for row in errors]
-        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in differences)
+        changes = [row[b] - row[a] for row in errors]
+        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in changes)
         # A ball in a socket does not show the base frame, so a rigid motion means nothing.
         A, B = (np.concatenate([row[k] for row in points]) for k in (a, b))
         gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)

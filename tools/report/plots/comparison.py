@@ -14,7 +14,7 @@ from .figure import COLOURS, Axis, Panel, Plot, named_rows, plot
 def comparison_plots(result: ComparisonDocument) -> list[Plot]:
     """Return the plots of a comparison."""
     made = (_errors(result), _differences(result), _distances(result))
-    return [plot for plot in made if plot is not None]
+    return [picture for picture in made if picture is not None]
 
 
 def _by_model(

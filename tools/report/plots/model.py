@@ -93,18 +93,18 @@ def coverage(report: ReportDocument) -> Plot:
     return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
 
 
-def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Panel:
+def _positions(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a tick for each position, and the joints' limits."""
-    rows = [covered.joints[i] for i in joints]
+    rows = [covered.joints[i] for i in joint_names]
     ends = [end for row in rows for end in (row.lower, row.upper) if end is not None]
-    ends += [end for s in covered.sockets for i in joints for end in (s.low[i], s.high[i])]
+    ends += [end for s in covered.sockets for i in joint_names for end in (s.low[i], s.high[i])]
     low, high = factor * min(ends), factor * max(ends)
     title = f"positions, {unit}; socket 0 above, others below"
     axis = Axis(low, max(high, low + 1e-6), unit)
     panel = named_rows(title, [row.name for row in rows], axis, pitch=34)
     limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)  # NaN: no limit
     panel.bars(factor * limits[:, 0], factor * limits[:, 1], "range", thick=26)
-    for k, i in enumerate(joints):
+    for k, i in enumerate(joint_names):
         for role in ("test", "train"):
             marks = "".join(
                 f"M{panel.x(factor * q[i]):.1f} {panel.y(k) + (1 if s.socket else -12)}v11"
@@ -117,12 +117,12 @@ def _positions(covered: Coverage, joints: Sequence[int], factor: float, unit: st
     return panel
 
 
-def _spans(covered: Coverage, joints: Sequence[int], factor: float, unit: str) -> Panel:
+def _spans(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a dot for each joint and socket, and the least that a joint should turn."""
-    names = [covered.joints[i].name for i in joints]
+    names = [covered.joints[i].name for i in joint_names]
     spans = [
         (k, factor * (s.high[i] - s.low[i]), s)
-        for k, i in enumerate(joints)
+        for k, i in enumerate(joint_names)
         for s in covered.sockets
     ]
     axis = Axis(0, 1.05 * max(*(span for _, span, _ in spans), 1e-6), unit)
@@ -196,10 +196,10 @@ def error_curves(report: ReportDocument) -> Plot | None:
     )
 
 
-def _angles(coverage: Coverage, joint: str) -> list[float]:
+def _angles(covered_range: Coverage, joint: str) -> list[float]:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
-    k = [row.name for row in coverage.joints].index(joint)
-    angles = [q[k] for s in coverage.sockets if s.role == "train" for q in s.positions]
+    k = [row.name for row in covered_range.joints].index(joint)
+    angles = [q[k] for s in covered_range.sockets if s.role == "train" for q in s.positions]
     return [(_DEGREES * angle + 180) % 360 - 180 for angle in angles]
 
 
