@@ -13,6 +13,8 @@ from msgspec import structs
 
 from ...recorder import Placement
 from ..assessment import (
+    LimitResult,
+    Limits,
     Options,
     Verdict,
     assumed_distances,
@@ -24,6 +26,7 @@ from ..assessment import (
 )
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, Readings, evaluate, mean_metrics, measure
+from ..results import CalibrationDocument, Summary
 from .changes import Changes, reason_and_advice
 from .evidence import (
     DIVERGED,
@@ -131,11 +134,9 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    measurements = [
-        measure(p, calibration.robot, distance, sockets=1, load=calibration.load)
-        for p in as_list(data)
-    ]
-    measured = [calibration.as_read_now(m) for m in measurements]
+    robot, load = calibration.robot, calibration.load
+    recorded = [measure(p, robot, distance, sockets=1, load=load) for p in as_list(data)]
+    measured = [calibration.as_read_now(m) for m in recorded]
     changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
     tip = probe_shift(calibration, measured, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=tip is not None)
@@ -154,29 +155,44 @@ def what_changed(
         reason, changes = few, replace(changes, untold=())
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
     else:
-        then = document.summary.test or document.summary.train
-        reason, advice = reason_and_advice(changes, rows, new, limits, then)
-        reason += probe_words(tip)
-        before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
-        small = new.calibrated.mean_absolute_error <= before
-        joint_changed = (
-            changes.cause is not None and changes.probabilities[changes.likeliest] > CERTAIN
-        )
-        tolerable = (small and not joint_changed) or (repeatability and changes.cause is None)
-        allowed = tolerable and all(row.status != "fail" for row in rows)
-        status = "pass" if not changes.changed else "warning" if allowed else "fail"
-        row = limit_row("validity", status, reason[:-1], text=reason[:-1])
+        facts = new, limits, bool(repeatability), probe_words(tip)
+        reason, advice, row = _reasons(changes, rows, document, *facts)
         rows += [row] if changes.probabilities else []
-    length = distance_row(
-        [] if any(map(_states_lengths, measured)) else assumed_distances(document)
-    )
+    assumed = [] if any(map(_states_lengths, measured)) else assumed_distances(document)
+    length = distance_row(assumed)
     verdict = judge([*rows, length], causes)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
-    reason_advice = reason, advice
-    return Validity(
-        **vars(changes), errors=errors, verdict=verdict, said=reason_advice, measured=measured
-    )
+    words = reason, advice
+    return Validity(**vars(changes), errors=errors, verdict=verdict, said=words, measured=measured)
+
+
+def _reasons(
+    changes: Changes,
+    rows: Sequence[LimitResult],
+    document: CalibrationDocument,
+    new: Summary,
+    limits: Limits,
+    limited: bool,
+    of_probe: str,
+) -> tuple[str, str, LimitResult]:
+    """Return reason and advice by what changed, and the row of the verdict that says so."""
+    then = document.summary.test or document.summary.train
+    reason, advice = reason_and_advice(changes, rows, new, limits, then)
+    reason += of_probe
+    before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
+    small = new.calibrated.mean_absolute_error <= before
+    broken = any(row.status == "fail" for row in rows)
+    allowed = not broken and _tolerable(changes, limited, small=small)
+    status = "pass" if not changes.changed else "warning" if allowed else "fail"
+    return reason, advice, limit_row("validity", status, reason[:-1], text=reason[:-1])
+
+
+def _tolerable(changes: Changes, limited: bool, *, small: bool) -> bool:
+    """Return whether errors that are small, or within limits that are given, excuse a change."""
+    if changes.cause is None:
+        return small or limited
+    return small and changes.probabilities[changes.likeliest] <= CERTAIN
 
 
 def _changes_since(

@@ -126,6 +126,10 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
     return contenders
 
 
+ByChance = tuple[Apart | None, tuple[Apart | None, ...]]
+"""In the workspace, and at each placement."""
+
+
 def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
     """Return all placements that the calibrations' files hold, each once."""
     shared: dict[tuple[float, ...], Measurement] = {}
@@ -140,10 +144,8 @@ def compare(
 ) -> ComparisonDocument:
     """Compare calibrations, and the nominal model of the first of them, on placements."""
     contestants = list(contenders.values())
-    models = [
-        contestants[0].calibrated.nominal,
-        *(contender.calibrated for contender in contestants),
-    ]
+    calibrated = [contender.calibrated for contender in contestants]
+    models = [calibrated[0].nominal, *calibrated]
     points = [[model.predict(m) for model in models] for m in data]
     pairs = list(zip(points, data, strict=True))
     errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
@@ -174,9 +176,6 @@ def compare(
         # A placement's mean difference, and the noise that its samples leave in it.
         changes = [row[b] - row[a] for row in errors]
         rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in changes)
-        # A ball in a socket does not show the base frame, so a rigid motion means nothing.
-        A, B = (np.concatenate([row[k] for row in points]) for k in (a, b))
-        gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
         return ComparedPair(
             a=a,
             b=b,
@@ -184,15 +183,11 @@ def compare(
             summary=_overall([rows[i] for i in fair]) if fair else None,
             workspace=by_pair[a, b][0],
             by_chance=by_pair[a, b][1],
-            apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
+            apart=_displacement(*(np.concatenate([row[k] for row in points]) for k in (a, b))),
             curves=agreement(curves[a], curves[b]),
         )
 
-    nothing = None, tuple(None for _ in data)
-    by_pair = {(0, b): nothing for b in range(1, len(models))}
-    for b, second in enumerate(contestants, 1):
-        rows = {(a, b): differences(contestants[a - 1], second, data) for a in range(1, b)}
-        by_pair |= rows
+    by_pair = _by_chance(contestants, data)
     curves = [None, *(contender.document.curves for contender in contestants)]
     summaries = [overall(k) if fair else None for k in range(len(models))]
     pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
@@ -204,6 +199,28 @@ def compare(
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
     )
+
+
+def _displacement(A: np.ndarray, B: np.ndarray) -> Displacement:
+    """Return how far balls are apart, shape (N, 3) [m], but for a rigid motion.
+
+    A ball in a socket does not show the base frame, so that motion means nothing.
+    """
+    gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
+    return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
+
+
+def _by_chance(
+    contestants: Sequence[Calibration], data: Sequence[Measurement]
+) -> dict[tuple[int, int], ByChance]:
+    """Return how far pairs are apart by chance, the nominal model, 0, with none."""
+    nothing: ByChance = (None, tuple(None for _ in data))
+    by_pair: dict[tuple[int, int], ByChance] = {}
+    by_pair |= {(0, b): nothing for b in range(1, len(contestants) + 1)}
+    for b, second in enumerate(contestants, 1):
+        for a, first in enumerate(contestants[: b - 1], 1):
+            by_pair[a, b] = differences(first, second, data)
+    return by_pair
 
 
 def _overall(rows: Sequence[Difference]) -> Difference:
