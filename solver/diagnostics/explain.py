@@ -182,7 +182,10 @@ def listed_of(
     candidates: Sequence[Candidate], shares: Mapping[str, float]
 ) -> tuple[Hypothesis, ...]:
     """Return the best explanation of each name, the most probable first."""
-    best = {c.kind.name: c for c in sorted(candidates, key=lambda c: c.log_evidence)}
+    # Of candidates that are equal but for rounding the first counts.
+    best: dict[str, Candidate] = {}
+    for candidate in sorted(candidates, key=lambda c: -round(c.log_evidence, 6)):
+        best.setdefault(candidate.kind.name, candidate)
     names = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
     first = best[names[0]]
     rivals = [n for n in best if _fits_as_well(best[n], first)]

@@ -180,7 +180,8 @@ class RigidModel:
             degrees = 3 * few.count + len(widths) - float(np.sum(covariance * P))
             variance = float(weights @ squares) / max(3 * len(e) - degrees, 1.0)
             before, noise = noise, max(variance**0.5, self._least)
-            change = max(abs(log(noise / before)), float(np.abs(step / widths).max()))
+            # however the links' frames are drawn
+            change = max(abs(log(noise / before)), float(step @ P @ step) ** 0.5)
             if change < SETTLED:
                 break
         points = balls(x, samples.positions) - samples.offsets(rotations)

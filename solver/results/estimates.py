@@ -204,15 +204,18 @@ class ErrorParts(Document, kw_only=True, frozen=True):
         return noise, want, lacking
 
     @property
-    def text(self) -> str:
-        """The parts in words."""
+    def brief(self) -> str:
+        """The parts in one line."""
         sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
         error, noise, want, lacking = (f"{1e3 * size:.2f}" for size in sizes)
-        low, high = (f"{1e3 * end:.2f}" for end in (self.not_in_model.low, self.not_in_model.high))
         parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
-        return (
-            f"Held-out error {error} mm (rms): {parts} (95 %: {low} to {high}), added in squares."
-        )
+        return f"Held out {error} mm (rms): {parts}."
+
+    @property
+    def text(self) -> str:
+        """The same with the interval of what is not in the model."""
+        low, high = (f"{1e3 * end:.2f}" for end in (self.not_in_model.low, self.not_in_model.high))
+        return f"{self.brief[:-1]} (95 %: {low} to {high}); the parts add in squares."
 
 
 class Improvement(Document, kw_only=True, frozen=True):

@@ -221,7 +221,7 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     written = write_files(options.out, files)
     heads = ("arm", "last session", "nominal", "calibrated", "verdict")
     rows = map(fleet.line_of, result.arms)
-    terminal.tabulate("", heads, rows, left=(0, 1, 4))
+    terminal.tabulate("", heads, rows, left_columns=(0, 1, 4))
     last = ((arm.name, arm.sessions[-1].answer) for arm in result.arms if arm.sessions)
     terminal.say(*(f"{name}: {' '.join(answer)}" for name, answer in last if answer))
     terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))

@@ -125,7 +125,7 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
         )
         for number, pause in enumerate(rests, start=1)
     ]
-    terminal.tabulate("rests", heads, rows, left=(5,))
+    terminal.tabulate("rests", heads, rows, left_columns=(5,))
 
 
 def _row(pause: "extract.Rest") -> dict[str, Any]:

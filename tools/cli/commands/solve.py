@@ -36,8 +36,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
         else:
             show_errors(one.errors, terminal, short=True)
             terminal.say(assessment.distance_text(one.document.placements))
-        if one.document.error_parts is not None:
-            terminal.say(one.document.error_parts.text)
+        if (parts := one.document.error_parts) is not None:
+            terminal.say(parts.text if options.details else parts.brief)
         _warn(terminal, one.document)
     terminal.say(*left_out)
     refusals = [
@@ -135,8 +135,7 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not usable:
         return [f"{files}, and calibrated.urdf: do not load it, see above."]
     return [
-        f"{files}, and calibrated.urdf: load it instead of the nominal URDF, in "
-        "robot_state_publisher, MoveIt, Pinocchio or Drake.",
+        f"{files}, and calibrated.urdf: load it instead of the nominal URDF.",
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
         "errors.",
     ]
