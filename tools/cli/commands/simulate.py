@@ -211,7 +211,7 @@ def _summary(folder: Path) -> list[str]:
     before, now = (1e3 * row.mean_absolute_error for row in (found.before, found.loaded))
     return [
         "",
-        f"It was: {before:.2f} mm, the mean error at places held out, by the nominal model.",
+        f"It was: {before:.2f} mm, the mean error at places held out, with the ball refitted.",
         f"It is:  {now:.3f} mm, by {folder / 'calibrated.urdf'}.",
         f"Open:   {folder / 'report.html'}",
     ]
