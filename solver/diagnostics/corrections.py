@@ -104,6 +104,8 @@ def corrected(
         corrections: Those of each placement.
         minimum: Fewest samples in a socket of a part that is kept.
     """
+    if not any(corrections):
+        return list(measurements), []
     names = {m.name for m in measurements}
     moving: dict[str, list[Sample]] = {name: [] for name in names}
     parts: list[list[Measurement]] = []
