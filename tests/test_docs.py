@@ -59,6 +59,22 @@ def test_every_verb_is_in_the_documents():
     assert [verb for verb in VERBS if f"mukca {verb}" not in text] == []
 
 
+def test_the_skill_file_has_the_verbs_and_the_keys_that_there_are():
+    from mukca.solver.assessment import Verdict
+    from mukca.tools.cli import VERBS
+
+    text = (ROOT / "skills/mukca/SKILL.md").read_text()
+    table = text.partition("## Verbs")[2].partition("\n\n`mukca VERB")[0]
+    verbs = re.findall(r"`([\w-]+)`", table)
+    assert set(VERBS) - set(verbs) == {"simulate", "emulate"} and set(verbs) <= set(VERBS)
+    assert set(re.findall(r"verdict\.(\w+)", text)) <= set(Verdict.__struct_fields__)
+
+
+def test_the_page_for_programs_leads_to_pages():
+    links = re.findall(r"\]\((.*?)\)", (ROOT / "docs/llms.txt").read_text())
+    assert links and [link for link in links if not (ROOT / "docs" / link).exists()] == []
+
+
 @pytest.mark.slow
 def test_every_command_in_the_documents_is_one():
     from mukca.tools.cli import VERBS, build_parser
@@ -81,7 +97,9 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings):
     robot = mukca.load_robot(recordings / "panda_3/nominal.urdf")
     placements = mukca.read_placements(recordings / "panda_3")
     train = [p for p in placements if p.path and p.path.name == "frontcenter"]
-    found = mukca.calibrate(robot, train).calibrated
+    ball_alone = {"method": "paper", "free": [f"{robot.ball_joint.name}.xyz"]}
+    refitted = mukca.calibrate(robot, train, **ball_alone).calibrated
+    calibrated = mukca.calibrate(robot, train).calibrated
 
     def off(ball):
         seats = {
@@ -95,12 +113,10 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings):
             for a, b in zip(seats[here], seats[there], strict=True)
         ]
 
-    before, after = off(found.nominal_ball), off(found.geometric_ball)
+    before, after = off(refitted.ball), off(calibrated.geometric_ball)
     text = " ".join((ROOT / "README.md").read_text().split())
-    assert (
-        f"wrong by {np.mean(before):.2f} mm on average before ({max(before):.1f} at most)" in text
-    )
-    assert f"by {np.mean(after):.2f} mm after ({max(after):.2f})" in text
+    assert f"by {np.mean(before):.2f} mm on average before ({max(before):.1f} at most)" in text
+    assert f"wrong by {np.mean(after):.2f} mm ({max(after):.2f})" in text
 
 
 def test_figures_are_those_of_the_benchmarks():
@@ -113,10 +129,15 @@ def test_figures_are_those_of_the_benchmarks():
     assert script.page(figures) == (ROOT / "docs" / "benchmarks.md").read_text()
     rows = script.table_rows(figures["accuracy"]["found"])
     nominal, refitted, urdf, full = script.instrument(figures)
-    for page in ("README.md", "docs/accuracy.md"):
-        text = " ".join((ROOT / page).read_text().split())
-        assert [row for row in rows if row not in text] == [], page
-        assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text, page
+    readme, text = (
+        " ".join((ROOT / page).read_text().split()) for page in ("README.md", "docs/accuracy.md")
+    )
+    assert f"{refitted} mm before, **{full} mm** with corrected joints" in readme
+    before, _, urdf_alone, full_alone, _ = rows[0].split(" | ")[1:]
+    means = [before, *(cell.split()[0] for cell in (urdf_alone, full_alone))]
+    assert " ".join(means) in readme
+    assert [row for row in rows if row not in text] == []
+    assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text
+    assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text
     costs = figures["costs"]["found"]
     assert costs in (ROOT / "docs" / "use.md").read_text()
-    assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text

@@ -3,7 +3,7 @@
     python docs/images/before_after.py RECORDINGS TRAINED_ON > docs/images/before-after.svg
 
 Every held-out sample is a dot: its predicted ball centre less the mean of its socket, seen from
-above. The calibrated side is the exported URDF alone.
+above. The nominal side has the ball's place fitted, the calibrated one is the exported URDF alone.
 """
 
 import sys
@@ -46,10 +46,10 @@ def main() -> None:
     robot = mukca.load_robot(folder / "nominal.urdf")
     everything = mukca.read_placements(folder)
     train = [p for p in everything if p.path == folder / trained_on]
-    calibration = mukca.calibrate(robot, train, test=everything).calibrated
+    ball_alone = {"method": "paper", "free": [f"{robot.ball_joint.name}.xyz"]}
     models = {
-        "nominal URDF": calibration.nominal_ball,
-        "calibrated URDF": calibration.geometric_ball,
+        "nominal URDF": mukca.calibrate(robot, train, **ball_alone).calibrated.ball,
+        "calibrated URDF": mukca.calibrate(robot, train).calibrated.geometric_ball,
     }
     head = 'xmlns="http://www.w3.org/2000/svg" viewBox="0 0 860 330"'
     lines = [f'<svg {head} font-family="Helvetica, Arial, sans-serif">']
