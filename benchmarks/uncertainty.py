@@ -34,7 +34,6 @@ from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
 from mukca.solver.bayes.results.uncertainty import (
     deviations,
     distance_deviations,
-    prior_covariance,
 )
 from mukca.solver.calibration import SolveOptions
 from mukca.solver.calibration.fit import fit_robots
@@ -172,7 +171,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     if kind != "servos":
         n = found.model.geometry
         deviation = deviations(found)[:n]
-        prior = np.sqrt(np.diag(prior_covariance(found)))[:n]
+        prior = np.sqrt(np.diag(found.prior_covariance))[:n]
         decided = (deviation > 0) & (deviation < 0.5 * prior)
         true = found.model.ball.parameters_at(truth.arm.origins)
         errors["parameters"] = ((found.values - true)[decided] / deviation[decided]).tolist()

@@ -12,7 +12,7 @@ from msgspec import structs
 
 from .. import results
 from ..bayes.inference import JointPosterior, Posterior, restored_covariance
-from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend, groups_at
+from ..bayes.model import KINDS, Expected, GivenPrior, Noise, extend, groups_at, submatrix
 from ..bayes.model.effects import EFFECTS, TILT
 from ..data import (
     Measurement,
@@ -226,7 +226,7 @@ def stored_posterior(
     indices = [arm.data.labels.index(name) for name in labels]
     of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
-    sigma = covariance[np.ix_(rows, rows)]
+    sigma = submatrix(covariance, rows)
     triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
     text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()}

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ..bayes.model import submatrix
 from ..bayes.model.effects import CURVE, TYPICAL_LENGTH, kernel
 from ..robot import workspace
 from .information import ParameterCovariance
@@ -65,10 +66,10 @@ class CurveAnnealing(Annealing):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return as the base does, after the samples in some rows of K."""
         K, d, samples, columns = self.joint, self.distances, covariance, rows.ravel()
-        L = np.linalg.cholesky(K[np.ix_(samples, samples)] + np.eye(len(samples)))
+        L = np.linalg.cholesky(submatrix(K, samples) + np.eye(len(samples)))
         half = np.linalg.inv(L) @ K[samples]
         by_distance, by_sample = half[:, d], half[:, columns].T
-        cross = (K[np.ix_(columns, d)] - by_sample @ by_distance).reshape(*rows.shape, len(d))
+        cross = (K[columns][:, d] - by_sample @ by_distance).reshape(*rows.shape, len(d))
         by_sample = by_sample.reshape(*rows.shape, len(samples))
         S = (
             K[rows[:, :, None], rows[:, None]]

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bayes.inference import Posterior
-from ..bayes.model import ExtendedModel, Noise, PriorGroup, prior_groups
+from ..bayes.model import ExtendedModel, Noise, PriorGroup, prior_covariance, prior_groups
 from ..bayes.results import distance_slopes
 from ..data import Observations
 from ..robot import workspace
@@ -195,9 +195,7 @@ def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
 
 def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCovariance:
     """Return the covariance of a rigid arm before the first sample in so many sockets."""
-    covariance = np.zeros((model.size, model.size))
-    for group in expected_groups(model):
-        covariance[np.ix_(group.members, group.members)] = group.covariance(group.width)
+    covariance = prior_covariance(expected_groups(model), model.size)
     state = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
     return state.with_sockets(sockets)
 

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from ..assessment import mm
+from ..bayes.model import submatrix
 from .fit import System, fit, linear, next_step
 from .prior import ZERO
 from .task import Task
@@ -164,7 +165,7 @@ def probabilities(system: System, candidates: Sequence[Explanation]) -> np.ndarr
 def _gain(M: np.ndarray, g: np.ndarray, indices: np.ndarray, width: Mapping[int, float]) -> float:
     """Return ln N(e; 0, C + A A^T) - ln N(e; 0, C)."""
     w = np.array(list(width.values()))
-    N = np.eye(len(indices)) + w[:, None] * M[np.ix_(indices, indices)] * w
+    N = np.eye(len(indices)) + w[:, None] * submatrix(M, indices) * w
     b = w * g[indices]
     return float(0.5 * (b @ np.linalg.solve(N, b) - np.linalg.slogdet(N)[1]))
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bayes.model import ExtendedModel, Noise, extend
+from ..bayes.model import ExtendedModel, Noise, block_matrix, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
 from ..data import STANDARD_LOAD, Load
@@ -84,9 +84,9 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     n, size = model.size + 3 * len(places), fit_model.size + 3 * len(places)
     into = np.array([model.names.index(name) for name in fit_model.names], dtype=np.int64)
     into = np.concatenate([into, np.arange(model.size, n)])
-    mean, covariance = np.zeros(n), np.zeros((n, n))
+    mean = np.zeros(n)
     mean[into] = np.concatenate([posterior.x, posterior.centres.ravel()])
-    covariance[np.ix_(into, into)] = posterior.covariance[:size, :size]
+    covariance = block_matrix(n, [(into, posterior.covariance[:size, :size])])
     for zero in document.later_zeros:
         i = model.slices[0].start + model.robot.joint_names.index(zero.joint)
         mean[i] += zero.offset

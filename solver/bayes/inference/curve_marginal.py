@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import Noise, sample_degrees, sample_scales
+from ..model import Noise, sample_degrees, sample_scales, submatrix
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
@@ -170,7 +170,7 @@ class CurveFit:
     @property
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
-        sigma = self.posterior[1][np.ix_(self.state.free, self.state.free)]
+        sigma = submatrix(self.posterior[1], self.state.free)
         unit, root = np.sqrt(np.diag(sigma)), np.linalg.cholesky(self.blocks)
         logs = np.log(np.diagonal(root, axis1=1, axis2=2)).sum() - np.log(unit).sum()
         return float(2 * logs - np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
@@ -194,8 +194,8 @@ def log_evidence(fit: CurveFit) -> float:
         terms.append(-0.5 * float(offset @ group.precision(group.width, mask) @ offset))
     b = np.flatnonzero(state.bounded & state.free)
     if len(b):
-        marginal = sharp.posterior[1][np.ix_(b, b)]
-        terms.append(expectation_propagation(state.x[b] + y[b], marginal)[2])
+        covariance = submatrix(sharp.posterior[1], b)
+        terms.append(expectation_propagation(state.x[b] + y[b], covariance)[2])
     terms.append(-log_prior_share(state))
     return sum(terms) + log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist())
 

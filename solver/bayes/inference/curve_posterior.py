@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ...data import MultiRobotObservations, Pose
-from ..model import SampleRows, scaled_inverse
+from ..model import SampleRows, scaled_inverse, submatrix
 from ..model.effects import CURVE
 from .curve_marginal import CurveFit
 from .curve_prior import CurvePrior, add_blocks
@@ -95,8 +95,7 @@ def restored_covariance(
     x, d, curves = result.x[:size], len(of_rest), result.deflection.curves
     sockets = np.arange(d - result.centres.size, d)
     if curves is None:
-        indices = np.append(np.arange(size), sockets)
-        return of_rest[np.ix_(indices, indices)]
+        return submatrix(of_rest, np.append(np.arange(size), sockets))
     rigid = model.with_effects({*model.extensions} - {CURVE.name})
     objective = Objective((rigid,), (), SampleRows(scene))
     noises = tuple(result.noises[kind] for _, kind in objective.rows.source_kinds)
@@ -107,5 +106,4 @@ def restored_covariance(
     effective = result.weights * (nu + 3) ** 2 / (nu * (nu + 5))
     fit = CurveFit(*samples, CurvePrior(*scales), effective)
     joint = with_curves(fit, given_rest(fit), of_rest)
-    picked = np.r_[:size, d : len(joint), sockets]
-    return joint[np.ix_(picked, picked)]
+    return submatrix(joint, np.r_[:size, d : len(joint), sockets])

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import ExtendedModel, scaled_inverse
+from ..model import ExtendedModel, block_matrix, scaled_inverse
 from ..model.effects import CURVE, circulant, spectrum
 
 JITTER, LEAST = 1e-6, 1e-20
@@ -91,8 +91,8 @@ def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
     columns = [model.names.index(name) for name in of_model.names]
     mean, center = np.zeros(len(names)), np.zeros(model.size)
     mean[rows], center[columns] = of_curves.mean, of_model.mean
-    by_unknowns, covariance = (np.zeros((len(names), k)) for k in (model.size, len(names)))
+    by_unknowns = np.zeros((len(names), model.size))
     by_unknowns[np.ix_(rows, columns)] = by_others
-    covariance[np.ix_(rows, rows)] = S[:n, :n] - by_others @ S[n:, :n]
+    covariance = block_matrix(len(names), [(rows, S[:n, :n] - by_others @ S[n:, :n])])
     curves = GivenCurves(mean, center, by_unknowns, covariance)
     return CurvePrior(*model.given.curve_scales, curves)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import SMALLEST, ExtendedModel, PriorGroup
+from ..model import SMALLEST, ExtendedModel, PriorGroup, submatrix
 from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
@@ -169,8 +169,8 @@ def _within_bounds(
     precision, gradient = map(np.copy, priors_of_rest(state, widened=widened))
     if len(b):
         change, covariance = posterior_of_rest(state, fit.rest, information)
-        x, sigma = state.x[b], covariance[np.ix_(b, b)]
-        bounds, pulled, _ = expectation_propagation(x + change[b], sigma)
+        x = state.x[b]
+        bounds, pulled, _ = expectation_propagation(x + change[b], submatrix(covariance, b))
         precision[b, b] += bounds
         gradient[b] += bounds * x - pulled
     return posterior_of_rest(state, (precision, gradient), information)
@@ -212,7 +212,7 @@ def _posterior(
         marginal.weights,
         evidence,
         [*iterates, x],
-        joint[np.ix_(picked, picked)],
+        submatrix(joint, picked),
     )
 
 
@@ -223,7 +223,7 @@ def _curve_group(
     effective = 0.0
     for column, joint in zip(knots.T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":
-            effective += KNOTS - float(np.sum(prior.inverse * covariance[np.ix_(column, column)]))
+            effective += KNOTS - float(np.sum(prior.inverse * submatrix(covariance, column)))
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

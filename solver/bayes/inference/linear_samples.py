@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import SampleRows, scaled_inverse
+from ..model import SampleRows, block_matrix, scaled_inverse, submatrix
 from ..model.effects import KNOTS, curve_values, splines
 from .objective import linearise
 from .state import State
@@ -110,9 +110,9 @@ def posterior_of_rest(
     state: State, equations: tuple[np.ndarray, np.ndarray], information: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
-    (precision, gradient), d, mask = equations, len(state.free), np.ix_(state.free, state.free)
-    change, covariance = np.zeros(d), np.zeros((d, d))
-    covariance[mask] = scaled_inverse((information[:d, :d] + precision)[mask])
+    (precision, gradient), d, free = equations, len(state.free), state.free
+    covariance = scaled_inverse(submatrix(information[:d, :d] + precision, free))
     slope = information[:d, d] + gradient
-    change[state.free] = -covariance[mask] @ slope[state.free]
-    return change, covariance
+    change = np.zeros(d)
+    change[free] = -covariance @ slope[free]
+    return change, block_matrix(d, [(free, covariance)])

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import Gaussian
+from ..model import Gaussian, block_matrix, submatrix
 from .state import State
 
 REFINEMENTS = 3
@@ -45,13 +45,11 @@ class ArrowheadMatrix:
         G = _times(blocks, B_m.T)
         L = np.linalg.cholesky(np.eye(len(B_m)) + B_m @ G)
         V, R = np.linalg.solve(L, G.T).T, np.linalg.solve(L, B_x - B_m @ self.centres)
-        some = np.ix_(mask, mask)
         block = self.dense + R.T @ R
-        S = block[some]
+        S = submatrix(block, mask)
         scale = 1 / np.sqrt(np.diag(S))
         units = scale[:, None] * scale
-        dense = np.zeros_like(self.dense)
-        dense[some] = np.linalg.inv(S * units) * units
+        dense = block_matrix(d, [(mask, np.linalg.inv(S * units) * units)])
         logs = [
             np.linalg.slogdet(S * units)[1],
             2 * np.log(np.diag(L)).sum(),
@@ -96,7 +94,7 @@ class Inverse:
     def gaussian(self, mean: np.ndarray, mask: np.ndarray) -> Gaussian:
         """Return the Gaussian of x and the frames, the others being zero, around a mean."""
         some = np.flatnonzero(mask)
-        part = Gaussian.of_precision(mean[some], self.S[mask][:, mask])
+        part = Gaussian.of_precision(mean[some], submatrix(self.S, some))
         return part.embedded(some, len(mask))
 
     def with_centres(self, part: Gaussian) -> Gaussian:

@@ -7,7 +7,17 @@ from functools import cached_property
 import numpy as np
 
 from ...data import IDENTITY, MultiRobotObservations, Observations, Pose
-from ..model import Deflection, ExtendedModel, Gaussian, Kind, Noise, PriorGroup, check
+from ..model import (
+    Deflection,
+    ExtendedModel,
+    Gaussian,
+    Kind,
+    Noise,
+    PriorGroup,
+    check,
+    prior_covariance,
+    submatrix,
+)
 from ..model.effects import CURVE
 from .objective import Objective
 from .state import State
@@ -50,6 +60,12 @@ class Posterior:
     def noise(self) -> Noise:
         """Noise of samples in sockets, or, where there is none, of measured balls."""
         return self.noises.get("sockets") or self.noises["points"]
+
+    @property
+    def prior_covariance(self) -> np.ndarray:
+        """Prior covariance of the model's unknowns but error curves, shape (scalars, scalars)."""
+        groups = [group for group in self.groups if group.length is None]
+        return prior_covariance(groups, self.model.scalars, widened=True)
 
     @property
     def values(self) -> np.ndarray:
@@ -143,7 +159,7 @@ class JointPosterior:
         if not self.objective.movements:
             return self.whole
         indices = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
-        return self.whole[indices[:, None], indices]
+        return submatrix(self.whole, indices)
 
     @cached_property
     def active(self) -> tuple[tuple[str, ...], ...]:

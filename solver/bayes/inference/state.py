@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...data import WORLD, Pose
-from ..model import Noise, PriorGroup, sample_degrees, sample_scales
+from ..model import Noise, PriorGroup, block_matrix, sample_degrees, sample_scales
 from .objective import Linearization, Objective
 
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
@@ -132,10 +132,11 @@ class State:
 
     def prior_precision(self, *, widened: bool = False) -> np.ndarray:
         """Return P of x and the frames, shape (dense, dense)."""
-        P = np.zeros((self.objective.dense, self.objective.dense))
+        blocks = list[tuple[np.ndarray, np.ndarray]]()
         for group, mask in self.priors:
-            width, members = group.deviation if widened else group.width, group.members[mask]
-            P[members[:, None], members] = group.precision(width, mask)
+            width = group.deviation if widened else group.width
+            blocks.append((group.members[mask], group.precision(width, mask)))
+        P = block_matrix(self.objective.dense, blocks)
         frames = np.arange(self.objective.model_size, self.objective.dense)
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P

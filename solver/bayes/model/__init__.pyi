@@ -1,3 +1,5 @@
+from .blocks import block_matrix as block_matrix
+from .blocks import submatrix as submatrix
 from .difference import differences_of as differences_of
 from .difference import set_apart as set_apart
 from .difference import shifts_by as shifts_by
@@ -27,6 +29,7 @@ from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior
 from .prior_group import PriorGroup as PriorGroup
+from .prior_group import prior_covariance as prior_covariance
 from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
 from .priors import groups_at as groups_at

@@ -1,10 +1,12 @@
 """A group of unknowns with one Gaussian prior, and the step of its width by the evidence."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
+
+from .blocks import block_matrix, submatrix
 
 Expected = tuple[np.ndarray, np.ndarray]
 """Prior means of coefficients, and the standard deviations of these."""
@@ -152,6 +154,19 @@ class PriorGroup:
         return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
 
 
+def prior_covariance(
+    groups: Iterable[PriorGroup], size: int, *, widened: bool = False
+) -> np.ndarray:
+    """Return the prior covariance of all unknowns, zero for those of no group, shape (size, size).
+
+    It is made at the groups' widths, or ``widened`` by what these are uncertain by.
+    """
+    return block_matrix(
+        size,
+        ((g.members, g.covariance(g.deviation if widened else g.width)) for g in groups),
+    )
+
+
 @dataclass(frozen=True)
 class GivenPrior:
     """Mean and covariance of some unknowns, by their names."""
@@ -169,8 +184,9 @@ class GivenPrior:
         """Return what it says of those that are among some names, in their order (marginal)."""
         place = {name: i for i, name in enumerate(self.names)}
         rows = [place[name] for name in names if name in place]
-        subset, sigma = tuple(self.names[i] for i in rows), self.covariance[np.ix_(rows, rows)]
-        return GivenPrior(subset, self.mean[rows], sigma, self.curve_scales)
+        subset = tuple(self.names[i] for i in rows)
+        covariance = submatrix(self.covariance, rows)
+        return GivenPrior(subset, self.mean[rows], covariance, self.curve_scales)
 
     def without(self, names: Collection[str]) -> "GivenPrior":
         """Return what it says of all but some names, and but what it holds."""

@@ -19,6 +19,7 @@ import numpy as np
 from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
+from ..model import block_matrix, prior_covariance
 from ..model.effects import CURVE
 from .uncertainty import covariance_of
 
@@ -69,16 +70,12 @@ class Estimate:
         Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
-        precision, prior = np.zeros((size, size)), np.zeros((size, size))
-        for group in self.posterior.groups:
-            if group.width and group.name != CURVE.name:
-                some = np.ix_(group.members, group.members)
-                precision[some] = group.precision(group.width)
-                prior[some] = group.covariance(group.width)
-        own = self.posterior.model.names
+        free = [g for g in self.posterior.groups if g.width and g.name != CURVE.name]
+        precision = block_matrix(size, ((g.members, g.precision(g.width)) for g in free))
+        columns = [names.index(name) for name in self.posterior.model.names]
+        P = block_matrix(len(names), [(columns, prior_covariance(free, size))])
         shares = self.spread[:, :size] @ precision
-        P = _spread_out(_spread_out(prior, own, names).T, own, names)
-        return _spread_out(shares, own, names), P
+        return _spread_out(shares, self.posterior.model.names, names), P
 
     @cached_property
     def whitened(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from ..inference import Posterior
 from ..model.effects import CURVE, JOINT_OFFSET
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
-from .uncertainty import prior_covariance, sum_of_variances
+from .uncertainty import sum_of_variances
 
 PLACES, POSTURES = 80, 10
 """Number of places near those recorded, and of postures at each."""
@@ -63,7 +63,7 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
     if not posterior.deflection.without(JOINT_OFFSET.name).extensions:
         return start
     uses, change = _uses(posterior, load), np.zeros(len(start))
-    L = np.linalg.cholesky(prior_covariance(posterior)[: len(start), : len(start)])
+    L = np.linalg.cholesky(posterior.prior_covariance[: len(start), : len(start)])
     for _ in range(ROUNDS):
         values = start + L @ change
         change = _least([use.form(posterior.model.ball, values, change, L) for use in uses])

@@ -10,7 +10,7 @@ from ...data import IDENTITY, Pose
 from ...results import Direction
 from ...robot import Robot
 from ..inference import Posterior
-from .uncertainty import UNDECIDED, prior_covariance
+from .uncertainty import UNDECIDED
 
 UNOBSERVABLE = (
     "the base frame: the sockets' places in it are not measured, only their distances",
@@ -36,7 +36,7 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
     model = posterior.model
     n = model.geometry
     # x = prior @ z, z standard normal
-    prior = np.linalg.cholesky(prior_covariance(posterior)[:n, :n])
+    prior = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
     whiten = np.linalg.inv(prior)
     whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
     vectors_by_text = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]

@@ -8,7 +8,7 @@ import numpy as np
 from ...data import IDENTITY
 from ...results import Correlation, Scale
 from ..inference import Posterior
-from ..model import ExtendedModel, Gaussian, PriorGroup
+from ..model import ExtendedModel, Gaussian, PriorGroup, submatrix
 from ..model.effects import JOINT_OFFSET
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4)
@@ -79,15 +79,6 @@ def deviations(posterior: Posterior) -> np.ndarray:
     return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
 
 
-def prior_covariance(posterior: Posterior) -> np.ndarray:
-    """Return the prior covariance of the model's scalars, shape (scalars, scalars)."""
-    covariance = np.zeros((posterior.model.scalars,) * 2)
-    for group in posterior.groups:
-        if group.length is None:
-            covariance[np.ix_(group.members, group.members)] = group.covariance(group.deviation)
-    return covariance
-
-
 def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
     """Return how many of a group's unknowns the data decide; the rest stays with its prior."""
     if group.learned:
@@ -101,9 +92,9 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
-    deviation, prior = deviations(posterior)[:size], np.diag(prior_covariance(posterior)) ** 0.5
+    deviation, prior = deviations(posterior)[:size], np.diag(posterior.prior_covariance) ** 0.5
     decided = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
-    covariance = posterior.covariance[:size, :size][np.ix_(decided, decided)]
+    covariance = submatrix(posterior.covariance, decided)
     matrix = covariance / np.outer(deviation[decided], deviation[decided])
     names = [posterior.model.names[i] for i in decided.tolist()]
     pairs = np.argwhere(np.triu(np.abs(matrix) > STRONG, k=1)).tolist()
@@ -124,7 +115,7 @@ def observability_index(posterior: Posterior) -> float:
     true = posterior.deflection.true_positions(data.positions, data.torques)
     linear = model.ball.linearise(posterior.values, true)
     points = linear.points
-    prior = np.sqrt(np.diag(prior_covariance(posterior)))
+    prior = np.sqrt(np.diag(posterior.prior_covariance))
     scaled = linear.by_parameters * prior[: model.geometry]
     parts = [scaled[data.sockets == k] for k in range(data.socket_count)]
     parts = [rows - rows.mean(axis=0) for rows in parts if len(rows)]
