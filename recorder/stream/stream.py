@@ -116,6 +116,8 @@ JUMP = math.radians(3.0)
 """A smaller deviation from the expected position is no jump [rad], [m]."""
 JUMP_ACCELERATION = 50.0
 """No hand accelerates a joint more than this [rad/s^2]; in slow streams it allows larger steps."""
+MOST_TURNS = 4.5
+"""No counter of turns gains or loses more of them between two states."""
 UNEVEN = 0.05
 """Largest error of a stamp, where the host gives the stamps [s]."""
 ABSURD = 1e6
@@ -272,9 +274,9 @@ class StreamMonitor(StationarityDetector):
             expected = self._speeds[i] * elapsed
             allowed = max(limit, UNEVEN * abs(self._speeds[i]))
             surprise = new - old - expected
-            if allowed < abs(surprise) < 1.5 * TURN:  # a whole turn is no jump
+            if allowed < abs(surprise) < MOST_TURNS * TURN:  # whole turns are no jump
                 deviation = self.joints[i].difference(surprise)
-                surprise = deviation if abs(deviation) < JUMP else surprise
+                surprise = deviation if abs(deviation) < allowed else surprise
             if abs(surprise) > allowed:
                 self._offsets[i] += surprise
                 self.restart()

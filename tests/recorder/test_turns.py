@@ -69,13 +69,14 @@ def monitor(joints):
     return StreamMonitor(joints, window=0.3, still=5e-4, live=False)
 
 
+@pytest.mark.parametrize("turns", [1, 2, 3])
 @pytest.mark.parametrize("prismatic", [False, True])
-def test_a_turn_between_two_states_is_no_jump(prismatic):
+def test_turns_between_two_states_are_no_jump(prismatic, turns):
     joint = JointLimits("wrist", -TURN, TURN, prismatic)
     watch = monitor([joint])
     for i in range(60):
         noise = 1e-5 * np.sin(7.0 * i)
-        read = 3.1416 + noise - TURN * (i % 3 == 0 if i > 20 else 0)
+        read = 3.1416 + noise - TURN * turns * (i % 3 == 0 if i > 20 else 0)
         watch.feed(JointState(0.02 * i, (read,), None), 0.02 * i)
     trouble = watch.trouble(1.2)
     assert (trouble is None) == (not prismatic)
