@@ -10,5 +10,7 @@ from .registry import DriverInfo as DriverInfo
 from .registry import list_drivers as list_drivers
 from .registry import open_driver as open_driver
 from .registry import try_plugin as try_plugin
+from .sources import TWO_SOURCES as TWO_SOURCES
+from .sources import SourceDetector as SourceDetector
 from .validation import PolledDriver as PolledDriver
 from .validation import ValidatingDriver as ValidatingDriver

@@ -9,7 +9,7 @@ import json
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +35,10 @@ class Rosbridge:
     received: list[dict[str, Any]] = field(default_factory=list)
     odd_messages: list[dict[str, Any]] = field(default_factory=list)
     """Sent once before each state."""
+    others: Callable[[int], list[dict[str, Any]]] = lambda _: []
+    """Messages of another publisher before the n-th state."""
+    pause: float = 0.005
+    """Time between two states [s]."""
     first_messages: list[dict[str, Any]] = field(default_factory=list)
     """Sent before all states."""
     clients: list[ServerConnection] = field(default_factory=list)
@@ -61,13 +65,14 @@ class Rosbridge:
             for number in itertools.count():
                 state = joint_state(number)
                 self.journal.sent(number, JointState(0, state["position"], state["effort"]))
-                for message in (*waiting, *self.odd_messages, state):
+                messages = (*waiting, *self.odd_messages, *self.others(number), state)
+                for message in messages:
                     text = {"op": "publish", "topic": self.topic, "msg": message}
                     whole = (0, json.dumps(text).encode())
                     for _, part in injector.packets(whole, time.monotonic() - self.begun):
                         client.send(part.decode(errors="replace"))
                 waiting.clear()
-                time.sleep(0.005)
+                time.sleep(self.pause)
 
 
 def joint_state(number):

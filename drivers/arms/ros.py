@@ -1,7 +1,8 @@
 """Any arm in ROS 1 or 2: ``sensor_msgs/JointState`` through a rosbridge, subscribed to.
 
-Joints are matched by name. Efforts have the topic's unit and sign (``effort=-1`` turns it); None
-where a joint has none, NaN or null. Lost messages cannot be counted: ROS 2 does not number them.
+Joints are matched by name; messages without any of them, as of a gripper, do not count. Efforts
+have the topic's unit and sign (``effort=-1`` turns it); None where a joint has none, NaN or null.
+Lost messages cannot be counted: ROS 2 does not number them.
 
 Address: ``HOST[:PORT][?topic=/joint_states&effort=-1]``; PORT is 9090 by default.
 """
@@ -10,6 +11,7 @@ import logging
 import math
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
@@ -24,14 +26,21 @@ if TYPE_CHECKING:
 PORT = 9090
 CONNECT_SECONDS = 5.0
 FIRST_STATE_SECONDS = 3.0
+LISTENING_SECONDS = 0.3  # time in which the joints of all publishers are seen, without a model
 LONGEST_QUEUE = 10_000  # messages that wait for a late reader
+LATEST = 40  # messages of which so many are counted that are not later than the one before
+MOST_LATE = 8
 UNSTAMPED = "the headers have no stamps: times of arrival are taken"
+TWICE = "many messages are not later than the one before: do two publishers send these joints?"
 
 
 def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> JointState:
     """Return the state of the named joints in a JointState message, parsed from its JSON."""
     try:
-        names = message["name"]
+        names = list(message["name"])
+        lost = [name for name in joint_names if name not in names]
+        if lost:
+            raise ValueError(f"a message without {', '.join(lost)}")
         order = [names.index(name) for name in joint_names]
         position = _numbers(message["position"], order, len(names))
         effort = _numbers(message.get("effort") or [None] * len(names), order, len(names))
@@ -57,22 +66,40 @@ class Ros(ValidatingDriver):
         self._messages: queue.Queue[tuple[float, Any]] = queue.Queue(LONGEST_QUEUE)
         self._client, self._topic = _subscribe(endpoint, topic, self._put)
         self._ended = threading.Event()
+        self._unstamped = False
+        self._late: deque[bool] = deque(maxlen=LATEST)
+        self._stamp_before = -math.inf
         self._client.on("close", lambda *_: self._ended.set())
         with self._closed_on_error():
             self._joint_names = self._match(joint_names)
 
     def _receive(self, deadline: float) -> JointState:
         asked = clock.now()
-        if (came := self._get(deadline)) is not None:
+        others: tuple[str, ...] = ()
+        while (came := self._get(deadline)) is not None:
             arrival, message = came
-            state = decode_message(message, self._joint_names, self._sign)
-            if state.stamp == 0 and math.isinf(self._last_stamp):  # the first state of all
-                self.status = UNSTAMPED
-            return replace(state, stamp=arrival) if self.status else state
+            names = _names(message)
+            if not names or set(names) & set(self._joint_names):
+                return self._state(arrival, message)
+            others = names
         if self._ended.is_set():
             raise Reason.UNREACHABLE(f"the connection to {self._where} is lost")
         waited = max(0.0, deadline - asked)
-        raise Reason.SILENT(f"no joint states on {self._where} for {waited:.3g} s")
+        instead = f", only messages of {', '.join(others)}" if others else ""
+        raise Reason.SILENT(f"no joint states on {self._where} for {waited:.3g} s{instead}")
+
+    def _state(self, arrival: float, message: Any) -> JointState:
+        """Return the state of a message, and keep count of those that are not later."""
+        state = decode_message(message, self._joint_names, self._sign)
+        if state.stamp == 0 and math.isinf(self._last_stamp):  # the first state of all
+            self._unstamped = True
+        if self._unstamped:
+            self.status = UNSTAMPED
+            return replace(state, stamp=arrival)
+        self._late.append(state.stamp <= self._stamp_before)
+        self._stamp_before = state.stamp
+        self.status = TWICE if sum(self._late) >= MOST_LATE else ""
+        return state
 
     def _disconnect(self) -> None:
         if not self._ended.is_set():
@@ -83,12 +110,17 @@ class Ros(ValidatingDriver):
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
+        longest: tuple[str, ...] = ()
         while (came := self._get(deadline)) is not None:
             names = _names(came[1])
             published.update(names)
-            expected = names if joint_names is None else tuple(joint_names)
-            if expected and set(names).issuperset(expected):
-                return expected
+            if joint_names is not None and set(names) >= set(joint_names):
+                return tuple(joint_names)
+            if joint_names is None and len(names) > len(longest):
+                deadline = min(deadline, clock.now() + LISTENING_SECONDS)
+                longest = names
+        if longest:
+            return longest
         if not published:
             raise Reason.UNREACHABLE(f"nobody publishes on {self._where}")
         lost = [name for name in joint_names or () if name not in published]

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from ...drivers import clock
 from .. import REDO, RELABEL, UNDO, RecordingError, Sample
-from ..stream import SILENT, StationaryPose, Stream, StreamMonitor
+from ..stream import StationaryPose, Stream, StreamMonitor
 from .recording_file import Recording
 from .session import BLOCK, Session
 
@@ -254,7 +254,7 @@ class StreamAlerts:
 
     def trouble(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
-        if self._stream.trouble and self._monitor.age(now) > SILENT:
+        if self._stream.trouble and self._monitor.age(now) > self._monitor.patience:
             return f"the stream is silent: {self._stream.trouble}"
         return self._monitor.unsound(now)
 
@@ -263,7 +263,7 @@ class StreamAlerts:
         if self._stream.log and self._stream.log.trouble and not self._log_alarmed:
             self._log_alarmed = True
             self._actions.alarm(self._stream.log.trouble)
-        silent = now - max(self._stream.arrival, self._started) > SILENT
+        silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
             self._actions.notify(f"the stream is back after {now - self._silent_since:.1f} s")

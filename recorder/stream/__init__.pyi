@@ -1,9 +1,8 @@
+from .monitor import JUMP as JUMP
+from .monitor import StreamMonitor as StreamMonitor
 from .stationarity import STILL as STILL
 from .stationarity import WINDOW as WINDOW
 from .stationarity import ContactDetector as ContactDetector
 from .stationarity import JointLimits as JointLimits
 from .stationarity import StationaryPose as StationaryPose
-from .stream import JUMP as JUMP
-from .stream import SILENT as SILENT
 from .stream import Stream as Stream
-from .stream import StreamMonitor as StreamMonitor

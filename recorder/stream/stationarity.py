@@ -94,6 +94,7 @@ class StationarityDetector:
         self.length = length
         self._still = still
         self._states: deque[JointState] = deque()
+        self._steps: deque[float] = deque(maxlen=MIN_STATES)
         self.restart()
 
     def restart(self) -> None:
@@ -115,6 +116,8 @@ class StationarityDetector:
     def add(self, state: JointState) -> bool:
         """Take in a state; return whether the average was computed anew."""
         states = self._states
+        if states:
+            self._steps.append(state.stamp - states[-1].stamp)
         states.append(state)
         while states[0].stamp < state.stamp - self.length * (1 + 1e-9):
             states.popleft()
@@ -137,9 +140,10 @@ class StationarityDetector:
             lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
         )
         self.moving = "too few states yet: wait a moment"
-        slow = 2 * min(steps) > self.length
-        if len(stamps) > 1 and len(stamps) < MIN_STATES and (self.full or slow):
-            shortest = math.ceil(10 * (MIN_STATES + 0.5) * min(steps)) / 10
+        step = min(self._steps, default=math.inf)
+        slow = 2 * step > self.length and len(self._steps) == MIN_STATES
+        if len(stamps) < MIN_STATES and (self.full or slow):
+            shortest = math.ceil(10 * (MIN_STATES + 0.5) * step - 1e-6) / 10
             self.moving = (
                 f"only {len(stamps)} states in {self.length:g} s: "
                 f"use a longer --window, {shortest:g}"

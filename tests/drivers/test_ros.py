@@ -12,6 +12,7 @@ from rosbridge import ARM, NAMES, arm_state, joint_state, rosbridge
 from terminal_session import PATIENCE
 
 from mukca import open_driver
+from mukca.recorder.stream import JointLimits, StreamMonitor
 
 
 def first_state(message, joints=ARM, options=""):
@@ -97,7 +98,57 @@ def test_messages_of_others_and_odd_ones_are_counted():
     with rosbridge(odd_messages=ODD) as bridge, open_driver("ros", bridge.address, ARM) as driver:
         for _ in range(10):
             assert driver.read(PATIENCE).position == pytest.approx((0.1, 0.2, 0.3), abs=0.02)
-        assert driver.rejected >= 9 * len(ODD)
+        assert driver.rejected >= 9 * 3
+
+
+def of_gripper(number):
+    return joint_state(number) | {"name": ["finger"], "position": [0.5], "effort": []}
+
+
+def test_messages_of_a_gripper_alone_do_not_count():
+    fingers = [of_gripper(n) for n in range(200)]
+    with (
+        rosbridge(first_messages=fingers, others=lambda n: [of_gripper(n)]) as bridge,
+        open_driver("ros", bridge.address, ARM) as driver,
+    ):
+        states = [driver.read(PATIENCE) for _ in range(50)]
+    assert [s.position for s in states] == [arm_state(n)[0] for n in range(1, 51)]
+    assert (driver.rejected, driver.missed, driver.status) == (0, 0, "")
+    with rosbridge(others=lambda n: [of_gripper(n)]) as bridge:
+        assert open_driver("ros", bridge.address).joint_names == NAMES
+
+
+def ahead(number):
+    return [joint_state(number + 5)]
+
+
+def test_two_publishers_of_one_state_are_told():
+    with (
+        rosbridge(first_messages=[joint_state(9)] * 2, others=ahead) as bridge,
+        open_driver("ros", bridge.address, ARM) as driver,
+    ):
+        for _ in range(60):
+            driver.read(PATIENCE)
+        assert "do two publishers send these joints?" in driver.status
+
+
+def later(number, **values):
+    state = joint_state(number)
+    state["header"]["stamp"]["nanosec"] -= 2_000_000
+    return state | values
+
+
+@pytest.mark.parametrize("angles", [[9.0, 0.7, 0.1, 0.3], [0.0] * 4])
+def test_two_publishers_of_other_states_are_told(angles):
+    monitor = StreamMonitor([JointLimits(name) for name in ARM])
+    with (
+        rosbridge(others=lambda n: [later(n + 1, position=angles)]) as bridge,
+        open_driver("ros", bridge.address, ARM) as driver,
+    ):
+        for _ in range(60):
+            state = driver.read(PATIENCE)
+            monitor.feed(state, state.stamp)
+    assert "two sources send these joints in turn; stop one" in monitor.trouble(state.stamp)
 
 
 @pytest.mark.slow

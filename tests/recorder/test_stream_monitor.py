@@ -177,6 +177,18 @@ def test_too_few_states_are_told():
     assert "use a longer --window" in str(monitor.trouble(0.7))
 
 
+@pytest.mark.parametrize(("rate", "window"), [(3, 1.9), (5, 1.1), (8, 0.7)])
+def test_a_slow_stream_is_told_its_window_and_rests_by_it(rate, window):
+    short, long = StreamMonitor(JOINTS), StreamMonitor(JOINTS, window=window)
+    for k in range(40):
+        for monitor in (short, long):
+            monitor.feed(still(k / rate), k / rate)
+    end = 39 / rate
+    assert f"use a longer --window, {window:g}" in str(short.trouble(end + 1.5 / rate))
+    assert long.trouble(end) is None and long.rest.states >= 5
+    assert "silent" in str(long.trouble(end + 3 / rate))
+
+
 def test_rate_and_age(sent):
     monitor = fed(sent(3.0, rate=250.0))
     assert monitor.rate(3.0) == pytest.approx(250, abs=2)

@@ -120,7 +120,9 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     ends = np.diff(log.parts) != 0
     slow = np.append((steps < JUMP / 2) & ~ends, False)
     parts = np.split(np.arange(len(slow)), np.flatnonzero(ends) + 1)
-    return [int(i) for part in parts for i in part[np.cumsum(slow[part]) > 0]]
+    begun = [np.cumsum(slow[part]) > 0 for part in parts]
+    kept = [part[now] if now.any() else part for part, now in zip(parts, begun, strict=True)]
+    return np.concatenate(kept).tolist()
 
 
 def _joined(first: Rest, second: Rest) -> Rest:

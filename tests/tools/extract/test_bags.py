@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.tools.extract import Question, read_log
+from mukca.recorder.stream import JointLimits
+from mukca.tools.extract import Question, find_rests, read_log
 
 rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
 
@@ -190,7 +191,8 @@ def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     words = (tmp_path / "session", "--robot", "panda", "--topic")
     refused("no sensor_msgs/JointState on /left; it has", "extract", *words, "/left")
     status, shown, _ = extract(*words, "/franka/joint_states")
-    assert "read /franka/joint_states" in shown and status == 1  # five states a second: no rest
+    assert "read /franka/joint_states" in shown and status == 3  # five states a second: no rest
+    assert "must stand still for two windows of 2.6 s" in shown
     status, shown, err = extract(*words, "/joint_states", "--json")
     rests = json.loads(shown)["rests"]
     assert status == 0 and "Nothing was written" in err
@@ -243,3 +245,17 @@ def test_a_clock_that_was_set_back_begins_another_part(tmp_path):
     assert np.array_equal(log.positions, [q for _, q in moving()])
     assert log.parts.tolist() == [0] * 40 + [1] * 40
     assert any("the stamps went back by 1." in note for note in log.notes)
+
+
+def test_two_publishers_of_the_same_joints_are_told_and_their_time_is_left_out(tmp_path):
+    at_rest = np.random.default_rng(0).normal(np.full(7, 0.3), 1e-5, (200, 7))
+    own = [(0.05 * k, NAMES, q) for k, q in enumerate(at_rest)]
+    again = [(t + 0.02, NAMES, 0 * q) for t, _, q in own if 3 < t < 8]
+    log = read(tmp_path / "bag", sorted([*own, *again], key=lambda row: row[0]))
+    joints, stretches = [JointLimits(name) for name in NAMES], []
+    rests = find_rests(log, joints, window=0.6, still=5e-4, unsound=stretches)
+    (lost,) = [stretch for stretch in stretches if stretch.lasts]
+    assert lost.why == "two sources send these joints in turn"
+    begin, end = (moment - log.stamps[0] for moment in (lost.begin, lost.end))
+    assert 3 < begin < 3.5 and 8 < end < 11.1
+    assert len(rests) == 1 and rests[0].pose.position == pytest.approx([0.3] * 7, abs=1e-4)

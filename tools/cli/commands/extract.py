@@ -12,6 +12,13 @@ from ....solver.robot import Robot
 from ... import cli, extract
 from ...recording import joints_of
 
+NOT_ENOUGH = 3
+NO_RESTS = "No rest was seen: the arm must stand still for two windows of {:.2g} s (--window)."
+NO_SAMPLES = (
+    "No rest is a sample, so there is nothing to write: 4 and more of one socket lie together; "
+    "--assign front:0=1-30 says which rests were samples."
+)
+
 
 class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     log: Path = cli.argument()
@@ -54,7 +61,8 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     rests = extract.propose_samples(robot, rests, joints, options.distance)
     if options.assign:
         rests = extract.assign(rests, options.assign)
-    _show(rests, terminal)
+    if rests:
+        _show(rests, terminal)
     folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
@@ -62,8 +70,10 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         outputs = _write(options.out, folders, _metadata(robot, options.distance, session))
         picture = extract.rests_picture(log, robot.joint_names, rests)
         outputs["picture"] = str(write_files(options.out, {"rests.svg": picture})["rests.svg"])
-    if not folders:
-        terminal.say("No rest is a sample, so there is nothing to write.")
+    if not rests:
+        terminal.say(NO_RESTS.format(window))
+    elif not folders:
+        terminal.say(NO_SAMPLES)
     elif not outputs:
         terminal.say("Nothing was written; --out DIR writes a folder for each placement.")
     terminal.say(*(f"Wrote {path}" for path in outputs.values()))
@@ -75,7 +85,9 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     rows = [_row(pause) for pause in rests]
     left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
     terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs, "left_out": left_out})
-    return 0 if folders and not lost else 1
+    if not folders:
+        return NOT_ENOUGH
+    return 1 if lost else 0
 
 
 def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,16 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
-from ....drivers import DriverError, JointState, Reason, Reconnecting, clock, open_driver
+from ....drivers import (
+    TWO_SOURCES,
+    DriverError,
+    JointState,
+    Reason,
+    Reconnecting,
+    SourceDetector,
+    clock,
+    open_driver,
+)
 from .. import POSITIVE, Options, Terminal, option, table
 
 if TYPE_CHECKING:
@@ -17,7 +26,7 @@ if TYPE_CHECKING:
 
 WINDOW_SECONDS = 1.0
 LATEST_INTERVALS = 2000
-READ_SECONDS = 0.2
+READ_SECONDS = 0.5
 WAITED_SECONDS = 5e-5  # a read that took less found its state waiting
 SCREEN_SECONDS = 0.1
 LINE_SECONDS = 1.0
@@ -61,14 +70,16 @@ class _Monitor:
         self._arrivals: deque[float] = deque()
         self._intervals: deque[float] = deque(maxlen=LATEST_INTERVALS)
         self._waited = False
+        self._sources = SourceDetector()
         self._state: JointState | None = None
         self._arrival = clock.now()
 
     def write_json(self, terminal: Terminal) -> None:
         last: str | None = None
         for state in self._states():
-            if self._driver.trouble != last:
-                last = self._driver.trouble
+            trouble = self._driver.trouble or self._doubt
+            if trouble != last:
+                last = trouble
                 terminal.warn(last or "states come again")
             if state is not None:
                 terminal.emit(self._as_json(state))
@@ -94,6 +105,7 @@ class _Monitor:
                 yield None
                 continue
             self._count(asked, clock.now())
+            self._sources.feed(self._state)
             yield self._state
 
     def _count(self, asked: float, arrival: float) -> None:
@@ -134,7 +146,11 @@ class _Monitor:
             f"drops {self._driver.drops}"
         )
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
-        return [part for part in (figures, self._driver.status, trouble) if part]
+        return [part for part in (figures, self._driver.status, trouble or self._doubt) if part]
+
+    @property
+    def _doubt(self) -> str | None:
+        return TWO_SOURCES if self._sources.two_sources else None
 
     def view(self, width: int) -> "Group":
         """Return the table, and below it all of the figures, however long and narrow."""
