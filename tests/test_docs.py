@@ -87,7 +87,7 @@ def test_every_command_in_the_documents_is_one():
             words = shlex.split(line, comments=True)[1:]
             try:
                 build_parser(words[0]).parse_args(words)
-            except SystemExit:
+            except mukca.MukcaError:
                 wrong.append(f"{page.name}: {line}")
     assert wrong == []
 

@@ -53,20 +53,3 @@ def test_a_verb_shows_what_people_use_and_two_examples(verb):
     assert 1 <= len(re.findall(r"(?m)^  mukca ", short)) <= 2
     hidden = len(more - names)
     assert (f"{hidden} more option" in short) == (hidden > 0)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["sovle", "x"], "'sovle'; mukca --help lists them; did you mean solve?"),
-        (["solve", "x", "--robt", "ur5e"], "did you mean --robot?"),
-        (["solve", "x", "--robot", "ur5e", "--distence", "1"], "did you mean --distance?"),
-        (["plan", "--robot", "ur5e", "--sampels=4"], "did you mean --samples?"),
-        (["solve", "x", "--robot", "ur5e", "--repeat", "much"], "invalid"),
-    ],
-)
-def test_what_was_meant_is_said(words, said, capsys):
-    with suppress(SystemExit):
-        assert main(words) == 2
-    error = capsys.readouterr().err
-    assert said in error and error.count("did you mean") == said.count("did you mean")

@@ -59,6 +59,21 @@ TYPED = {
 """Words of the library's errors for its arguments, and those of the command line."""
 
 
+OPTION = re.compile(r"--?[A-Za-z]")
+"""Begin of a word that is an option, not a negative number."""
+PLAIN = {
+    r"^argument (\S+): invalid int value: (.*)": r"\1 \2: not a whole number",
+    r"^argument (\S+): invalid \w+ value: (.*)": r"\1 \2: not a number",
+    r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3",
+    r"^argument (\S+): expected one argument": r"\1: no value; \1=-1 gives one with a minus sign",
+    r"^argument (\S+): ignored explicit argument (.*)": r"\1 \2: takes no value",
+    r"^unrecognized arguments: ": "more words than there are arguments: ",
+    r"^argument (\S+): ": r"\1: ",
+    r"^the following arguments are required: (.*)": r"missing: \1; HELP shows examples",
+}
+"""Messages of ``argparse`` and their plain words."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; an exception is a defect of mukca."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
@@ -82,7 +97,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         line = " ".join(str(error).split())
         for argument, word in TYPED.items():
             line = line.replace(argument, word)
-        sys.stderr.write(f"mukca {verb}: {line}\n")
+        name = f"mukca {verb}" if verb in VERBS else "mukca"
+        sys.stderr.write(f"{name}: {line}\n")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
         sys.stderr.write(f"mukca {verb}: interrupted\n")
@@ -100,26 +116,34 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser whose errors name what the words that it does not know are probably meant for."""
+    """Parser whose errors are one line, and say what an unknown option is probably meant for."""
 
     typed: Sequence[str] = ()
     """Words of the command line."""
-    names: Collection[str] = ()
-    """Options, or verbs, that there are."""
+    names: Collection[str] = ("-h", "--help", "--version")
+    """Options that there are."""
+    lists_them = "mukca --help"
+    """Command that lists these."""
 
     def error(self, message: str) -> NoReturn:
-        """End with an error, and with what was probably meant."""
-        unknown = [word.partition("=")[0] for word in self.typed if word.startswith("--")]
-        for word in unknown:
-            if not any(name.startswith(word) for name in self.names):
-                message += meant(word, self.names)
-        super().error(message)
+        """Raise a :class:`UsageError` on the first unknown option; without any, on the message."""
+        from ....solver.calibration import UsageError
+
+        options = [word.partition("=")[0] for word in self.typed if OPTION.match(word)]
+        for option in options:
+            if not any(name.startswith(option) for name in self.names):
+                advice = f"; {self.lists_them} lists them{meant(option, self.names)}"
+                raise UsageError(f"no option is called {option}{advice}")
+        for pattern, words in PLAIN.items():
+            message = re.sub(pattern, words, message)
+        raise UsageError(message.replace("HELP", self.lists_them))
 
 
 def meant(word: str, names: Collection[str]) -> str:
     """Return which name a word is probably meant for; empty where none is near."""
-    matches = difflib.get_close_matches(word, names, 1)
-    return f"; did you mean {matches[0]}?" if matches else ""
+    name_by_letters = {name.lstrip("-"): name for name in names}
+    matches = difflib.get_close_matches(word.lstrip("-"), name_by_letters, 1)
+    return f"; did you mean {name_by_letters[matches[0]]}?" if matches else ""
 
 
 def _verbs_by_group() -> str:
@@ -158,6 +182,7 @@ def build_parser(verb: str | None, words: Sequence[str] = ()) -> argparse.Argume
         sub.typed = words
         if name == verb:
             parser.names = sub.names = _fill(sub, name, everything="--help-all" in words)
+            parser.lists_them = sub.lists_them = f"mukca {name} --help-all"
     return parser
 
 
@@ -175,7 +200,7 @@ def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> li
     more = f"{hidden} more options, and all about them" if hidden else "all about it"
     parser.add_argument("--help-all", action="help", help=more)
     parser.epilog = text if everything else _in_short(text)
-    return [*names, "--help", "--help-all"]
+    return [*names, "-h", "--help", "--help-all"]
 
 
 def _in_short(text: str) -> str:
