@@ -69,24 +69,34 @@ class CameraPose(Found):
         return tuple(quaternion_of(R[None])[0].tolist())
 
     @property
-    def text(self) -> tuple[str, ...]:
-        """The result in words, line by line."""
+    def brief(self) -> tuple[str, ...]:
+        """The pose and how to publish it, line by line; reasons not to rely on it come first."""
         frame, (place, turn) = self.frame, self.held_out
-        pairs = zip((*"xyz", "qx", "qy", "qz", "qw"), (*frame.xyz, *self.quaternion), strict=True)
-        numbers = " ".join(f"--{name} {value:.6f}" for name, value in pairs)
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
-        publisher = "ros2 run tf2_ros static_transform_publisher"
-        frames = f"--frame-id {frame.parent} --child-frame-id {frame.name}"
-        return (
-            *super().text,
+        lines = [
+            *self.untold,
             f"{frame.name} in {frame.parent}: {self.place}; qx qy qz qw {turned}",
-            f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms); the "
-            f"detector scatters by {1e3 * self.noise[0]:.2f} mm and {1e3 * self.noise[1]:.2f} mrad "
-            "an axis.",
-            *self.outliers,
-            f"Measured places fit times {self.size:.4f}: apply it to later ones, too.",
-            *([] if self.untold else ["For ROS 2:", f"  {publisher} {numbers} {frames}"]),
-        )
+            f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms).",
+            f"Multiply places that the camera measures by {self.size:.4f}.",
+        ]
+        lines += [] if self.untold else ["For ROS 2:", f"  {self.publisher}"]
+        return (*lines, *self.notes, *self.outliers)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """The result in words, line by line, the answer first."""
+        place, turn = self.noise
+        scatter = f"{1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad an axis"
+        return (*self.brief, f"The detector scatters by {scatter}.")
+
+    @property
+    def publisher(self) -> str:
+        """The command that publishes the pose in ROS 2."""
+        frame, names = self.frame, (*"xyz", "qx", "qy", "qz", "qw")
+        pairs = zip(names, (*frame.xyz, *self.quaternion), strict=True)
+        numbers = " ".join(f"--{name} {value:.6f}" for name, value in pairs)
+        frames = f"--frame-id {frame.parent} --child-frame-id {frame.name}"
+        return f"ros2 run tf2_ros static_transform_publisher {numbers} {frames}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""

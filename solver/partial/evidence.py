@@ -81,6 +81,13 @@ class JointZero:
         """True if the samples can identify it."""
         return self.standard_deviation < UNIDENTIFIABLE
 
+    @property
+    def brief(self) -> str:
+        """What to add to its readings, in a line."""
+        degrees = math.degrees(self.offset)
+        offset = f"{self.offset:+.5f} +- {self.standard_deviation:.5f} rad"
+        return f"{self.joint}: add {offset} ({degrees:+.3f} deg) to what it reads."
+
     def __str__(self) -> str:
         offset, sigma = self.offset, self.standard_deviation
         return (

@@ -91,19 +91,35 @@ class Zeros:
         return {"urdf": str(*write_files(Path(folder), {"calibrated.urdf": self.urdf()}).values())}
 
     @property
+    def brief(self) -> tuple[str, ...]:
+        """The answer in words, line by line."""
+        evidence = () if self.decided else (self._evidence,)
+        return self._lines([zero.brief for zero in self.changed], evidence)
+
+    @property
     def text(self) -> tuple[str, ...]:
-        """The result in words, line by line."""
-        changed = [*self.system.task.warnings, *map(str, self.changed)]
+        """The result in words, line by line, the answer first."""
+        return self._lines(list(map(str, self.changed)), (self._evidence,))
+
+    def _lines(self, zeros: Sequence[str], evidence: Sequence[str]) -> tuple[str, ...]:
+        """Return the zeros, what the evidence says, what is not identifiable, and remarks."""
+        notes = self.system.task.warnings
+        if not self.new:
+            return (*notes, *self.untold)
         if self.unchanged is None or not any(zero.told for zero in self.joints):
-            return (*changed, *self.untold)
-        summed = ", ".join(f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told)
+            return (*zeros, *self.untold, *notes)
+        if not (self.decided or self.unchanged or any(zero.changed for zero in self.joints)):
+            return (f"No zeros explain it: {_still_off(self.system)}", *self.untold, *notes)
         none = [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
         if not self.decided:
             may = "changed" if self.unchanged < 1 - SURE else "may have changed"
             none = [f"Some zero {may}, and it cannot be told which: record more samples."]
-            if not (self.unchanged or any(zero.changed for zero in self.joints)):
-                return (*changed, f"No zeros explain it: {_still_off(self.system)}", *self.untold)
-        return (*changed, *none, f"Changed, by the evidence: {summed}.", *self.untold)
+        return (*zeros, *none, *evidence, *self.untold, *notes)
+
+    @property
+    def _evidence(self) -> str:
+        summed = ", ".join(f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told)
+        return f"Changed, by the evidence: {summed}."
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
@@ -203,9 +219,11 @@ def _still_off(system: System) -> str:
 
 def _how_to_identify(robot: Robot, zero: JointZero, stood: str) -> str:
     """Return a sentence on a zero that is not identifiable, and samples that would help."""
-    way = "record postures in which it moves the ball differently, and more of them"
+    why, way = "", "Record more postures, in which it moves the ball differently"
     if zero.joint == robot.joint_names[0] and not stood:
-        way = "the base's place is free: leave a base where it stood, and name it by --stood"
+        why = ", because the base's place is free"
+        way = "Leave a base where it stood, and name it by --stood"
     elif zero.joint == robot.joint_names[-1]:
-        way = "the ball lies on its axis, or its own place is free: put a ball beside the axis"
-    return f"These samples cannot tell the zero of {zero.joint}: {way}."
+        why = ", because the ball lies on its axis or its own place is free"
+        way = "Put a ball beside the axis"
+    return f"These samples cannot tell the zero of {zero.joint}{why}. {way}."

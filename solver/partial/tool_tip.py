@@ -49,18 +49,22 @@ class Tool(Found):
     """Outliers among the touches, in words."""
 
     @property
-    def text(self) -> tuple[str, ...]:
-        """The result in words, line by line."""
-        lines = [*super().text, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
+    def brief(self) -> tuple[str, ...]:
+        """The tip and what it is good for, line by line; reasons not to rely on it come first."""
+        lines = [*self.untold, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
         if any(self.frame.rpy):
             lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
-        lines += [f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.", *self.outliers]
         if self.elsewhere is not None:
             lines.append(
                 f"Turned about a point elsewhere, the tip is expected to stay within "
                 f"{1e3 * self.elsewhere:.2f} mm of it (1 sigma)."
             )
-        return tuple(lines)
+        return (*lines, *self.notes, *self.outliers)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """The result in words, line by line, the answer first."""
+        return (*self.brief, f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
 
 
 def tool(

@@ -35,9 +35,14 @@ class Found:
     """Directions that are not identifiable, or reasons not to rely on it, in words."""
 
     @property
+    def brief(self) -> tuple[str, ...]:
+        """The answer in words, line by line; reasons not to rely on it come first."""
+        return (*self.untold, *self.notes)
+
+    @property
     def text(self) -> tuple[str, ...]:
-        """The result in words, line by line."""
-        return (*self.notes, *self.untold)
+        """The result in words, line by line, the answer first."""
+        return self.brief
 
     @property
     def place(self) -> str:

@@ -117,9 +117,10 @@ def test_two_arms_in_one_folder_fail_with_their_cause(tmp_path, answer):
         _, (one,) = mukca.simulate_recordings(robot, 1, samples=12, seed=seed, rotation=0.012)
         write_samples(tmp_path / "fleet" / "mixed" / name, one)
     words = ("--robot", "panda", "--processes", "1", "--out", tmp_path / "out")
-    (row,) = answer("fleet", tmp_path / "fleet", *words, status=1)["arms"]
+    result = answer("fleet", tmp_path / "fleet", *words, status=1)
+    (row,), means = result["arms"], result["parameters"]
     (last,) = row["sessions"]
-    assert last["status"] == "fail"
+    assert last["status"] == "fail" and last["parameters"] and means == []
     assert "See what is wrong" in row["again"] and "Most probable cause" in row["again"]
 
 

@@ -2,6 +2,7 @@
 from .arguments import MILLIMETRES as MILLIMETRES
 from .arguments import NOT_NEGATIVE as NOT_NEGATIVE
 from .arguments import POSITIVE as POSITIVE
+from .arguments import DetailsOptions as DetailsOptions
 from .arguments import JsonOption as JsonOption
 from .arguments import Options as Options
 from .arguments import OutputOptions as OutputOptions

@@ -97,6 +97,12 @@ class OutputOptions(JsonOption):
             results.refuse_existing(self.out, force=self.force)
 
 
+class DetailsOptions(OutputOptions):
+    """Options of a verb whose screen is its answer alone."""
+
+    details: bool = False
+
+
 def option_names(options: Any) -> list[str]:
     """Return the options of a dataclass, or of a union of them, as they are typed."""
     kinds = get_args(options) if isinstance(options, UnionType) else (options,)

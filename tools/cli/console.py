@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 PIPED_WIDTH = 120
 """Width of a table that goes to a file or another program, where no line has to be broken."""
+SCREEN = (24, 80)
+"""Lines and columns of a terminal's screen, into which an answer goes."""
 
 
 class Terminal:
@@ -53,6 +55,21 @@ class Terminal:
         sys.stdout.flush()
         stream = sys.stderr if self.json else sys.stdout
         stream.writelines(f"{text}\n" for text in texts)
+
+    def say_in_short(self, *texts: str, below: int) -> None:
+        """Write the first lines, so that some ``below`` fit on the same screen, and what is left.
+
+        The first line is written in any case.
+        """
+        lines, columns = SCREEN
+        room = lines - below - 1
+        for number, text in enumerate(texts):
+            room -= -(-len(text) // columns)
+            if room < 0 and number:
+                self.say(f"--details shows all figures, and from here {len(texts) - number} more.")
+                return
+            self.say(text)
+        self.say("--details shows all figures.")
 
     def say_at_once(self, text: str) -> None:
         """Write a line on a terminal before work that takes a moment."""

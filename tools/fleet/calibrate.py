@@ -10,6 +10,7 @@ from typing import Any
 
 from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
+from ...solver.assessment import stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.data import copied_sockets
 from ...solver.partial import what_changed
@@ -20,6 +21,8 @@ from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSe
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""
+FAILED = ("FAIL", "NO BETTER", "refused")
+"""Verdicts on a session whose numbers say nothing of a fleet."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
             if not calibration.document.distorted:
                 before = name, calibration
     except MukcaError as reason:
-        error = " ".join(str(reason).split())
+        error = " ".join(str(reason).split()).replace(f"{arm.folder}/", "")
     return FleetArm(
         name=arm.folder.name,
         robot=arguments["robot"],
@@ -199,15 +202,17 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
 
 
 def last_sessions(arms: Sequence[FleetArm]) -> list[FleetSession]:
-    """Return each arm's last session, of those whose calibration may be used."""
-    return [session for arm in arms for session in arm.sessions[-1:] if session.status != "refused"]
+    """Return the last session of each arm that did not fail: of those, means are taken."""
+    sound = [arm for arm in arms if arm.error is None]
+    last = [session for arm in sound for session in arm.sessions[-1:]]
+    return [row for row in last if stamp_of(row.status, row.kind) not in FAILED]
 
 
 def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
-    """Return each parameter over all arms of a model, by their last calibrations that may be used.
+    """Return each parameter over all arms of a model, by their last calibrations.
 
-    A mean far from zero is wrong in the model that all share; the spread is what each arm has of
-    its own.
+    Arms that failed are left out. A mean far from zero is wrong in the model that all share; the
+    spread is what each arm has of its own.
     """
     groups: dict[tuple[str, str], dict[str, ParameterValue]] = {}
     for arm in arms:
@@ -236,9 +241,8 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:
     """Return how far the error curves of arms of one type agree, by their last calibrations."""
-    curves = [
-        (arm, session.curves) for arm in arms for session in last_sessions([arm]) if session.curves
-    ]
+    last = [(arm, session) for arm in arms for session in arm.sessions[-1:]]
+    curves = [(arm, row.curves) for arm, row in last if row.curves and row.status != "refused"]
     pairs = (
         FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(first, second))
         for (a, first), (b, second) in combinations(curves, 2)

@@ -139,7 +139,7 @@ def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
     if not arm.sessions:
         return (arm.name, "-", "-", "-", "no calibration")
     session = arm.sessions[-1]
-    status = _status(session) if arm.error is None else "no calibration of the last session"
+    status = _status(session) if arm.error is None else "no new calibration"
     return (arm.name, session.name or "-", mm(session.nominal), mm(session.calibrated), status)
 
 

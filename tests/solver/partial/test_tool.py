@@ -154,7 +154,7 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
     said = json.loads(out)
     assert status == 0 and said["elsewhere"] < 5e-4
     page = html.unescape(Path(said["outputs"]["report"]).read_text())
-    assert all(line in page for line in told.partition("Wrote")[0].splitlines())
+    assert all(line in page for line in told.partition("--details")[0].splitlines())
     robot = mukca.load_robot(said["outputs"]["urdf"])
     assert "spike" in robot.text.links
     write_samples(tmp_path / "front", simulated.touched(TIP))

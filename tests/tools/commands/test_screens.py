@@ -1,10 +1,15 @@
 """What verbs say on one screen: 24 lines of 80 columns, the answer first."""
 
 import re
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+from altered import write_rows, write_samples
 from kept import NUMBER, compare
+
+from mukca.solver.calibration import FullModel, quaternion_of
 
 SCREENS = Path(__file__).with_name("screens")
 
@@ -44,7 +49,60 @@ def test_an_answer_comes_first_on_one_screen(session, screen, tmp_path):
         ("solve", front, "--test", left, "--robot", "panda", "--out", out),
         ("validate", out, right),
     ):
-        _, said, lines = screen(verb, *words)
-        assert len(lines) <= 24, said
-        rows = [NUMBER.sub("#", line.replace(out, "OUT")) for line in said.splitlines()]
-        compare(SCREENS / f"{verb}.txt", [re.sub(" +", " ", row).rstrip() for row in rows])
+        keeps(verb, screen(verb, *words), out)
+
+
+def keeps(verb, told, folder):
+    """Compare a screen with the one that is kept, but for its numbers and a folder's name."""
+    _, said, lines = told
+    assert len(lines) <= 24, said
+    rows = [NUMBER.sub("#", line.replace(str(folder), "OUT")) for line in said.splitlines()]
+    compare(SCREENS / f"{verb}.txt", [re.sub(" +", " ", row).rstrip() for row in rows])
+
+
+@pytest.mark.slow
+def test_what_is_found_on_a_calibrated_arm_comes_first(simulated, screen, tmp_path):
+    """``--details`` shows what the screen shows, and more."""
+    cal, arm = tmp_path / "cal", simulated.calibration.robot
+    simulated.calibration.save(cal)
+    write_samples(tmp_path / "since", simulated.read({3: 5e-3}))
+    tip = [0.03, -0.02, 0.2]
+    touches = simulated.touched(np.array(tip)).positions.tolist()
+    write_rows(tmp_path / "spike.csv", touches, arm.joint_names)
+    views = seen_by_camera(simulated).tolist()
+    write_rows(tmp_path / "poses.csv", views, (*arm.joint_names, *POSE))
+    for verb, data, *words in (
+        ("rezero", "since"),
+        ("tool", "spike.csv", "--name", "spike"),
+        ("handeye", "poses.csv", "--camera", "on-arm"),
+    ):
+        words = [verb, cal, tmp_path / data, *words]
+        keeps(verb, screen(*words, "--out", tmp_path / verb), tmp_path)
+        answer, *_ = screen(*words)[1].splitlines()
+        whole = screen(*words, "--details")[1]
+        assert whole.startswith(answer[:14]) and "--details" not in whole
+
+
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+
+
+def seen_by_camera(simulated):
+    """Joint positions, and a board's poses in a camera at the flange, 0.2 mm noisy."""
+    q = simulated.later.positions
+    inverse = np.linalg.inv(FullModel(simulated.truth).flange(q))
+    board = inverse @ np.array([[1.0, 0, 0, 0.6], [0, 1, 0, 0], [0, 0, 1, -0.2], [0, 0, 0, 1]])
+    places = board[:, :3, 3] + np.random.default_rng(0).normal(0, 2e-4, (len(q), 3))
+    return np.hstack([q, places, quaternion_of(board[:, :3, :3])])
+
+
+@pytest.mark.slow
+def test_of_a_fleet_those_to_look_at_come_first(session, screen, tmp_path):
+    """One arm is well; of eight nothing can be read, and their steps take more than a screen."""
+    for name in ("front", "left"):
+        shutil.copytree(session / name, tmp_path / "fleet/arm-0" / name)
+    for number in range(1, 9):
+        write_rows(tmp_path / f"fleet/arm-{number}/front/hole_0.csv", [[number, 2]], ["a", "b"])
+    words = ("--robot", "panda", "--method", "paper", "--processes", "1", "--out", tmp_path / "out")
+    keeps("fleet", screen("fleet", tmp_path / "fleet", *words), tmp_path)
+    words = [*words, "--force", "--details"]
+    assert screen("fleet", tmp_path / "fleet", *words)[1].count("Mend the recordings") == 8

@@ -49,7 +49,8 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, 
     assert "mukca rezero --joint panda_joint4" in capsys.readouterr().out
     assert main(["validate", str(tmp_path / "cal"), str(since)]) == 1
     new = tmp_path / "new"
-    assert main(["rezero", str(tmp_path / "cal"), str(since), "--out", str(new)]) == 0
+    words = ["rezero", str(tmp_path / "cal"), str(since), "--out", str(new), "--details"]
+    assert main(words) == 0
     said = capsys.readouterr().out
     assert "panda_joint4: +0.00" in said and "homing_offset -3 (Feetech), +3 (Dynamixel)" in said
     told = html.unescape((new / "report.html").read_text())

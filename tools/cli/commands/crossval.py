@@ -1,4 +1,4 @@
-"""``mukca crossval`` and ``mukca fleet``: many calibrations, shared out over workers."""
+"""``mukca crossval``: one calibration for each placement, shared out over workers."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -9,8 +9,7 @@ from typing import Any
 from ....solver import assessment, calibration, data, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
-from ....solver.results import encode, write_files
-from ... import cli, fleet
+from ... import cli
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -186,56 +185,3 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     title = "two models apart in mm, and by chance alone; ! beyond 19 of 20 by chance"
     terminal.tabulate(title, heads, rows)
     terminal.say(result["advice"])
-
-
-class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.OutputOptions):
-    folder: Path = cli.argument()
-    out: Path = cli.option(...)
-    calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
-
-
-def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
-    """Calibrate all arms, and write the page."""
-    options.check_out()
-    folders = fleet.find_arms(options.folder)
-    copied = fleet.find_copies(folders)
-    items = [_arm(options, folder, copied.get(folder)) for folder in folders]
-    with terminal.progress(len(items)) as progress:
-        arms = options.workers.map(
-            fleet.calibrate_arm, items, lambda i: progress(items[i].folder.name)
-        )
-    result = fleet.FleetDocument(
-        format=fleet.FORMAT,
-        arms=tuple(arms),
-        parameters=fleet.compare_parameters(arms),
-        curves=fleet.compare_curves(arms),
-    )
-    for pair in result.curves:
-        terminal.say(f"{pair.a} and {pair.b}: {results.agreement_words(pair.joints)}")
-    page = fleet.fleet_page(result).encode("utf-8", "replace")
-    files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
-    usable = [Path(last.outputs["calibration"]) for last in fleet.last_sessions(arms)]
-    learned = calibration.learn_types(usable)
-    if learned.types:
-        files["elasticity.json"] = encode(learned, indent=1)
-    written = write_files(options.out, files)
-    heads = ("arm", "last session", "nominal", "calibrated", "verdict")
-    rows = map(fleet.line_of, result.arms)
-    terminal.tabulate("", heads, rows, left_columns=(0, 1, 4))
-    last = ((arm.name, arm.sessions[-1].answer) for arm in result.arms if arm.sessions)
-    terminal.say(*(f"{name}: {' '.join(answer)}" for name, answer in last if answer))
-    terminal.say(*(f"{arm.name}: {arm.again}" for arm in result.arms if arm.again is not None))
-    terminal.say(f"{fleet.summary_of(result)}.")
-    if learned.types:
-        terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
-    terminal.say(f"Report: {written['fleet.html']}")
-    terminal.emit(result)
-    return assessment.worst(arm.exit_status for arm in arms)
-
-
-def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.ArmFolder":
-    robot = options.model_arguments()
-    if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
-        robot["robot"] = str(Path(options.robot).resolve())
-    out = (options.out / folder.name).resolve()
-    return fleet.ArmFolder(folder.resolve(), out, robot, options.calibration, copied)

@@ -8,7 +8,7 @@ from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
-from .. import OutputOptions, RobotsOptions, Terminal, argument, part, split_by_robot
+from .. import DetailsOptions, RobotsOptions, Terminal, argument, part, split_by_robot
 from .report import show_errors
 from .solve_details import show_details
 
@@ -16,10 +16,9 @@ MORE = "--details shows limits, joints and choices; the report has all."
 """Last line of the screen."""
 
 
-class _CalibrateOptions(RobotsOptions, OutputOptions):
+class _CalibrateOptions(RobotsOptions, DetailsOptions):
     train: Sequence[Path] = argument()
     test: Sequence[Path] = ()
-    details: bool = False
     settings: SolveOptions = part(SolveOptions)
 
 

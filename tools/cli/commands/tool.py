@@ -10,13 +10,15 @@ from ....errors import JOINT_POSITION, LENGTH
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
-from .. import OutputOptions, Terminal, argument, one_arm
+from .. import DetailsOptions, Terminal, argument, one_arm
 from .report import emit_with_page
 
 _LIMIT = 2.0
+BELOW = 5
+"""Lines of the screen below the answer: what was written, and what to do with it."""
 
 
-class _ToolOptions(OutputOptions):
+class _ToolOptions(DetailsOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     name: str = "tool"
@@ -57,11 +59,14 @@ def _limit(millimetres: float) -> float:
 
 def finish(
     result: "partial.CameraPose | partial.Tool | partial.Zeros",
-    options: OutputOptions,
+    options: DetailsOptions,
     terminal: Terminal,
 ) -> None:
     """Print the estimate, write it if --out is given, and emit it."""
-    terminal.say(*result.text)
+    if options.details:
+        terminal.say(*result.text)
+    else:
+        terminal.say_in_short(*result.brief, below=BELOW)
     outputs: dict[str, str] = {}
     if options.out is not None:
         outputs = result.save(options.out, force=options.force)
@@ -98,7 +103,7 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
     return placements
 
 
-class _RezeroOptions(OutputOptions):
+class _RezeroOptions(DetailsOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     joint: Sequence[str] = ()
@@ -138,7 +143,7 @@ _BOARD = (9.0, 6.0, 30.0, 21.0)
 _MARKERS = "5X5_100"
 
 
-class _HandeyeOptions(OutputOptions):
+class _HandeyeOptions(DetailsOptions):
     calibration: Path = argument()
     data: Sequence[Path] = argument()
     camera: "partial.Camera"

@@ -1,0 +1,100 @@
+"""``mukca fleet``: many arms, each calibrated by its own recordings, shared out over workers."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ....solver import assessment, calibration, results
+from ....solver.assessment import plural
+from ....solver.calibration import SolveOptions
+from ....solver.results import encode, write_files
+from ... import cli, fleet
+
+MOST_ROWS = 6
+"""Arms in the short table; those to look at come first."""
+NAME, SESSION = 22, 14
+"""Letters of an arm's and of a session's name there."""
+BELOW = 3
+"""Lines of the screen below the answer."""
+HEADS = ("arm", "last session", "before", "now", "verdict")
+
+
+class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.DetailsOptions):
+    folder: Path = cli.argument()
+    out: Path = cli.option(...)
+    calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
+
+
+def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
+    """Calibrate all arms, and write the page."""
+    options.check_out()
+    folders = fleet.find_arms(options.folder)
+    copied = fleet.find_copies(folders)
+    items = [_arm(options, folder, copied.get(folder)) for folder in folders]
+    with terminal.progress(len(items)) as progress:
+        arms = options.workers.map(
+            fleet.calibrate_arm, items, lambda i: progress(items[i].folder.name)
+        )
+    result = fleet.FleetDocument(
+        format=fleet.FORMAT,
+        arms=tuple(arms),
+        parameters=fleet.compare_parameters(arms),
+        curves=fleet.compare_curves(arms),
+    )
+    page = fleet.fleet_page(result).encode("utf-8", "replace")
+    files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
+    usable = [Path(last.outputs["calibration"]) for last in fleet.last_sessions(arms)]
+    learned = calibration.learn_types(usable)
+    if learned.types:
+        files["elasticity.json"] = encode(learned, indent=1)
+    written = write_files(options.out, files)
+    if options.details:
+        show_details(result, terminal)
+    else:
+        terminal.say_in_short(*answer(result), below=BELOW)
+    if learned.types:
+        terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
+    terminal.say(f"Report: {written['fleet.html']}")
+    terminal.emit(result)
+    return assessment.worst(arm.exit_status for arm in arms)
+
+
+def answer(result: "fleet.FleetDocument") -> list[str]:
+    """Return the state of the fleet in lines: a sentence, a table, and the next steps."""
+    arms = sorted(result.arms, key=_urgency)
+    rows = [HEADS, *(fleet.line_of(arm) for arm in arms[:MOST_ROWS])]
+    lines = [f"{fleet.summary_of(result)}."]
+    for name, session, before, now, verdict in rows:
+        cells = f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
+        lines.append(f"{cells}  {verdict}")
+    if len(arms) > MOST_ROWS:
+        lines.append(f"and {plural(len(arms) - MOST_ROWS, 'more arm')}")
+    return lines + _steps(arms)
+
+
+def _urgency(arm: "fleet.FleetArm") -> tuple[bool, bool]:
+    """Return what sorts arms that failed before others to look at, and those before the sound."""
+    return arm.again is None, bool(fleet.last_sessions([arm]))
+
+
+def _steps(arms: "Sequence[fleet.FleetArm]") -> list[str]:
+    return [f"{arm.name}: {arm.again}" for arm in arms if arm.again is not None]
+
+
+def show_details(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
+    """Show all arms, their answers, the next steps, and how far error curves agree."""
+    terminal.say(f"{fleet.summary_of(result)}.")
+    rows = map(fleet.line_of, result.arms)
+    terminal.tabulate("", HEADS, rows, left_columns=(0, 1, 4))
+    last = ((arm.name, arm.sessions[-1].answer) for arm in result.arms if arm.sessions)
+    terminal.say(*(f"{name}: {' '.join(words)}" for name, words in last if words))
+    terminal.say(*_steps(result.arms))
+    for pair in result.curves:
+        terminal.say(f"{pair.a} and {pair.b}: {results.agreement_words(pair.joints)}")
+
+
+def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.ArmFolder":
+    robot = options.model_arguments()
+    if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
+        robot["robot"] = str(Path(options.robot).resolve())
+    out = (options.out / folder.name).resolve()
+    return fleet.ArmFolder(folder.resolve(), out, robot, options.calibration, copied)
