@@ -16,6 +16,9 @@ from .explain import OF_JOINTS as OF_JOINTS
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
+from .hypotheses import FLAWS as FLAWS
+from .hypotheses import Flaw as Flaw
+from .hypotheses import FlawError as FlawError
 from .inspection import HELD_OUT as HELD_OUT
 from .inspection import MENDER as MENDER
 from .inspection import Given as Given
@@ -29,3 +32,6 @@ from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse
 from .robust_fit import RigidModel as RigidModel
 from .samples import Samples as Samples
+from .suspicion import WhatIf as WhatIf
+from .suspicion import shift_by as shift_by
+from .suspicion import what_if as what_if

@@ -17,7 +17,7 @@ from .configurations import (
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT, Correction, correction_of
 from .explain import explain, fitted_alone, scene_of
-from .hypotheses import KINDS, Candidate
+from .hypotheses import KINDS, Candidate, Scene
 from .robust_fit import RigidModel
 
 SEATED = 0.03
@@ -143,13 +143,11 @@ def inspect_all(
         KnownError: A known distance names a socket that is not there.
     """
     given = given or Given()
-    known = known_distances(measurements, given.known, given.deviation)
     if not measurements:
         return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
-    floors = fitted_alone(robot, measurements)
-    scene = scene_of(model, measurements, known, repeatability, list(floors.values()))
-    scene = replace(scene, load=given.load)
+    scene = scene_given(model, measurements, given, repeatability)
+    floors = dict(zip([m.name for m in measurements], scene.floors, strict=True))
     findings, hypotheses = explain(model, scene)
     told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
     shared = tuple(d for f, d in told if "placement" not in f.parameters)
@@ -173,6 +171,19 @@ def inspect_all(
     hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
     return Survey(tuple(inspections), shared, hypotheses, causes)
+
+
+def scene_given(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    given: Given,
+    repeatability: float | None,
+) -> Scene:
+    """Return recordings as a linear model, by what was said of them; see :func:`inspect_all`."""
+    known = known_distances(measurements, given.known, given.deviation)
+    floors = list(fitted_alone(model.robot, measurements).values())
+    scene = scene_of(model, measurements, known, repeatability, floors)
+    return replace(scene, load=given.load)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:

@@ -26,6 +26,7 @@ from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
 from .robots import for_each_arm as for_each_arm
+from .robots import measured_of as measured_of
 from .robots import one_arm as one_arm
 from .robots import read_data as read_data
 from .robots import split_by_robot as split_by_robot

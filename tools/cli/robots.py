@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from ... import recorder
 from ...solver import assessment, calibration, data, diagnostics
@@ -166,20 +166,34 @@ def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.P
     return data.as_flange_poses(placements) if settings.flange_poses else placements
 
 
+class Premises(TypedDict):
+    """What an inspection is told; see :func:`.inspect_all`."""
+
+    given: "diagnostics.Given"
+    zeros: bool
+    repeatability: float | None
+
+
 def survey_of(
     paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], diagnostics.Survey]":
     """Read and check placements, and look for faults in them."""
+    measured, premises = measured_of(paths, robot, settings, sockets=sockets)
+    return measured, diagnostics.inspect_all(robot, measured, **premises)
+
+
+def measured_of(
+    paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
+) -> "tuple[list[data.Measurement], Premises]":
+    """Read and check placements; return them, and what was said of them."""
     placements = settings.carrying(read_data(paths, settings))
     measured = [
         data.measure(placement, robot, settings.distance, sockets=sockets, load=settings.load)
         for placement in placements
     ]
     data.check_distinct(measured)
-    return measured, diagnostics.inspect_all(
-        robot,
-        measured,
-        diagnostics.Given(settings.distances, settings.deviation, settings.load),
+    return measured, Premises(
+        given=diagnostics.Given(settings.distances, settings.deviation, settings.load),
         zeros=bool(settings.zeros),
         repeatability=assessment.repeatability_of(robot, settings.repeatability_mm),
     )

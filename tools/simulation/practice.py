@@ -15,8 +15,9 @@ import numpy as np
 
 from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
-from ...recorder import DEFAULT_DISTANCE, sample_files
-from ...solver.diagnostics import RigidModel, Samples
+from ...recorder import DEFAULT_DISTANCE, Placement, sample_files
+from ...solver.data import measure
+from ...solver.diagnostics import FLAWS, Flaw, RigidModel, Samples, shift_by
 from ...solver.results import write_files
 from ...solver.robot import (
     BallModel,
@@ -30,8 +31,8 @@ from .simulated_arms import perturb
 
 APART = 0.03
 """Balls that lie farther apart than this were in two sockets [m]."""
-_TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
-_UNITS = {"mm": 1e-3, "deg": math.radians(1)}
+_TEXT = re.compile(r"([a-z_]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg|%))?")
+_UNITS = {"mm": 1e-3, "deg": math.radians(1), "%": 1e-2}
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,13 @@ class Session:
     def aside(self, size: float) -> np.ndarray:
         """A random vector in space of some length."""
         return size * _unit(self.generator.normal(size=3))
+
+    def by_cause(self, flaw: Flaw) -> np.ndarray:
+        """By how much a flaw moves the balls, by the columns of its cause, shape (N, 3) [m]."""
+        names = self.robot.joint_names
+        placement = Placement.of_arrays("session", self.positions, self.sockets, names)
+        measured = measure(placement, self.robot, sockets=1)
+        return shift_by(self.robot, measured, flaw, self.generator)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
@@ -78,20 +86,20 @@ def _other_socket(s: Session, _: float) -> np.ndarray:
     return s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets]
 
 
-_KINDS: dict[str, tuple[str, float, Callable[[Session, float], np.ndarray]]] = {
-    "base": ("mm", 5e-3, Session.aside),
-    "turn": ("deg", math.radians(3), _turned_base),
-    "drift": ("mm", 3e-3, Session.aside),
-    "ball": ("mm", 5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
-    "bent": ("mm", 3e-3, _bent_ball),
-    "loose": ("mm", 2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
-    "socket": ("mm", 0.0, _other_socket),
-    "distance": ("mm", 2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
-    "zero": ("deg", math.radians(1), _lost_zero),
+_KINDS: dict[str, tuple[float, Callable[[Session, float], np.ndarray]]] = {
+    "base": (5e-3, Session.aside),
+    "turn": (math.radians(3), _turned_base),
+    "drift": (3e-3, Session.aside),
+    "ball": (5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
+    "bent": (3e-3, _bent_ball),
+    "loose": (2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
+    "socket": (0.0, _other_socket),
+    "distance": (2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
+    "zero": (math.radians(1), _lost_zero),
 }
-"""Unit and usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or
-(3,) [m]: those of the samples that it concerns; little by little in a drift, and those in socket 1
-where the distance is wrong."""
+"""Usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or (3,) [m]:
+those of the samples that it concerns; little by little in a drift, and those in socket 1 where the
+distance is wrong. What else a flaw may be is made by the columns of its cause."""
 
 
 @dataclass(frozen=True)
@@ -110,15 +118,15 @@ class SessionFault:
     def parse(cls, text: str) -> "SessionFault | None":
         """Return the fault that a text names; None where it is none of a session's."""
         kind = re.split(r"[@:]", text)[0]
-        if kind not in _KINDS:
+        if kind not in FLAWS:
             return None
-        unit, default, _ = _KINDS[kind]
-        match = _TEXT.fullmatch(text)
-        if not match or match[5] not in (None, unit):
+        unit, match = FLAWS[kind][0].unit or "", _TEXT.fullmatch(text)
+        default, _ = _KINDS.get(kind, (None, None))
+        if not match or match[5] not in (None, unit) or (default is None and not match[5]):
             raise ValueError(
                 f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
             )
-        size = default if match[4] is None else float(match[4]) * _UNITS[unit]
+        size = default or 0.0 if match[4] is None else float(match[4]) * _UNITS[unit]
         count = int(match[3]) if match[3] else 1 if kind == "ball" else None
         return cls(kind, int(match[2] or 1), count, size)
 
@@ -131,7 +139,9 @@ class SessionFault:
             share = share.cumsum() / max(share.sum(), 1)
         elif self.kind == "distance":
             share = (session.sockets == 1).astype(float)
-        return share[:, None] * _KINDS[self.kind][2](session, self.size)
+        if self.kind not in _KINDS:
+            return share[:, None] * session.by_cause(Flaw.parse(self.kind).of_size(self.size))
+        return share[:, None] * _KINDS[self.kind][1](session, self.size)
 
 
 def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:

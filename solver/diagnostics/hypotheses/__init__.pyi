@@ -2,6 +2,15 @@ from .arm import of_zero as of_zero
 from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison
 from .evidence import INDEPENDENT as INDEPENDENT
+from .flaws import FLAWS as FLAWS
+from .flaws import SCATTER as SCATTER
+from .flaws import Flaw as Flaw
+from .flaws import FlawError as FlawError
+from .flaws import largest_shift as largest_shift
+from .flaws import noise_of_size as noise_of_size
+from .flaws import of_size as of_size
+from .flaws import these as these
+from .flaws import unknowns_per_size as unknowns_per_size
 from .kinds import Kind as Kind
 from .kinds import Parameters as Parameters
 from .kinds import kind_of as kind_of

@@ -16,6 +16,8 @@ SIDE, MOST_CUTS = 2, 100
 """Samples needed on each side of a change, and changes tried in a placement."""
 MOVES, DRIFTS = (1e-3, 1e-2, 0.2), (5e-4, 5e-3)
 """Typical sizes [m]."""
+TURNS = (0.01, 0.1)
+"""Typical turns of a base [rad]."""
 FAR = 0.03
 """A larger move is not linear beside the distance of the sockets [m]."""
 SHARES = (0.01, 0.1, 1.0, 10.0)
@@ -64,6 +66,16 @@ def moved(scene: Scene) -> Iterable[Block]:
     if scene.frames:
         slopes = np.concatenate([slopes, _turns(scene)], axis=2)
     return changes(scene, slopes[:, :, None, :], MOVES, throughout=False)
+
+
+def turned(scene: Scene) -> Iterable[Block]:
+    """Return blocks of bases that turned about their first socket before some sample."""
+    slopes = np.zeros((len(scene.q), 3, 1, 1))
+    for rows in scene.places:
+        seats = scene.centres[scene.sockets[rows]]
+        arms = seats - seats[0]
+        slopes[rows, :, 0, 0] = np.cross([0.0, 0.0, 1.0], arms)
+    return changes(scene, slopes, TURNS, throughout=False)
 
 
 def _turns(scene: Scene) -> np.ndarray:

@@ -126,6 +126,13 @@ class Kind:
     """True where several candidates may hold at once, each a cause of its own."""
     scene_after: Callable[[Scene, Parameters], Scene] | None = None
     """Function that corrects the scene; None to add its columns to the nuisance parameters."""
+    fault: str = ""
+    """Word of the simulated fault that it explains, where that is not its name."""
+    unit: str | None = None
+    """Unit in which its size is told: mm, deg or %; empty where it has none; None where no fault
+    can be told by it."""
+    at_ball: bool = False
+    """True where its size is how far it moves the ball at most, not its unknowns'."""
 
     def for_points(self) -> "Kind":
         """Return it with its words for points that an instrument measured."""

@@ -1,0 +1,168 @@
+"""Suspected flaws in words, as ``base@6:5mm`` or ``sag 3mm``: a cause, its place, and its size.
+
+The words are those of the causes, and of the simulated arm's faults.
+"""
+
+import difflib
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ....errors import MukcaError
+from .kinds import UNITS, Block, Kind, NoisePrior, Parameters
+from .nuisances import DISTANCE_WEIGHT
+from .scene import Scene
+from .table import SIMULATED
+
+FLAWS: dict[str, tuple[Kind, ...]] = {
+    word: tuple(kind for kind in SIMULATED if word in (kind.fault, kind.name))
+    for word in sorted({kind.fault or kind.name for kind in SIMULATED})
+}
+"""Kinds of explanations by the word of their flaw."""
+SCATTER = 9
+"""Explanations of more unknowns than this say how far samples scatter, each its own way."""
+SIZE_WIDTH = 0.1
+"""Standard deviation of the logarithm of a noise whose size is told."""
+_SIZE = re.compile(r"([\d.]+)\s*(mm|deg|%)\s*$")
+_NUMBER = re.compile(r"[\d.]+")
+_SAMPLE = re.compile(r"@(\d+)(?:\+\d+)?$")
+
+
+class FlawError(MukcaError):
+    """No flaw is called so, or none such can be in these recordings."""
+
+
+@dataclass(frozen=True)
+class Flaw:
+    """A suspected flaw: what it may be, where it begins, and how large it is."""
+
+    text: str
+    kinds: tuple[Kind, ...]
+    names: tuple[str, ...] = ()
+    """Of a joint or a placement, if any was told."""
+    sample: int | None = None
+    """Number of the first sample that has it."""
+    size: float | None = None
+    """[m, rad, share]; None for the size that fits best."""
+
+    @classmethod
+    def parse(cls, text: str) -> "Flaw":
+        """Return the flaw that ``KIND [NAME] [@SAMPLE] [SIZE]`` names, blanks or colons between.
+
+        Raises:
+            FlawError: It names none.
+        """
+        match = _SIZE.search(text)
+        words = re.split(r"[\s:]+|(?=@)", text[: match.start() if match else None])
+        word, *names = [word for word in words if word] or [""]
+        kinds = FLAWS.get(word) or tuple(kind for kind in SIMULATED if kind.name == word)
+        if not kinds:
+            raise FlawError(f"fault {text!r}: no fault is called {word!r}{_words_like(word)}")
+        unit = match[2] if match else None
+        kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
+        size = _positive(match[1]) / UNITS[match[2]] if match else None
+        if size == 0 or not kinds_of_unit or any(map(_NUMBER.fullmatch, names)):
+            example = f"{word} 3{kinds[0].unit}" if kinds[0].unit else word
+            form = "KIND [NAME] [@SAMPLE] [SIZE]"
+            raise FlawError(f"fault {text!r}: expected {form}, as in {example!r}")
+        marks = [_SAMPLE.match(name) for name in names]
+        samples = [int(mark[1]) for mark in marks if mark]
+        others = tuple(name for name in names if not _SAMPLE.match(name))
+        return cls(text, kinds_of_unit, others, samples[0] if samples else None, size)
+
+    @property
+    def unit(self) -> str:
+        """Unit in which its size is told."""
+        return self.kinds[0].unit or ""
+
+    def of_size(self, size: float) -> "Flaw":
+        """Return it with a size [m, rad, share]."""
+        return replace(self, size=size)
+
+    def possible(self, scene: Scene) -> tuple[Kind, ...]:
+        """Return its kinds with the candidates that it may be.
+
+        Raises:
+            FlawError: There are none in this scene.
+        """
+        kinds: list[Kind] = []
+        for kind in self.kinds:
+            blocks = [self._named(block) for block in kind.blocks(scene)]
+            blocks = [block for block in blocks if block.parameters]
+            if blocks or kind.noise is not None:
+                kinds.append(replace(kind, blocks=partial(these, blocks)) if blocks else kind)
+        if not kinds:
+            joints, placements = scene.robot.joint_names, [m.name for m in scene.measurements]
+            raise FlawError(
+                f"fault {self.text!r}: these recordings can have none of it; the joints are "
+                f"{', '.join(joints)}, the placements {', '.join(placements)}"
+            )
+        return tuple(kinds)
+
+    def _named(self, block: Block) -> Block:
+        """Return the candidates of a block that have all its names, and its sample."""
+        indices = [i for i, p in enumerate(block.parameters) if self._is_of(p)]
+        return block.only(indices)
+
+    def _is_of(self, parameters: Parameters) -> bool:
+        words = [value for value in parameters.values() if isinstance(value, str)]
+        values = {*words, *(word.rpartition("/")[2] for word in words)}
+        number = parameters.get("number") or parameters.get("place")
+        same = self.sample is None or (number == self.sample and not parameters.get("throughout"))
+        return same and values.issuperset(self.names)
+
+
+def these(blocks: list[Block], scene: Scene) -> Iterable[Block]:
+    """Return blocks as they are: the function of a kind whose blocks are chosen already."""
+    return blocks
+
+
+def _positive(text: str) -> float:
+    """Return a number; 0 where it is none."""
+    return float(text) if text.count(".") < 2 and text != "." else 0.0
+
+
+def _words_like(word: str) -> str:
+    """Return what a word is probably meant for, and all words."""
+    near = difflib.get_close_matches(word, FLAWS, 1)
+    meant = f"; did you mean {near[0]}?" if near else ""
+    return f"{meant}; the words are {', '.join(FLAWS)}"
+
+
+def largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
+    """Return how far a change of some rows of the residuals moves a ball, or a distance, [m]."""
+    residuals = np.zeros(len(scene.residuals))
+    residuals[rows] = shift
+    of_balls = residuals[scene.all_samples].reshape(-1, 3)
+    of_distances = residuals[scene.all_samples.stop :] / DISTANCE_WEIGHT
+    sizes = np.append(np.linalg.norm(of_balls, axis=1), np.abs(of_distances))
+    return float(sizes.max())
+
+
+def unknowns_per_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray) -> float:
+    """Return how large a candidate's unknowns are along a direction, for each unit of its size."""
+    if not kind.at_ball:
+        return 1.0
+    columns = block.columns[0, :, : block.unknowns]
+    return 1 / max(largest_shift(scene, block.rows, columns @ direction), 1e-12)
+
+
+def of_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray, size: float) -> Block:
+    """Return a block of a single candidate with a size [m, rad, share] along a direction."""
+    if block.unknowns > SCATTER:
+        return replace(block, widths=(size,))
+    if not block.unknowns:
+        return block
+    amount = size * unknowns_per_size(scene, kind, block, direction)
+    shift = block.columns[0, :, : block.unknowns] @ (amount * direction)
+    return Block(block.rows, shift[None, :, None], block.parameters, fixed=True)
+
+
+def noise_of_size(kind: Kind, size: float) -> Callable[[Scene], NoisePrior] | None:
+    """Return the belief on a noise whose size is told; None where the kind is no noise."""
+    if kind.noise is None:
+        return None
+    return lambda _: NoisePrior(size, SIZE_WIDTH)

@@ -1,0 +1,92 @@
+"""A suspected flaw explains recordings that have it, and no others; mock knows the same words."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mukca.recorder import Placement, sample_files
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import FLAWS, Flaw, what_if
+from mukca.solver.results import write_files
+from mukca.solver.robot import BallModel
+from mukca.tools.cli import main
+from mukca.tools.simulation import Session, SessionFault, with_faults
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def spoilt(true_panda, record_at):
+    """Return a placement, its sockets in turn, with a fault of the simulated arm."""
+    sound = record_at([0.5, 0.0, 0.1], 0)
+    turns = [i + k for i in range(0, 20, 5) for k in (0, 20)]
+    order = [row for turn in turns for row in range(turn, turn + 5)]
+    q = np.array([sound.samples[row].position for row in order])
+    sockets = np.array([sound.samples[row].socket for row in order])
+    balls = BallModel(true_panda, []).points(np.zeros(0), q)
+    centres = np.array([balls[sockets == k].mean(axis=0) for k in (0, 1)])
+
+    def spoilt(text, name="front"):
+        generator = np.random.default_rng(1)
+        session = Session(true_panda, q, sockets, centres, generator)
+        readings = with_faults(session, [SessionFault.parse(text)] if text else [])
+        names = true_panda.joint_names
+        placement = Placement.of_arrays(name, readings, sockets, names, distance=0.05)
+        samples = [replace(s, number=i + 1) for i, s in enumerate(placement.samples)]
+        return replace(placement, samples=tuple(samples))
+
+    return spoilt
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [
+        ("base@16:4mm", "bent@16 4mm"),
+        ("bent@16:4mm", "base@16 4mm"),
+        ("drift:4mm", "loose 2mm"),
+        ("loose:2mm", "base@16 20mm"),
+        ("gain:3%", "base@16 4mm"),
+        ("uneven:1deg", "drift 4mm"),
+    ],
+)
+def test_a_flaw_explains_the_recordings_that_have_it(panda, spoilt, text, other):
+    measured = [measure(spoilt(text), panda)]
+    there = what_if(panda, measured, Flaw.parse(text))
+    assert there.answer == "yes", there
+    assert there.size_observed == pytest.approx(there.size, rel=0.25)
+    assert there.remains < there.observed or text.startswith("loose")
+    assert what_if(panda, measured, Flaw.parse(other)).answer == "no"
+
+
+def test_another_size_is_told_and_so_is_what_a_fit_hides(panda, spoilt):
+    measured = [measure(spoilt("base@16:4mm"), panda)]
+    tenth = what_if(panda, measured, Flaw.parse("base@16 0.4mm"))
+    assert tenth.answer == "size" and tenth.size_observed == pytest.approx(4e-3, rel=0.05)
+    sound = [measure(spoilt(""), panda)]
+    assert what_if(panda, sound, Flaw.parse("base 0.05mm")).answer == "unseen"
+    assert what_if(panda, sound, Flaw.parse("base@16 4mm")).answer == "no"
+
+
+def test_the_words_are_those_of_the_simulated_arm_and_its_sizes_have_units(spoilt):
+    for word, kinds in FLAWS.items():
+        assert Flaw.parse(f"{word} 3{kinds[0].unit}" if kinds[0].unit else word).kinds
+        assert SessionFault.parse(f"{word}:3{kinds[0].unit}" if kinds[0].unit else word)
+
+
+def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
+    write_files(tmp_path / "front", sample_files(spoilt("base@16:4mm")))
+    words = ["whatif", str(tmp_path / "front"), "--robot", "panda"]
+    assert main([*words, "--fault", "base@16 4mm"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("YES") and len(lines) <= 24
+    assert main([*words, "--fault", "bent 4mm", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["answer"] == "no"
+    for fault, said in [
+        ("sagg 3mm", "did you mean sag?; the words are"),
+        ("sag 3deg", "as in 'sag 3mm'"),
+        ("base nowhere 3mm", "the joints are panda_joint1"),
+    ]:
+        assert main([*words, "--fault", fault]) == 2
+        assert said in capsys.readouterr().err
