@@ -60,6 +60,7 @@ from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log
 from .tables import Table as Table
 from .tables import read_table as read_table
+from .tables import scale_of as scale_of
 from .tables import table_of as table_of
 from .turns import ALL_ROUND as ALL_ROUND
 from .turns import TURN as TURN

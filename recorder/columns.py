@@ -21,8 +21,8 @@ ANGLES = {
 """Units of angles [rad]."""
 LENGTHS = {
     **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
-    "cm": 1e-2,
-    "mm": 1e-3,
+    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 1e-2),
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1e-3),
     "um": 1e-6,
     "µm": 1e-6,
 }
@@ -32,7 +32,7 @@ _UNIT = re.compile(
     r"°|mm|cm))",
     re.IGNORECASE,
 )
-_METRES = re.compile(r"((?:.*[\W_])?[xyz])_m", re.IGNORECASE)
+_METRES = re.compile(r"((?:.*[\W_])?(?:[xyz]|distance|deviation))_m", re.IGNORECASE)
 _DEGREES = re.compile(r"(?:^|[\W_])(deg(?:rees?)?)(?:[\W_]|$)", re.IGNORECASE)
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")

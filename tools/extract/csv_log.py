@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...recorder import DEGREES, Column, ColumnError, Table, find_joints, read_table, seconds_of
+from ...recorder import (
+    DEGREES,
+    Column,
+    ColumnError,
+    Table,
+    find_joints,
+    read_table,
+    scale_of,
+    seconds_of,
+)
 from ...solver.calibration import joints_named
 from .log import (
     ExtractError,
@@ -42,9 +51,7 @@ def read_csv_log(question: Question) -> Log:
     if len(rows) < len(table.rows):
         notes.append(f"{len(table.rows) - len(rows)} lines without positions are left out")
     table = table.at(rows)
-    marked = [column.unit in DEGREES for column in columns]
-    unitless = [replace(column, unit="") for column in columns]
-    positions = _in_radians(np.array(table.numbers(unitless)), marked, question)
+    positions = _in_radians(np.array(table.numbers(columns)), columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
     steps = np.diff(log.stamps)[np.diff(log.parts) == 0]
     step = float(np.median(steps)) if len(steps) else np.inf
@@ -90,14 +97,18 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
 
 
-def _in_radians(positions: np.ndarray, marked: list[bool], question: Question) -> np.ndarray:
-    """Return angles in radians; degrees only where the file or the user says so."""
+def _in_radians(
+    positions: np.ndarray, columns: Sequence[Column], question: Question
+) -> np.ndarray:
+    """Return angles in radians; degrees where the header says so, or the user does instead."""
     if question.units not in (None, "radians", "degrees"):
         raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
     turning = ~np.array(question.prismatic)
-    degrees = turning if question.units == "degrees" else np.array(marked) & turning
-    if question.units == "radians":
-        degrees = np.zeros_like(turning)
-    radians = np.where(degrees, np.radians(positions), positions)
-    check_angles(radians[:, turning], bool(degrees.any()), question)
-    return radians
+    degrees = np.array([column.unit in DEGREES for column in columns]) & turning
+    if question.units is not None:
+        unit = np.radians(1.0) if question.units == "degrees" else 1.0
+        scales = np.where(turning, unit / np.array([scale_of(c) for c in columns]), 1.0)
+        positions = positions * scales
+        degrees = turning & (question.units == "degrees")
+    check_angles(positions[:, turning], bool(degrees.any()), question)
+    return positions
