@@ -97,9 +97,7 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
 
 
-def _in_radians(
-    positions: np.ndarray, columns: Sequence[Column], question: Question
-) -> np.ndarray:
+def _in_radians(positions: np.ndarray, columns: Sequence[Column], question: Question) -> np.ndarray:
     """Return angles in radians; degrees where the header says so, or the user does instead."""
     if question.units not in (None, "radians", "degrees"):
         raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
