@@ -60,14 +60,19 @@ def _drawing(part: Part) -> bytes:
     (wide, _, tall), middle = high - low, MARGIN - low[0]
     front = MARGIN + tall  # where z = 0 is drawn
     above, x_right = front + MARGIN + high[1], MARGIN + wide
-    foot = above - low[1] + MARGIN
+    below = above - low[1]
+    foot = below + MARGIN + STEP * len(part.spans)
     dimensions = [  # x and y of both ends
         *(
             (x_right + STEP * i, front - a, x_right + STEP * i, front - b)
             for i, (a, b) in enumerate(((low[2], high[2]), *part.levels), 1)
         ),
         (MARGIN, front + STEP, x_right, front + STEP),
-        (MARGIN - STEP, above - low[1], MARGIN - STEP, above - high[1]),
+        (MARGIN - STEP, below, MARGIN - STEP, above - high[1]),
+        *(
+            (middle + a, below + STEP * i, middle + b, below + STEP * i)
+            for i, (a, b) in enumerate(part.spans, 1)
+        ),
     ]
     page = templates().get_template("drawing.svg.j2")
     return page.render(

@@ -60,6 +60,8 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
         case "moved", *offset:
             parts[0].num_tri()  # evaluates it: what is moved stands at several places
             return parts[0].translate(offset)
+        case "leaned", lean, azimuth:
+            return parts[0].rotate((0.0, math.degrees(lean), math.degrees(azimuth)))
         case _:
             return Manifold.batch_boolean(parts, OpType.__members__[solid.kind])
 
@@ -125,9 +127,20 @@ def _shape(solid: Solid) -> Shape:
             move = _occ("gp_Trsf")()
             move.SetTranslation(_occ("gp_Vec")(*offset))
             return parts[0].Moved(_occ("TopLoc_Location")(move))
+        case "leaned", lean, azimuth:
+            about_y, about_z = _turn((0, 1, 0), lean), _turn((0, 0, 1), azimuth)
+            return parts[0].Moved(_occ("TopLoc_Location")(about_z.Multiplied(about_y)))
         case _:
             kinds = {"Add": "Fuse", "Subtract": "Cut", "Intersect": "Common"}
             return _boolean(kinds[solid.kind], parts)
+
+
+def _turn(axis: tuple[int, int, int], angle: float) -> Any:
+    """Return a turn about an axis through the origin."""
+    turn = _occ("gp_Trsf")()
+    line = _occ("gp_Ax1")(_occ("gp_Pnt")(0, 0, 0), _occ("gp_Dir")(*axis))
+    turn.SetRotation(line, angle)
+    return turn
 
 
 def _extruded(outline: Outline, height: float) -> Shape:

@@ -13,6 +13,7 @@ from ...solver.robot import turn
 from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh
+from .print_time import BALL, BASE, WALLS, Recipe, print_of
 from .socket_base import SocketBase
 from .solid import BED, TILT, PrintableError, Solid, sphere
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
 """Of solid plastic [kg/m³]."""
-FLOW = 5e-9
-"""Plastic that a common printer lays down, a nozzle of 0.4 mm and its ways included [m³/s]."""
 
 LIFT = 0.1
 """Height of the ball above its pads, to tell contact from collision [mm]."""
@@ -56,6 +55,8 @@ class Part:
     mesh: Mesh
     levels: Sequence[tuple[float, float]] = ()
     """Heights between which a drawing tells the distance."""
+    spans: Sequence[tuple[float, float]] = ()
+    """Values of x between which a drawing tells the distance."""
     circles: Sequence[tuple[float, str]] = ()
     """Diameters of circles of holes about its axis, and a drawing's words for each."""
     facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -63,11 +64,13 @@ class Part:
 
     @property
     def making(self) -> str:
-        """Its masses and the time to print it, in a line."""
+        """Its masses, settings of the printer and the time to print it, in a line."""
         masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items())
-        return (
-            f"{masses}, solid; printed in some {self.facts['print_time'] / 3600:.1f} h at 5 mm3/s"
-        )
+        layer, infill, brim = (self.facts["print"][key] for key in ("layer", "infill", "brim"))
+        settings = f"layers of {1000 * layer:g} mm, {WALLS} walls, {100 * infill:.0f} % infill"
+        if brim:
+            settings += f", a brim of {1000 * brim:g} mm"
+        return f"{masses}; {settings}: printed in some {self.facts['print_time'] / 3600:.1f} h"
 
     @property
     def lines(self) -> list[str]:
@@ -84,7 +87,7 @@ def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Par
     """
     yield base_part(base)
     if isinstance(base, AnchoredBase):
-        yield _checked(part_names(base)[1], base.fit_test(), {})
+        yield _checked(part_names(base)[1], base.fit_test(), {}, BASE)
     for name, ball in balls.items():
         try:
             check_tilt(base, ball)
@@ -110,7 +113,8 @@ def base_part(base: SocketBase) -> Part:
     if isinstance(base, AnchoredBase):
         facts["sockets_in_base"] = [[x / 1000 for x in place] for place in base.sockets_in_base]
         facts["second_axis_height"] = ARMS[base.arm].shoulder / 1000
-    return _checked(base.name, base.solid(), facts, [(0.0, base.height)])
+    part = _checked(base.name, base.solid(), facts, BASE, [(0.0, base.height)])
+    return replace(part, spans=base.spans)
 
 
 def ball_part(name: str, ball: BallPart) -> Part:
@@ -127,17 +131,18 @@ def ball_part(name: str, ball: BallPart) -> Part:
         "overhangs": [] if ball.bought else ["under the ball, beside its neck"],
     }
     circles = [ball.mount.holes] if ball.mount.holes else []
-    part = _checked(name, ball.solid(), facts, [(ball.mount.origin, ball.height)], circles)
+    part = _checked(name, ball.solid(), facts, BALL, [(ball.mount.origin, ball.height)])
     middle = ball.in_frame(float(part.mesh.center_mass[2]))  # of its mass, full of plastic
-    return replace(part, facts={**part.facts, "centre_of_mass": [x / 1000 for x in middle]})
+    facts = {**part.facts, "centre_of_mass": [x / 1000 for x in middle]}
+    return replace(part, facts=facts, circles=circles)
 
 
 def _checked(
     name: str,
     solid: Solid,
     facts: Mapping[str, Any],
+    recipe: Recipe,
     levels: Sequence[tuple[float, float]] = (),
-    circles: Sequence[tuple[float, str]] = (),
 ) -> Part:
     body = to_manifold(solid)
     mesh = to_mesh(body)
@@ -147,14 +152,18 @@ def _checked(
         size = " x ".join(f"{edge:.0f}" for edge in mesh.extents)
         raise PrintableError(f"{name} would be {size} mm, larger than {BED:g} mm")
     volume = body.volume() * 1e-9
+    of_print = print_of(to_manifold(solid, COARSE), recipe)
+    plastic = of_print.plastic if recipe.infill < 1.0 else volume
+    settings = {"layer": recipe.layer / 1000, "infill": recipe.infill, "brim": of_print.brim}
     identity = {
         "name": name,
         "size": [round(edge / 1000, 7) for edge in mesh.extents.tolist()],
         "volume": volume,
-        "mass": {material: density * volume for material, density in DENSITIES.items()},
-        "print_time": volume / FLOW,
+        "mass": {material: density * plastic for material, density in DENSITIES.items()},
+        "print": settings,
+        "print_time": of_print.time,
     }
-    return Part(name, solid, mesh, levels, circles, {**identity, **facts})
+    return Part(name, solid, mesh, levels, facts={**identity, **facts})
 
 
 def check_tilt(base: SocketBase, part: BallPart) -> None:

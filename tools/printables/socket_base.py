@@ -1,7 +1,7 @@
 """The socket base: hexagonal posts on a plate, each with a seat for the ball.
 
-Three short arcs on a cone fix the ball's centre whatever the print's roundness is. Frame: origin in
-the middle of the sockets, z up from the table [mm].
+Three flat pads touch the ball in a point each. They fix its centre, even if a print is not round.
+Frame: origin in the middle of the sockets, z up from the table [mm].
 """
 
 import itertools
@@ -31,7 +31,7 @@ from .solid import (
 PLATE = 8.0  # thickness of the plate
 WALL = 1.5  # least thickness between a seat and the waist of its post
 CONTACT = math.radians(60)  # the pads touch the ball this far from its lowest point
-PAD = math.radians(40)  # the arc of a pad
+AZIMUTHS = [math.radians(90 + 120 * pad) for pad in range(3)]
 WAIST = (PLATE + 1.5, 8.0)  # lower end and height of the waist, where the caliper reads
 JAWS = 10.0  # least room between two waists and posts, for the caliper's inner jaws
 SCREW_HOLE = 6.6  # M6, ISO 273 medium
@@ -124,6 +124,13 @@ class SocketBase:
         return self.distance - 2 * self.waist
 
     @property
+    def spans(self) -> tuple[tuple[float, float], ...]:
+        """Lowest and highest x that a drawing has: of sockets 0 and 1, over and between waists."""
+        (left, _), (right, _) = self.centres[:2]
+        ends = (0.0, self.waist, -self.waist)
+        return tuple((left - end, right + end) for end in ends)
+
+    @property
     def rim(self) -> float:
         """Height of a post's top: below the ball's equator, so that the neck can lean over it."""
         return self.height - 0.05 * self.ball
@@ -204,12 +211,15 @@ class SocketBase:
         """Return what is cut out for a ball: a wider ball less three pads, and a drain below."""
         radius = self.ball / 2
         bowl = sphere(radius + self.clearance)
-        pads = union(*(_pad(math.pi / 2 + i * 2 * math.pi / 3, self.ball) for i in range(3)))
+        pads = union(*(self._pad(azimuth) for azimuth in AZIMUTHS))
         drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
-        # the cone opens upwards and touches the ball at CONTACT; its slope is radius over height
-        apex, slope, high = -radius / math.cos(CONTACT), 1 / math.tan(CONTACT), 1.2 * radius
-        cone = frustum(2 * high, (-high - apex) * slope, (high - apex) * slope).at(z=-high)
-        return union(bowl - (pads - cone), drain).at(z=self.height)
+        return union(bowl - pads, drain).at(z=self.height)
+
+    def _pad(self, azimuth: float) -> Solid:
+        """Return what lies beyond the plane that touches the ball at CONTACT, about its centre."""
+        radius = self.ball / 2
+        beyond = cylinder(radius, radius).at(z=radius)
+        return beyond.leaned(math.pi - CONTACT, azimuth)
 
     def _engravings(self) -> list[Solid]:
         *digits, (x0, y0, x1, y1) = self.text_boxes
@@ -222,13 +232,6 @@ class SocketBase:
             ),
             *(engraving(reading, x, height, PLATE) for reading, height in lines),
         ]
-
-
-def _pad(middle: float, reach: float) -> Solid:
-    """Return a wedge of angle PAD about a direction, from the axis out to the reach."""
-    ends = [middle - PAD / 2, middle + PAD / 2]
-    corners = [(reach * math.cos(angle), reach * math.sin(angle)) for angle in ends]
-    return prism(2 * reach, ((0.0, 0.0), *corners)).at(z=-reach)
 
 
 def place_holes(

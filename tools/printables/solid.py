@@ -37,8 +37,8 @@ class Solid:
     """A set of points of space, as numbers or as a combination; ``|``, ``-``, ``&`` combine two."""
 
     kind: str
-    """``sphere``, ``frustum``, ``prism`` or ``moved``, or how parts combine: ``Add``, ``Subtract``
-    all others from the first, ``Intersect``."""
+    """``sphere``, ``frustum``, ``prism``, ``moved`` or ``leaned``, or how parts combine: ``Add``,
+    ``Subtract`` all others from the first, ``Intersect``."""
     numbers: tuple[Any, ...] = ()
     parts: tuple["Solid", ...] = ()
 
@@ -54,6 +54,10 @@ class Solid:
     def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
         """Return the solid moved by an offset."""
         return Solid("moved", (x, y, z), (self,))
+
+    def leaned(self, lean: float, azimuth: float) -> "Solid":
+        """Return the solid turned about y, so that z leans towards x, and then about z [rad]."""
+        return Solid("leaned", (lean, azimuth), (self,))
 
 
 def sphere(radius: float) -> Solid:

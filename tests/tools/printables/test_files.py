@@ -1,5 +1,6 @@
 """The files: what other programs read in them."""
 
+import re
 import zipfile
 from io import BytesIO
 from xml.etree import ElementTree
@@ -9,6 +10,7 @@ import numpy as np
 import printed_parts
 import pytest
 import trimesh
+from cases import by_table
 
 from mukca.solver.robot import shipped_robots
 from mukca.tools.printables import MOUNTS, PrintableError, bolt_circle, encode, find_mount
@@ -71,6 +73,29 @@ def test_a_drawing_has_the_dimensions_of_its_part(name):
         told.pop(4)
     assert f"{made.facts['mass']['PLA'] * 1000:.0f} g of PLA" in (told[5] or "")
     assert made.facts["mass"]["PLA"] == pytest.approx(1240 * made.facts["volume"])
+
+
+@pytest.mark.parametrize("name", ["default", "three"])
+def test_the_drawing_of_a_base_has_what_a_caliper_reads(name):
+    base = printed_parts.BASES[name]
+    page = ElementTree.fromstring(encode("svg", printed_parts.base(name)))
+    texts = [text.text for text in page.iter("{http://www.w3.org/2000/svg}text")]
+    assert [float(text or "") for text in texts[4:7]] == [base.distance, base.outside, base.inside]
+    lines = [line.get("d") or "" for line in page.iter("{http://www.w3.org/2000/svg}path")]
+    ends = [re.findall(r"[\d.]+", line) for line in lines if line.count("L") == 1][4:7]
+    lengths = [float(x2) - float(x1) for x1, _, x2, _ in ends]
+    assert lengths == pytest.approx([base.distance, base.outside, base.inside], abs=0.02)
+
+
+@by_table("part", "recipe", "hours", "cm3")
+def test_a_slicer_says_the_same_time_and_plastic(part, recipe, hours, cm3):
+    """The table is of PrusaSlicer 2.5.0 at the settings of docs/print.md."""
+    made = (printed_parts.base if recipe == "base" else printed_parts.ball)(part)
+    assert made.facts["print_time"] / 3600 == pytest.approx(hours, rel=0.06)
+    plastic = made.facts["mass"]["PLA"] / 1240
+    assert 1e6 * plastic == pytest.approx(cm3, rel=0.05)
+    slender = {"franka-hand", "so101", "interbotix", "robotiq-2f-85"}
+    assert made.facts["print"]["brim"] == (0.005 if part in slender else 0.0)
 
 
 def test_each_shipped_robot_has_a_mount():
