@@ -30,7 +30,7 @@ import numpy as np
 import mukca
 from mukca.recorder import Placement
 from mukca.solver.assessment import ARMS
-from mukca.solver.data import measure
+from mukca.solver.data import CALIPER_DEVIATION, measure
 from mukca.solver.paper import build_problem, solve
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import (
@@ -52,12 +52,16 @@ RECORDED = {"panda_3": ("panda", "frontcenter"), "kuka_14": ("iiwa14", "front")}
 REPEATABILITY = {"gen3": 0.15, "lite6": 0.5, "openarm": 0.2, "piper": 0.2, "ur20": 0.1}
 REPEATABILITY |= {"uf850": 0.1, "wxai": 1.0}
 """What is given for arms of which no figure is known [mm]; for the Piper as docs/piper.md does."""
+DISTANCE = 0.05
+"""Of the sockets of simulated and recorded bases [m]."""
 SERVOS = ("so100", "so101", "koch", "gen3_lite")
 NOISE, LEAST_NOISE = 0.3, 5e-5
 """Of the ball's place per axis: a share of the repeatability, and at least so much [m]."""
 PAIRS = 1000
 """Distances in the workspace by which the true errors are taken."""
 TRAVEL = np.deg2rad(20)
+ROUNDS = 20
+"""Rounds of a fixed-point iteration, each of which lowers its error to a hundredth."""
 BENDING = {"compliance": 4e-5, "tilt": 2e-5, "transmission": 1e-4}
 
 
@@ -83,6 +87,14 @@ class World:
             samples = zip(self.placements[i].samples, rows, strict=True)
             changed = tuple(replace(s, position=tuple(q)) for s, q in samples)
             self.placements[i] = replace(self.placements[i], samples=changed)
+
+    def read(
+        self, of: Callable[[np.ndarray], np.ndarray], back: Callable[[np.ndarray], np.ndarray]
+    ) -> None:
+        """Change how the arm reads its joints, then and ever after; ``back`` undoes ``of``."""
+        truth = self.truth
+        self.change(of)
+        self.truth = lambda q: truth(back(q))
 
     def shift(self, of: Callable[[Placement], np.ndarray], *, all_of_them: bool = False) -> None:
         """Move the balls of a recording, as the joints then follow, by so much, shape (N, 3)."""
@@ -130,11 +142,11 @@ def nothing(w: World, size: float) -> None:
 
 
 def distance(w: World, size: float) -> None:
-    w.settings["distance"] = 0.05 * size
+    w.settings["distance"] = DISTANCE * size
 
 
 def distance_of_one(w: World, size: float) -> None:
-    w.placements[0] = replace(w.placements[0], distance=0.05 * size)
+    w.placements[0] = replace(w.placements[0], distance=DISTANCE * size)
 
 
 def length(w: World, size: float) -> None:
@@ -160,16 +172,24 @@ def scaled(w: World, size: float) -> None:
 
 def sign(w: World, size: float) -> None:
     joint = w.joint
-    w.change(lambda q: q * np.where(np.arange(q.shape[1]) == joint, -1, 1))
+
+    def turn_over(q: np.ndarray) -> np.ndarray:
+        return q * np.where(np.arange(q.shape[1]) == joint, -1, 1)
+
+    w.read(turn_over, turn_over)
 
 
 def swap(w: World, size: float) -> None:
     i = w.joint
-    w.change(lambda q: q[:, [*range(i), i + 1, i, *range(i + 2, q.shape[1])]])
+
+    def exchange(q: np.ndarray) -> np.ndarray:
+        return q[:, [*range(i), i + 1, i, *range(i + 2, q.shape[1])]]
+
+    w.read(exchange, exchange)
 
 
 def order(w: World, size: float) -> None:
-    w.change(lambda q: np.roll(q, 1, axis=1))
+    w.read(lambda q: np.roll(q, 1, axis=1), lambda q: np.roll(q, -1, axis=1))
 
 
 def units(w: World, size: float) -> None:
@@ -182,8 +202,8 @@ def turn(w: World, size: float) -> None:
 
 
 def zero(w: World, size: float) -> None:
-    joint = w.joint
-    w.change(lambda q: q + size * (np.arange(q.shape[1]) == joint))
+    shift = size * (np.arange(len(w.robot.actuated)) == w.joint)
+    w.read(lambda q: q + shift, lambda q: q - shift)
 
 
 def zero_lost(w: World, size: float) -> None:
@@ -197,8 +217,8 @@ def zero_lost(w: World, size: float) -> None:
 
 
 def gain(w: World, size: float) -> None:
-    joint = w.joint
-    w.change(lambda q: q * np.where(np.arange(q.shape[1]) == joint, size, 1))
+    factor = np.where(np.arange(len(w.robot.actuated)) == w.joint, size, 1)
+    w.read(lambda q: q * factor, lambda q: q / factor)
 
 
 def base_moved(w: World, size: float) -> None:
@@ -257,7 +277,17 @@ def other_arm(w: World, size: float) -> None:
 def uneven(w: World, size: float) -> None:
     joint = np.arange(len(w.robot.actuated)) == w.joint
     phase = w.generator.uniform(0, 2 * np.pi)
-    w.change(lambda q: q + size * joint * np.sin(q + phase))
+
+    def wave(q: np.ndarray) -> np.ndarray:
+        return size * joint * np.sin(q + phase)
+
+    def smooth(q: np.ndarray) -> np.ndarray:
+        angles = q
+        for _ in range(ROUNDS):
+            angles = q - wave(angles)
+        return angles
+
+    w.read(lambda q: q + wave(q), smooth)
 
 
 def stuck(w: World, size: float) -> None:
@@ -421,6 +451,8 @@ def world(i: int) -> World:
         arm, placements = mukca.simulate_recordings(robot, count, seed=seed, **how)
         if all((np.ptp(p.positions, axis=0) >= TRAVEL).all() for p in placements):
             break
+    error = CALIPER_DEVIATION * generator.normal()  # of one base, whose distance was read once
+    placements = [replace(p, distance=DISTANCE + error) for p in placements]
     return World(robot, arm.ball, placements, generator, {"repeatability_mm": None, **given})
 
 
@@ -430,8 +462,8 @@ def _recorded(folder: str, generator: np.random.Generator) -> World:
     robot = mukca.load_robot(name)
     placements = sorted(mukca.read_placements(SHARED / folder), key=lambda p: p.name != first)
     kept = [replace(p, distance=None) for p in placements]
-    truth = mukca.calibrate(robot, kept, distance=0.05).ball
-    return World(robot, truth, kept, generator, {"distance": 0.05})
+    truth = mukca.calibrate(robot, kept, distance=DISTANCE).ball
+    return World(robot, truth, kept, generator, {"distance": DISTANCE})
 
 
 @dataclass(frozen=True)

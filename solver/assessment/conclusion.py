@@ -25,6 +25,11 @@ SURE = 0.9
 """Probability of being better from which a model is to be loaded."""
 DOUBTS = ("distance_given", "scale", "drift", "data_checks")
 """Rows without whose evidence it cannot be told whether a model is better."""
+UNTOLD = ("scale", "drift", "data_checks")
+"""Those of them by which no figure of the posterior is to be trusted."""
+CONTRADICTED = (
+    "How wrong distances are cannot be told: the recordings contradict each other, or the model."
+)
 FEW = ("samples", "travel", "known")
 """Rows by which more samples are asked for, where a model is not shown to be better."""
 URDF = "calibrated.urdf"
@@ -66,15 +71,18 @@ def conclude(
         scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
     use = status == "pass" or kind == "better"
     first = [*contradiction, *doubts, *held_back]
+    untold = contradiction or [row for row in doubts if row.name in UNTOLD]
+    stated = None if untold else better
+    lines = _answer(stated, first, scope, use=use, certain=bool(is_better))
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
         title=_title(stamp_of(status, kind), scope, rests_on),
         text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
-        answer=tuple(_answer(better, first, scope, use=use, certain=bool(is_better))),
+        answer=(*([CONTRADICTED] if better and untold else []), *lines),
         use=use,
-        better=better,
+        better=stated,
         limits=tuple(row for row in rows if is_limit(row)),
         reasons=tuple(row for row in rows if is_reason(row)),
         rests_on=tuple(rests_on),

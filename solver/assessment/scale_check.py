@@ -12,6 +12,8 @@ STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
 _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
 """Diagnostics that leave the distance of the sockets, and so the size, unknown."""
+_OF_GEOMETRY = ("length", "angle", "zero", "model")
+"""Diagnostics of the URDF's numbers; where the fit has these right, they explain the size."""
 _TYPED = {
     "given": "typed",
     "recording": "as placement.json says",
@@ -54,8 +56,8 @@ def scale_text(scale: Scale) -> str:
 
 
 def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
-    """Tell whether a joint's sign, order or zero, which comes before the distance, is wrong."""
-    return any(check.code in OF_JOINTS for check in checks or ())
+    """Tell whether a joint's sign or order, which comes before the distance, is wrong."""
+    return any(c.code in OF_JOINTS and c.level == "error" for c in checks or ())
 
 
 def rests_on(document: CalibrationDocument) -> list[Premise]:
@@ -140,6 +142,11 @@ def scale_row(
     level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
+    mended = [c for c in checks or () if c.consequence is not None and c.level == "warning"]
+    mended = [c for c in mended if c.code in _OF_GEOMETRY]
+    if status != "pass" and mended and not joints_wrong(checks):
+        text += f"; the URDF explains it: {mended[0].text}"
+        return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)
     codes = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
     if status == "pass" and codes:
         reason = f"{_MOVED[codes[0]]} while it was recorded, so nothing is known of it"

@@ -33,6 +33,9 @@ UNWEIGHED = (
 )
 """Explanations that no fit with them and without them compares: of typed distances, of what the
 fit has as well, or of samples that tell nothing."""
+FITTED = ("length", "angle", "version", "zero")
+"""Causes whose numbers are unknowns of the fit: how well it has them, the errors say, unless the
+samples scatter like those of gears with play, which hides zeros."""
 MOST_DRIFT, PLAY = 3e-3, 0.015
 """Drifts over a placement below this are no error [m], since the fit holds them, nor what looks
 like one where gears have play."""
@@ -159,7 +162,7 @@ def inspect_all(
         corrections = tuple(one for one in mends if one is not None)
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         wrong = any(d.level == "error" or d.advice.endswith(HELD_OUT) for _, d in told)
-        wrong = wrong or any("frame" in f.parameters for f, _ in told)
+        wrong = wrong or any("frame" in f.parameters or f.kind.name in FITTED for f, _ in told)
         if floors[m.name] > MANY * scene.noise and not wrong:
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
@@ -220,8 +223,9 @@ def _diagnostic(
     usual |= {"gain": LEAST_GAIN}
     size = abs(p["offset"]) if told.name == "gain" else p.get("size", 0.0)
     slight = told.name == "distance" or size < usual.get(told.name, 0.0)
+    slight = slight or (told.name in FITTED and p["noise"] <= LOOSE)
     if level == "error" and (slight or _is_noise(finding)):
-        level = "warning"  # of a distance, the size of the arm decides
+        level = "warning"  # of a distance, the size of the arm decides; of the fitted, the errors
     if told.name == "ball_sample" and p["size"] > SEATED:
         code = "elsewhere"
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
@@ -230,6 +234,8 @@ def _diagnostic(
     advice = _by_mender(advice, given)
     if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
         advice += PLAY_HINT
+    if held_out and told.name == "copies":
+        level = "note"  # it proves nothing, as the errors held out say
     sound_enough = not (scattered or _is_garbage(finding))
     if held_out and (weighed or level == "error") and sound_enough:
         level, advice = "warning", f"{advice}{HELD_OUT}"

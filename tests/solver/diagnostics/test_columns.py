@@ -30,8 +30,9 @@ def flipped(joint):
 )
 def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code, words):
     seen = look([change(placement, mistake) for placement in placements])
-    (finding,) = [f for f in seen.diagnostics if f.level == "error"]
-    assert (finding.code, finding.where) == (code, "all placements")
+    (finding,) = [f for f in seen.diagnostics if f.code == code]
+    level = "warning" if code == "zero" else "error"  # the fit has zeros as unknowns
+    assert (finding.level, finding.where) == (level, "all placements")
     assert words in finding.text, finding.text
 
 
@@ -93,6 +94,6 @@ def test_two_mistakes_are_told_together(
 ):
     """And before the distance: two offsets make the arm come out too large."""
     off = change(placements[0], lambda q: ((q + offsets) * signs)[order])
-    (found,) = [d for d in look([off]).diagnostics if d.level == "error"]
-    assert found.code == code and words in found.text, found.text
+    (found,) = [d for d in look([off]).diagnostics if d.code == code]
+    assert words in found.text, found.text
     assert found.text.count("taken off") == 1
