@@ -6,6 +6,7 @@ word: whoever reads such a number asks its :class:`Quantity` whether it can be.
 """
 
 import errno
+import json
 import math
 import os
 import re
@@ -13,6 +14,7 @@ import stat
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 
 class MukcaError(Exception):
@@ -47,7 +49,9 @@ def _ends(text: str, most: int) -> str:
 
 
 LARGEST_FILE = 200_000_000
-"""Size that no table, model, calibration or image exceeds [bytes]."""
+"""Size that no table, log or image exceeds [bytes]."""
+LARGEST_DOCUMENT = 20_000_000
+"""Size that no model and no JSON file exceeds, which take far more memory [bytes]."""
 _KINDS = {
     stat.S_IFDIR: (errno.EISDIR, "a folder"),
     stat.S_IFIFO: (errno.ESPIPE, "a pipe"),
@@ -83,11 +87,24 @@ def require_file(file: Path, largest: int | None = LARGEST_FILE) -> None:
         raise RefusedFileError(errno.EFBIG, words, str(file))
 
 
-def read_bytes(file: str | os.PathLike[str]) -> bytes:
+def read_bytes(file: str | os.PathLike[str], largest: int = LARGEST_FILE) -> bytes:
     """Return the content of a file; see :func:`require_file` for what is refused."""
     path = Path(file)
-    require_file(path)
+    require_file(path, largest)
     return path.read_bytes()
+
+
+def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
+    """Return what a JSON file holds; the options are those of :func:`json.loads`.
+
+    Raises:
+        OSError: As by :func:`require_file`.
+        ValueError: The file is no JSON, or nested too deeply.
+    """
+    try:
+        return json.loads(read_bytes(file, LARGEST_DOCUMENT), **options)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
 
 
 @dataclass(frozen=True)

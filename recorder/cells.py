@@ -14,6 +14,8 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
 MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
+LONGEST_LINE = 1_000_000
+"""Size that no line of a table exceeds [bytes]."""
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?", re.IGNORECASE
 )
@@ -21,10 +23,7 @@ _TIME = re.compile(
 
 def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
-    try:
-        content = read_bytes(file)
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
+    content = table_bytes(file)
     if content[:4] == b"PK\x03\x04":
         raise RecordingError(f"{file}: a spreadsheet or archive, not text; save it as CSV")
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
@@ -35,6 +34,24 @@ def read_text(file: Path) -> str:
     if re.search(r"[\0-\b\x0e-\x1f\x7f-\x9f\ufeff\ufffe\uffff]", text):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers")
     return text
+
+
+def table_bytes(file: Path) -> bytes:
+    """Return the bytes of a table, none of whose lines is too long to be a row.
+
+    Raises:
+        RecordingError: The file cannot be read, or a line is too long.
+    """
+    try:
+        content = read_bytes(file)
+    except OSError as error:
+        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
+    lines = content.split(b"\n") if b"\n" in content else content.split(b"\r")
+    longest = max(range(len(lines)), key=lambda i: len(lines[i]))
+    if len(lines[longest]) > LONGEST_LINE:
+        size, limit = f"{len(lines[longest]) / 1e6:,.1f} MB", f"{LONGEST_LINE / 1e6:g} MB"
+        raise RecordingError(f"{file}:{longest + 1}: a line of {size}; at most {limit} are read")
+    return content
 
 
 def comment_line(file: Path) -> str:

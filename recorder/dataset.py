@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from .cells import table_bytes
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
@@ -20,6 +21,10 @@ from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
 from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)
+MOST_SAMPLES = 100_000
+"""Number of samples that no file exceeds."""
+MOST_OTHERS = 100
+"""Number of its other lines, which are header and notes."""
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 
 
@@ -175,6 +180,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         raise RecordingError(f"{folder}: no recording in this folder")
     tables, skipped = list[tuple[int, Table]](), list[EmptyRecordingError]()
     for socket, file in holes:
+        _require_samples(file)
         try:
             tables.append((socket, read_table(file)))
         except EmptyRecordingError as error:
@@ -210,6 +216,16 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         files=tuple(table.file for _, table in tables),
         remarks=(*notes, *(f"{error}; the file is skipped" for error in skipped)),
     )
+
+
+def _require_samples(file: Path) -> None:
+    """Refuse a log of an arm in the place of samples, before its cells are taken apart."""
+    lines = table_bytes(file).count(b"\n")
+    if lines > MOST_SAMPLES + MOST_OTHERS:
+        raise RecordingError(
+            f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are read; "
+            "of a log of the arm, mukca extract makes samples"
+        )
 
 
 def placement_name(folder: Path) -> str:

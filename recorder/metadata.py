@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from .._version import __version__
-from ..errors import PAYLOAD, read_bytes
+from ..errors import PAYLOAD, read_json
 from .files import RecordingError, lock_file, replace_file
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .samples import SAMPLES
@@ -88,7 +88,7 @@ def read_metadata(file: Path) -> dict[str, Any]:
     if not file.exists():
         return {}
     try:
-        metadata: Any = json.loads(read_bytes(file))
+        metadata: Any = read_json(file)
     except (OSError, ValueError) as error:
         raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
     if not isinstance(metadata, dict):

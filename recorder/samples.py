@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..errors import read_bytes
-from .cells import require_columns
+from .cells import require_columns, table_bytes
 from .files import RecordingError
 
 SAMPLES = "samples.csv"
@@ -125,12 +124,10 @@ def read_samples(file: Path) -> SampleFile:
             no event; the message names the line.
     """
     try:
-        complete, _, torn = read_bytes(file).rpartition(b"\n")
+        complete, _, torn = table_bytes(file).rpartition(b"\n")
         text = complete.decode("utf-8-sig")
         require_columns(text, file)
         lines = list(csv.reader(io.StringIO(text), strict=True))
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
         raise RecordingError(f"{file}: not a text file of comma-separated values") from None
     if not lines:

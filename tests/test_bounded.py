@@ -5,7 +5,7 @@ import os
 import pytest
 
 import mukca
-from mukca.errors import LARGEST_FILE
+from mukca.errors import LARGEST_DOCUMENT, LARGEST_FILE
 from mukca.recorder import read_table
 from mukca.tools.extract import Question, read_log
 
@@ -57,9 +57,37 @@ def test_what_is_no_file_is_refused_before_it_is_opened(tmp_path, kind, read):
 def test_a_file_that_is_too_large_is_refused_with_both_sizes(tmp_path, read):
     path = tmp_path / "large"
     path.touch()
-    os.truncate(path, 2 * LARGEST_FILE)
-    with pytest.raises(mukca.MukcaError, match=r"holds 400.0 MB; at most 200 MB are read"):
+    document = read in (metadata, mukca.load_robot, mukca.load_calibration)
+    largest = LARGEST_DOCUMENT if document else LARGEST_FILE
+    os.truncate(path, 2 * largest)
+    said = f"holds {2e-6 * largest:.1f} MB; at most {1e-6 * largest:.0f} MB are read"
+    with pytest.raises(mukca.MukcaError, match=said):
         read(path)
+
+
+@pytest.mark.parametrize("read", [metadata, mukca.load_calibration])
+def test_a_document_that_is_nested_too_deeply_is_refused(tmp_path, read):
+    path = tmp_path / "deep"
+    path.write_text("[" * 200_000)
+    with pytest.raises(mukca.MukcaError, match="nested too deeply"):
+        read(path)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r"])
+def test_a_line_that_is_too_long_is_refused_before_it_is_taken_apart(tmp_path, end):
+    file = tmp_path / "hole_0.csv"
+    file.write_text(end.join(["0.1,0.2", "9" * 1_500_000 + ",1", "0.1,0.2"]))
+    with pytest.raises(mukca.MukcaError, match=r"hole_0.csv:2: a line of 1.5 MB; at most 1 MB"):
+        read_table(file)
+    file.rename(tmp_path / "samples.csv")
+    with pytest.raises(mukca.MukcaError, match=r"samples.csv:2: a line of 1.5 MB"):
+        mukca.read_placements(tmp_path)
+
+
+def test_a_log_in_the_place_of_samples_is_told(tmp_path):
+    (tmp_path / "hole_0.csv").write_text("0.1,0.2\n" * 100_101)
+    with pytest.raises(mukca.MukcaError, match=r"100,101 lines; a line is a sample.*mukca extract"):
+        mukca.read_placements(tmp_path)
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])

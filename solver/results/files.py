@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from ..._version import __version__
-from ...errors import MukcaError, read_bytes
+from ...errors import MukcaError, read_json
 
 
 class DocumentError(MukcaError):
@@ -61,12 +61,12 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
     name = format_.split("-")[1] + ".json"
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
-        value = json.loads(read_bytes(file), parse_constant=_refuse, parse_float=_finite)
+        value = read_json(file, parse_constant=_refuse, parse_float=_finite)
         is_current = older is not None and older in value
         head = _Head(format_) if is_current else msgspec.convert(value, _Head)
     except OSError as error:
         raise DocumentError(f"{file}: {error.strerror}; expected a {name}") from None
-    except (ValueError, TypeError, RecursionError, msgspec.ValidationError) as error:
+    except (ValueError, TypeError, msgspec.ValidationError) as error:
         raise DocumentError(f"{file}: not a {name}: {error}") from None
     if head.format != format_:
         kind_of, _, number = format_.rpartition("-")
@@ -84,8 +84,8 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
 def format_of(file: Path) -> str:
     """Return what a file says of its own format; empty where it says nothing."""
     try:
-        return msgspec.convert(json.loads(read_bytes(file)), _Head).format
-    except (OSError, ValueError, RecursionError, msgspec.ValidationError):
+        return msgspec.convert(read_json(file), _Head).format
+    except (OSError, ValueError, msgspec.ValidationError):
         return ""
 
 

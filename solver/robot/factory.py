@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import read_bytes
+from ...errors import LARGEST_DOCUMENT, read_bytes
 from .chain import Joint
 from .pose_model import last_frame
 from .urdf import Robot
@@ -43,7 +43,7 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
         ModelError: The file cannot be read, a row is missing, or the robot is of no type known.
     """
     try:
-        text = read_bytes(file).decode()
+        text = read_bytes(file, LARGEST_DOCUMENT).decode()
     except (OSError, UnicodeDecodeError) as error:
         raise ModelError(f"{file}: cannot be read: {error}") from None
     deltas: list[np.ndarray] = []

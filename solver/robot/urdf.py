@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
+from ...errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
 from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
 from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
 
@@ -141,7 +141,7 @@ def load_robot(
     name = str(robot)
     file = shipped_robots().get(name, Path(name))
     try:
-        data = read_bytes(file)
+        data = read_bytes(file, LARGEST_DOCUMENT)
     except OSError as error:
         shipped = ", ".join(shipped_robots())
         names = get_close_matches(name.lower(), shipped_robots(), n=1)

@@ -4,7 +4,6 @@ Bodies of functions are what CasADi generates of the model's own expressions, st
 the inverses are short loops round one of them, in ``templates``.
 """
 
-import json
 import re
 from dataclasses import replace
 from typing import Any
@@ -64,7 +63,7 @@ def write(request: Request) -> Exported:
         number=len(calibrated.robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
         curved=[word for word, value in values.items() if ca.depends_on(value, d)],
-        names=", ".join(map(json.dumps, calibrated.robot.joint_names)),
+        names=", ".join(map(_literal, calibrated.robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
         limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
@@ -120,6 +119,15 @@ def _flange(request: Request) -> int:
             f"{', '.join(links)}"
         )
     return links.index(request.flange)
+
+
+def _literal(text: str) -> str:
+    """Return a text as a string of C: UTF-8, and octal what C could read otherwise."""
+    letters = [
+        chr(byte) if 31 < byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    ]
+    return f'"{"".join(letters)}"'
 
 
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:

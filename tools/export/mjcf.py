@@ -15,7 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import read_bytes
+from ...errors import LARGEST_DOCUMENT, read_bytes
 from ...solver.calibration import joints_named, pose_of_numbers
 from ...solver.data import kabsch_rotation
 from ...solver.robot import end_of_tag, turn, with_attributes, with_edits
@@ -220,7 +220,7 @@ def _files(
     file: Path, folder: Path, places: Mapping[str, np.ndarray]
 ) -> Iterator[tuple[Path, bytes, dict[str, int]]]:
     """Yield a model and what it includes: each file, its text, and where bodies begin in it."""
-    data = read_bytes(file)
+    data = read_bytes(file, LARGEST_DOCUMENT)
     begins: dict[str, int] = {}
     included: list[str] = []
     path: list[str] = []

@@ -1,7 +1,6 @@
 """An export: the request and the origins that every format is given, its files, and its losses."""
 
 import hashlib
-import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from ..._version import __version__
-from ...errors import MukcaError, read_bytes
+from ...errors import MukcaError, read_bytes, read_json
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
 from ...solver.results import encode
@@ -154,7 +153,7 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
 def _noted(files: Collection[str]) -> list[str]:
     """Return the serial numbers noted beside a recording, if it still lies where it was."""
     try:
-        sessions = json.loads(read_bytes(Path(next(iter(files))).parent / "placement.json"))
+        sessions = read_json(Path(next(iter(files))).parent / "placement.json")
         return [str(s["serial_number"]) for s in sessions["sessions"] if "serial_number" in s]
     except (OSError, ValueError, LookupError, TypeError, StopIteration):
         return []

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import read_bytes
+from ...errors import LARGEST_DOCUMENT, read_bytes
 from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
 from .request import (
     Exported,
@@ -132,7 +132,7 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
 def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
     """Return the text of the user's file without comments, and its numbers by section and key."""
     try:
-        text = re.sub(r"#.*", "", read_bytes(file).decode())
+        text = re.sub(r"#.*", "", read_bytes(file, LARGEST_DOCUMENT).decode())
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file"
         raise ExportError(f"--like {file}: {reason}") from None

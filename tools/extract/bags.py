@@ -6,7 +6,6 @@ from the middle of its range, of which it counts 4095 a turn where the servo has
 degrees, values run from -100 to 100 over the range that the calibration file of the arm holds.
 """
 
-import json
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from ...drivers.arms.servos import read_lerobot
-from ...errors import read_bytes, require_file
+from ...errors import read_json, require_file
 from .log import (
     ExtractError,
     Log,
@@ -169,7 +168,7 @@ def read_lerobot_log(question: Question) -> Log:
 
 def _info(folder: Path) -> dict[str, Any]:
     try:
-        info: Any = json.loads(read_bytes(folder / INFO))
+        info: Any = read_json(folder / INFO)
     except (OSError, ValueError) as error:
         raise ExtractError(f"{folder / INFO}: cannot be read: {error}") from None
     content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}

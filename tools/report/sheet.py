@@ -1,10 +1,9 @@
 """A certificate: one sheet to sign, on what was measured at places that the fit did not see."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...errors import MukcaError
+from ...errors import MukcaError, read_json
 from ...solver.assessment import RoleSummaries, mm
 from ...solver.results import CalibrationDocument
 from .build import render
@@ -63,7 +62,7 @@ def noted(files: Sequence[str], key: str) -> str:
     values: dict[str, None] = {}
     for folder in dict.fromkeys(Path(file).parent for file in files):
         try:
-            sessions = json.loads((folder / "placement.json").read_bytes())["sessions"]
+            sessions = read_json(folder / "placement.json")["sessions"]
             values |= {str(session[key]): None for session in sessions if key in session}
         except (OSError, ValueError, LookupError, TypeError):
             continue

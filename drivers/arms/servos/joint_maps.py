@@ -3,13 +3,12 @@
 An address's ``ids``, ``signs``, ``zeros`` and ``calibration`` take the place of the table's.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import cast
 
-from ....errors import MukcaError, read_bytes
+from ....errors import MukcaError, read_json
 from ... import Reason
 from ...transport import Options
 
@@ -152,7 +151,7 @@ KEYS = tuple(field.name for field in fields(MotorCalibration))
 def read_lerobot(path: Path) -> dict[str, MotorCalibration]:
     """Read a calibration file of lerobot's, motors by name; a MukcaError if it is none."""
     try:
-        content: object = json.loads(read_bytes(path))
+        content: object = read_json(path)
     except OSError as error:
         raise MukcaError(f"{path}: {error.strerror or 'cannot be read'}") from None
     except ValueError as error:

@@ -1,6 +1,7 @@
 """The C file: compiled with all warnings as errors, it is the calibration's own model."""
 
 import ctypes
+import json
 import re
 import shutil
 import subprocess
@@ -182,6 +183,20 @@ def test_it_compiles_without_a_warning(arm, tmp_path, compiler: str):
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     compile_(compiler, *COMPILERS[compiler].split(), *STRICT, "-c", arm.file, "-o", tmp_path / "o")
+
+
+@pytest.mark.slow
+def test_any_name_of_a_joint_is_a_string_of_c(calibrations, tmp_path):
+    name = "a\\??/é\u0085😀\x7f"
+
+    def rename(document):
+        text = json.dumps(document).replace("panda_joint1", json.dumps(name)[1:-1])
+        document.update(json.loads(text))
+
+    file = edited(calibrations / "panda.json", tmp_path / "panda.json", rename)
+    mukca.export(mukca.load_calibration(file), "c", tmp_path / "odd.c")
+    library = Model(tmp_path / "odd.c").compiled
+    assert (ctypes.c_char_p * 7).in_dll(library, "odd_joint_names")[0].decode() == name
 
 
 def test_what_is_no_number_is_said(arm):
