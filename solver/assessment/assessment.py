@@ -25,6 +25,8 @@ from .scale_check import rests_on
 
 FEW = 15
 """With fewer samples in a socket its mean is too uncertain for a limit on means of many."""
+TOLERANCE = 5e-4
+"""Error within which samples are counted where nobody said what the task allows [m]."""
 TRAINED = "all of these were trained on, so their errors prove nothing"
 
 
@@ -33,8 +35,10 @@ class Assessment:
     """A calibration, its verdict, and the figures that lead to it."""
 
     predictions: Predictions
+    task: float | None
+    """The error that the user's task allows [m]; None where nobody said."""
     tolerance: float
-    """The error that the user's task allows [m]."""
+    """Error within which samples are counted [m]."""
     limits: Limits
     between: tuple[KnownDistanceErrors, ...]
     summary: RoleSummaries
@@ -64,10 +68,11 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     causes, proved = document.hypotheses or (), held_out[0].found is not None
     held_out_summary = document.summary.test if proved else None
     verdict = conclude(rows, document.better, held_out_summary, rests_on(document), causes)
-    summary = role_summaries(predictions, options.tolerance)
-    placements = placement_reports(predictions, options.tolerance)
+    tolerance = TOLERANCE if options.task is None else options.task
+    summary = role_summaries(predictions, tolerance)
+    placements = placement_reports(predictions, tolerance)
     figures = limits, between, summary, placements, covered, verdict
-    return Assessment(predictions, options.tolerance, *figures)
+    return Assessment(predictions, options.task, tolerance, *figures)
 
 
 def rows_since(

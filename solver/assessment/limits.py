@@ -176,8 +176,8 @@ class Options:
     distance_error: float | None = None
     between_placements: float | None = None
     known: Sequence[KnownDistance] = ()
-    tolerance: float = 5e-4
-    """The error that the user's task allows [m]."""
+    task: float | None = None
+    """The error that the user's task allows [m]; None where nobody said."""
 
 
 def setting(document: CalibrationDocument, source: str, key: str) -> float | None:

@@ -17,7 +17,15 @@ from ...solver.results import Document, encode, refuse_existing, write_files
 from ..experiments import SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
-from .plots import Plot, comparison_plots, map_sentence, plots_of, shown_unit, simulation_plot
+from .plots import (
+    FOLDED,
+    Plot,
+    comparison_plots,
+    map_sentence,
+    plots_of,
+    shown_unit,
+    simulation_plot,
+)
 
 
 def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
@@ -112,10 +120,9 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
     """
     changes = {0.0}  # tolerances at which the answer for a placement changes [m]
     for row in report.placements:
-        if row.role == "test":
-            errors = row.quantiles.loaded
-            mostly = max(abs(row.loaded.distance_error or 0.0), errors.p95)
-            changes |= {mostly, max(mostly, errors.max)}
+        least = figures.least_allowed(row)
+        if least is not None:
+            changes |= {figures.mostly_allowed(row), least}
     called = [row.called for row in report.answers.use.rows]
     steps: list[dict[str, object]] = []
     for allowed in sorted(changes):
@@ -127,8 +134,8 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
 
 
 def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> str:
-    """Return the report of a calibration as HTML; the first section's plot is with the answers."""
-    (_, (table_map,)), *sections = plots.items()
+    """Return the report of a calibration as HTML; the first plots stand with the answers."""
+    (_, (dots,)), (_, (table_map,)), *sections = plots.items()
     role, errors = report.summary.judged
     settings = report.provenance.settings.items()
     return render(
@@ -142,7 +149,10 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         degrees=math.degrees(1),
         settings=", ".join(f"{k} {v}" for k, v in settings if v not in (None, [], "", False)),
         shown_unit=shown_unit,
+        notes=figures.session_notes(report.provenance.data_sha256),
+        dots=dots,
         table_map=table_map,
+        folded=FOLDED,
         sections=[(title, group) for title, group in sections if group],
     )
 

@@ -90,20 +90,22 @@ def show_steps(console: Console, todo: Iterable[Step]) -> None:
 
 def _placements(console: Console, report: ReportDocument) -> Table:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
-    within = f"within {1e3 * report.tolerance:g} mm?"
+    asked = report.task is not None
+    within = f"within {1e3 * report.tolerance:g} mm?" if asked else "serves tasks that allow"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
     heads += ["errors as recorded"] if curves else []
     top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
     for i, (row, use) in enumerate(zip(report.placements, report.answers.use.rows, strict=True)):
         before, after = row.before.mean_absolute_error, row.loaded.mean_absolute_error
+        serves = use.answer if asked or use.least is None else mm(use.least)
         cells: list[str | Text] = [
             use.name,
             "held out" if row.role == "test" else "trained on",
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",
-            Text(use.answer, _STYLES.get(use.answer, "")),
+            Text(serves, _STYLES.get(serves, "")),
         ]
         errors = [sample.error("geometric") for sample in report.samples if sample.placement == i]
         parts = np.array_split(errors, min(BARS, len(errors)))

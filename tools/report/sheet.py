@@ -1,17 +1,16 @@
 """A certificate: one sheet to sign, on what was measured at places that the fit did not see."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from ...errors import MukcaError, read_json
+from ...errors import MukcaError
 from ...solver.assessment import RoleSummaries, mm
 from ...solver.results import CalibrationDocument
+from . import figures
 from .build import render
 from .figures import ReportDocument
 
 BLANK = "_" * 24
 """What nobody noted is filled in by hand."""
-NOTED = {"serial_number": "Serial number", "operator": "Operator", "temperature": "Temperature"}
 BAND = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
 
@@ -39,7 +38,8 @@ def certificate(document: CalibrationDocument, report: ReportDocument) -> bytes:
             "a certificate rests on held-out placements, and there is none: hold one out by --test"
         )
     files = [file for data in document.data for file in data.files]
-    facts = [(title, noted(files, key)) for key, title in NOTED.items()]
+    notes = figures.session_notes(files)
+    facts = [(title, notes.get(title, BLANK)) for title in figures.NOTED.values()]
     facts += [
         ("Calibrated on", report.provenance.created[:10]),
         ("Payload at the ball", f"{document.load.payload:g} kg"),
@@ -55,18 +55,6 @@ def certificate(document: CalibrationDocument, report: ReportDocument) -> bytes:
         hashes=[("model", report.provenance.model_sha256), *report.provenance.data_sha256.items()],
     )
     return page.encode("utf-8", "replace")
-
-
-def noted(files: Sequence[str], key: str) -> str:
-    """Return what was noted while recording, from where the recordings still lie."""
-    values: dict[str, None] = {}
-    for folder in dict.fromkeys(Path(file).parent for file in files):
-        try:
-            sessions = read_json(folder / "placement.json")["sessions"]
-            values |= {str(session[key]): None for session in sessions if key in session}
-        except (OSError, ValueError, LookupError, TypeError):
-            continue
-    return ", ".join(values) or BLANK
 
 
 def _rows(summary: RoleSummaries) -> list[list[str]]:

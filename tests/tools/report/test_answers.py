@@ -24,6 +24,17 @@ def test_the_task_is_answered_place_by_place(document, report):
     assert rows[1]["answer"] == "no" and rows[2]["answer"] != "no"
 
 
+def test_nothing_is_assumed_of_a_task_that_nobody_named(document, report):
+    told = report(document)
+    assert told.get("task") is None
+    _, *held_out = told["answers"]["use"]["rows"]
+    errors = [row["quantiles"]["calibrated"]["max"] for row in told["placements"][1:]]
+    assert [row["least"] for row in held_out] == errors
+    words = told["answers"]["use"]["text"]
+    assert f"serve tasks that allow {1e3 * max(errors):.2f} mm or more" in words
+    assert "yes" not in words and "0.5 mm" not in words
+
+
 def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, extended, report):
     known = document.pop("uncertainty")
     between = report(document)["answers"]["use"]["between"]

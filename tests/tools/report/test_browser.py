@@ -1,6 +1,7 @@
 """The report in a real browser: no error, no network, every plot there, the views turn."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -81,6 +82,7 @@ def test_every_plot_is_there_with_its_sentence(show, report, name):
     for width in (400, 1400):
         page = show(report(name) / "report.html", width)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
         for plot in figures["plots"]:
             figure = page.locator(f"figure#{plot['id']}")
             assert figure.locator("figcaption").inner_text() == plot["sentence"]
@@ -162,12 +164,32 @@ def test_a_hostile_name_is_shown_as_such(show, document, written):
     page.select_option("[data-control=filter]", "1")
 
 
-def test_it_prints(show, report, tmp_path):
-    page = show(report("demo") / "report.html")
-    page.pdf(path=str(tmp_path / "report.pdf"), format="A4")
-    pdf = (tmp_path / "report.pdf").read_bytes()
+@pytest.mark.parametrize("name", ["demo", *ARMS])
+def test_it_prints_on_eight_pages_at_most(show, report, name):
+    """What is folded stays on the screen."""
+    page = show(report(name) / "report.html")
+    pdf = page.pdf(format="A4")
     assert pdf.startswith(b"%PDF") and len(pdf) > 50_000
-    assert page.locator("details:not([open])").count() == 0
+    assert 3 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 8
+    assert page.locator("details[open]").count() == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_first_screen_answers(show, report, scheme):
+    """Verdict, dots before and after, open points; on a wide screen the contents, too."""
+    page = show(report("demo") / "report.html")
+    page.emulate_media(color_scheme=scheme)
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        open_points, dots, contents = (
+            page.locator(place).bounding_box()
+            for place in ("#open", "#errors-by-placement svg", "nav")
+        )
+        assert open_points["y"] + open_points["height"] < height and dots["y"] < height
+        assert width < 1000 or contents["y"] + contents["height"] < height
+    for link in page.locator("nav a, #open a").all():
+        assert page.locator(link.get_attribute("href")).count() == 1
+    page.emulate_media(color_scheme="light")
 
 
 def test_without_scripts_the_figures_are_there(chromium, report):

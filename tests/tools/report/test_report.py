@@ -28,7 +28,7 @@ def check_page(folder, read_page):
     figures = json.loads((folder / "report.json").read_text())
     page = read_page(folder / "report.html")
     for attribute in ("src", "href"):  # it needs no other file
-        assert all(a[attribute].startswith("data:") for a, _ in page.having(attribute))
+        assert all(a[attribute].startswith(("data:", "#")) for a, _ in page.having(attribute))
     assert "default-src 'none'" in (folder / "report.html").read_text()
     shown = page.having("data-figure")
     for attributes, text in shown:

@@ -25,7 +25,7 @@ class _ReportOptions(cli.OutputOptions):
     limit_distance_mm: float | None = cli.option(between=cli.MILLIMETRES)
     limit_between_mm: float | None = cli.option(between=cli.MILLIMETRES)
     known: Sequence[str] = ()
-    tolerance_mm: float = cli.option(0.5, between=cli.MILLIMETRES)
+    tolerance_mm: float | None = cli.option(between=cli.MILLIMETRES)
     certificate: Path | None = None
     out: Path | None = None
     force: bool = False
@@ -45,7 +45,7 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         distance_error=metres(options.limit_distance_mm),
         between_placements=metres(options.limit_between_mm),
         known=lengths,
-        tolerance=options.tolerance_mm / 1e3,
+        task=metres(options.tolerance_mm),
     )
     result = assessment.assess(document, str(options.calibration), limits)
     document_of_report, files = report.build_report(result)

@@ -3,7 +3,9 @@ from .answers import FAR as FAR
 from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
 from .answers import environment as environment
+from .answers import least_allowed as least_allowed
 from .answers import lines as lines
+from .answers import mostly_allowed as mostly_allowed
 from .answers import text as text
 from .answers import use_text as use_text
 from .collect import report_figures as report_figures
@@ -13,6 +15,8 @@ from .model_comparison import compare as compare
 from .model_comparison import comparison_sentence as comparison_sentence
 from .model_comparison import contenders_of as contenders_of
 from .model_comparison import shared_data as shared_data
+from .notes import NOTED as NOTED
+from .notes import session_notes as session_notes
 from .recommendations import as_options as as_options
 from .recommendations import steps as steps
 from .types import Answer as Answer

@@ -147,12 +147,19 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
         y = row.position[1]  # the name may be given from the other side
         side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
         where = area(row.position, brief=True)
-        rows.append(types.UseAtPlacement(name=name, called=name + side, where=where, answer=answer))
+        use = types.UseAtPlacement(
+            name=name, called=name + side, where=where, answer=answer, least=least_allowed(row)
+        )
+        rows.append(use)
     limits = {row.name: row.found for row in result.verdict.limits}
     called, status = [row.called for row in rows], result.verdict.stamp
+    words = use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
+    if result.task is None:
+        least = {row.called: row.least for row in rows if row.least is not None}
+        words = text(_TEXTS, "ask", least=least, status=status)
     return types.UseAnswer(
         rows=tuple(rows),
-        text=use_text(called, answers, f"{1e3 * result.tolerance:g}", status),
+        text=words,
         meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
         between=text(
@@ -164,12 +171,24 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
 
 def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
     """Return the answer by the URDF; ``trained on`` where errors prove nothing."""
-    if row.role == "train":
+    least = least_allowed(row)
+    if least is None:
         return "trained on"
-    errors = row.quantiles.loaded
-    if abs(row.loaded.distance_error or 0.0) > tolerance or errors.p95 > tolerance:
+    if mostly_allowed(row) > tolerance:
         return "no"
-    return "yes" if errors.max <= tolerance else "mostly"
+    return "yes" if least <= tolerance else "mostly"
+
+
+def mostly_allowed(row: assessment.PlacementReport) -> float:
+    """Return the least error that a task may allow for 19 of 20 samples to keep it [m]."""
+    return max(abs(row.loaded.distance_error or 0.0), row.quantiles.loaded.p95)
+
+
+def least_allowed(row: assessment.PlacementReport) -> float | None:
+    """Return the least error for all samples to keep it [m]; None where it was trained on."""
+    if row.role == "train":
+        return None
+    return max(mostly_allowed(row), row.quantiles.loaded.max)
 
 
 def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:

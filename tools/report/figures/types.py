@@ -34,6 +34,9 @@ class UseAtPlacement(Document, kw_only=True, frozen=True):
     """Its name, with the robot's side where it is on one."""
     where: str
     answer: Answer
+    """With the report's ``tolerance``."""
+    least: float | None = None
+    """Least error that a task may allow for a yes [m]; None where it was trained on."""
 
 
 class UseAnswer(Document, kw_only=True, frozen=True):
@@ -179,8 +182,10 @@ class ReportDocument(FitResult, kw_only=True, frozen=True):
     summary: assessment.RoleSummaries
     placements: tuple[assessment.PlacementReport, ...]
     between: tuple[assessment.KnownDistanceErrors, ...]
+    task: float | None = None
+    """The error that the user's task allows [m]; None where nobody said."""
     tolerance: float
-    """The error that the user's task allows [m]."""
+    """Error for which shares and answers hold [m]: that of the task, or 0.5 mm."""
     limits: assessment.Limits
     samples: tuple[assessment.SampleErrors, ...]
     """Thinned out where there are many; all other figures rest on all of them."""

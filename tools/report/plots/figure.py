@@ -245,6 +245,8 @@ def named_rows(
 
 
 MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
+LOADED: tuple[tuple[ModelName, str], ...] = (("nominal", "nominal"), ("geometric", "calibrated"))
+"""Models before and after, as they are loaded, and their marks."""
 COLOURS = 6
 """Marks ``model-0``, ... that the style sheet has; more models or arms take them again."""
 
@@ -267,6 +269,12 @@ class Plot:
 
 Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
+
+
+def full_model(report: ReportDocument) -> str:
+    """Return the name of the full model; it is calibrated.urdf itself where that holds all."""
+    alone = report.summary.judged[1].geometric is None
+    return "calibrated.urdf" if alone else "the full model"
 
 
 def plot(

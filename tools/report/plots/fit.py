@@ -8,7 +8,7 @@ import numpy as np
 
 from ....solver.assessment import short_names
 from ..figures import ReportDocument
-from .figure import LINE, MODELS, Axis, Panel, Plot, named_rows, plot
+from .figure import LINE, LOADED, Axis, Panel, Plot, full_model, named_rows, plot
 
 _SMALLEST = 1e-3
 """Below this the curves are not followed [mm]."""
@@ -37,6 +37,7 @@ def history(report: ReportDocument) -> Plot | None:
     return plot(
         "history",
         *(_curves_panel(term, curves[term], repeatability) for term in _TERMS),
+        model=full_model(report),
         iterations=rows[-1].iteration,
         ends=[(term, *(curves[term][roles[-1]][k][1] for k in (0, -1))) for term in _TERMS],
         held_out=rows[0].test is not None,
@@ -117,13 +118,13 @@ def known_distances(report: ReportDocument) -> Plot | None:
         return None
     ends = short_names([end for row in rows for end in (row.a, row.b)])
     names = [f"{a} to {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    errors = {model: [1e3 * row.errors.of(model) for row in rows] for model in MODELS}
+    errors = {mark: [1e3 * row.errors.of(model) for row in rows] for model, mark in LOADED}
     limit = 1e3 * (report.limits.between_placements.value or 0)
     axis = Axis.around_zero([*errors["nominal"], *errors["calibrated"], limit], "mm", smallest=0.01)
     panel = named_rows("predicted less known distance", names, axis, pitch=22)
     panel.rule("zero", x=0)
-    for model, values in errors.items():
-        panel.dots(values, f"{model} test", model, "+.3f", size=4)
+    for mark, values in errors.items():
+        panel.dots(values, f"{mark} test", mark, "+.3f", size=4)
     if limit:
         panel.threshold("", x=-limit)
         panel.threshold(f"limit {limit:g} mm", x=limit)
@@ -148,5 +149,5 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     panel.dots(errors, [f"calibrated {row.role}" for row in rows], "found")
     panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
     ratios = [(b / a, name) for a, b, name in zip(predicted, errors, names, strict=True)]
-    name, layout = "predicted-found", "half"
-    return plot(name, panel, layout=layout, ratios=ratios, repeatability=repeatability)
+    values: dict[str, Any] = {"ratios": ratios, "repeatability": repeatability}
+    return plot("predicted-found", panel, layout="half", model=full_model(report), **values)

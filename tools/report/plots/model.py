@@ -1,13 +1,14 @@
 """Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ....solver.assessment import Coverage, short_names
 from ....solver.results import Coefficient, JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
-from .figure import Axis, Panel, Plot, named_rows, plot
+from .figure import Axis, Panel, Plot, full_model, named_rows, plot
 
 _SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
 """Factor and unit on the screen, by SI unit."""
@@ -52,6 +53,7 @@ def parameters(report: ReportDocument) -> Plot:
         "parameters",
         *(_bars_panel(kind, bars, repeatability) for (kind, _), bars in kinds.items()),
         repeatability=repeatability,
+        model=full_model(report),
         largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in kinds.values()],
         known=len(determined),
         clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in determined),
@@ -174,7 +176,8 @@ def joints(report: ReportDocument) -> Plot | None:
     panel.bars(0, recorded, "change", thick=7)
     panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
     largest = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
-    return plot("joints", panel, layout="half", most=largest, repeatability=repeatability)
+    values: dict[str, Any] = {"most": largest, "repeatability": repeatability}
+    return plot("joints", panel, layout="half", model=full_model(report), **values)
 
 
 def error_curves(report: ReportDocument) -> Plot | None:
@@ -191,9 +194,8 @@ def error_curves(report: ReportDocument) -> Plot | None:
     largest = max((_MRAD * max(map(abs, c.values)), c.joint) for c in curves)
     turns = ((360 - sum(_DEGREES * (b - a) for a, b in c.sampled), c.joint) for c in curves)
     blank = [f"{gap:.0f} degrees of {joint}" for gap, joint in turns if gap >= LEAST_BLANK]
-    return plot(
-        "curves", *panels, layout="half", largest=largest, blank=blank, repeatability=repeatability
-    )
+    values: dict[str, Any] = {"largest": largest, "blank": blank, "model": full_model(report)}
+    return plot("curves", *panels, layout="half", repeatability=repeatability, **values)
 
 
 def _angles(covered_range: Coverage, joint: str) -> list[float]:

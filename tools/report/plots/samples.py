@@ -1,13 +1,14 @@
 """Plots of samples, flat, in space and in order, and of the use: by placement, on the table."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ....solver.assessment import ModelName, SampleErrors, area, nice_above
 from ....solver.results import Role
 from ..figures import FAR, Answer, ReportDocument, text
-from .figure import MODELS, Axis, Panel, Plot, named_rows, plot, to_scale
+from .figure import LOADED, Axis, Panel, Plot, full_model, named_rows, plot, to_scale
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -25,7 +26,7 @@ FINE = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 def errors_in_3d(report: ReportDocument) -> Plot:
     """Every sample round its socket, nominal and calibrated side by side, to one scale."""
-    largest = [float(_lengths(report, m).max(initial=0.0)) for m in MODELS]
+    largest = [float(_lengths(report, m).max(initial=0.0)) for m, _ in LOADED]
     half = nice_above(max(*largest, 1e-6), FINE)
     placements = [(i, row.name) for i, row in enumerate(report.placements)]
     return plot(
@@ -33,7 +34,6 @@ def errors_in_3d(report: ReportDocument) -> Plot:
         layout="scenes",
         scene="errors",
         controls={"placements": placements, "half": half},
-        width=2e3 * half,
         count=len(report.samples),
         largest=largest,
         limit=report.limits.mean_absolute_error.value,
@@ -43,7 +43,7 @@ def errors_in_3d(report: ReportDocument) -> Plot:
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes; for paper."""
     large, small = (
-        nice_above(1e3 * float(_lengths(report, model).max(initial=1e-6)), FINE) for model in MODELS
+        nice_above(1e3 * float(_lengths(report, m).max(initial=1e-6)), FINE) for m, _ in LOADED
     )
     limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
     if 0 < limit < 1.4 * small:  # it is drawn, all of it
@@ -52,8 +52,8 @@ def errors_in_2d(report: ReportDocument) -> Plot:
     times = float(f"{large / small:.2g}")
     views: tuple[tuple[ModelName, float, str], ...] = (
         ("nominal", large, "nominal"),
-        ("calibrated", large, "calibrated"),
-        ("calibrated", small, f"calibrated x {times:g}"),
+        ("geometric", large, "calibrated"),
+        ("geometric", small, f"calibrated x {times:g}"),
     )
     return plot(
         "errors-2d",
@@ -74,9 +74,10 @@ def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, tit
     """Return the samples along two axes, up to half the panel's width [mm]."""
     x, y = (Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes)
     panel = Panel(title, x, y, width=248, height=276, margin=44).grid()
+    mark = dict(LOADED)[model]
     for row in report.samples:
         a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
-        panel.dot(a, b, f"{model} {report.placements[row.placement].role}", size=2)
+        panel.dot(a, b, f"{mark} {report.placements[row.placement].role}", size=2)
     limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
     if 0 < limit <= half:
         radius = limit * (panel.right - panel.left) / (2 * half)
@@ -99,6 +100,7 @@ def order(report: ReportDocument) -> Plot:
         far=FAR,
         window=WINDOW,
         weighted=any(map(_doubted, report.samples)),
+        model=full_model(report),
     )
 
 
@@ -143,12 +145,12 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
     rows, names = report.placements, [row.name for row in report.answers.use.rows]
     before = [1e3 * row.before.mean_absolute_error for row in rows]
-    after = [1e3 * row.calibrated.mean_absolute_error for row in rows]
+    after = [1e3 * row.loaded.mean_absolute_error for row in rows]
     x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
     panel = named_rows("error at each placement", names, x, pitch=28)
     panel.bars(before, after, "link")
-    for model, values in zip(MODELS, (before, after), strict=True):
-        panel.dots(values, [f"{model} {row.role}" for row in rows], model)
+    for (_, mark), values in zip(LOADED, (before, after), strict=True):
+        panel.dots(values, [f"{mark} {row.role}" for row in rows], mark)
     limit = report.limits.mean_absolute_error.value
     if limit is not None:
         panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
@@ -168,18 +170,24 @@ def table_map(report: ReportDocument) -> Plot:
     panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
     panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
-    uses = report.answers.use.rows
+    uses, asked = report.answers.use.rows, report.task is not None
     for i, (row, use) in enumerate(zip(rows, uses, strict=True)):
         x, y = panel.x(-row.position[1]), panel.y(row.position[0])
-        mark = {"class_": f"answer {use.answer.split(' ')[0]}", "data_placement": i}
+        word = use.answer.split(" ")[0] if asked or use.least is None else "unasked"
+        mark = {"class_": f"answer {word}", "data_placement": i}
         panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
         panel.text(x, y + 4, str(i + 1), "number middle light")
-    sentence = map_sentence(report, [use.answer for use in uses], f"{1e3 * report.tolerance:g}")
-    return plot("table-map", panel, layout="beside", controls={"uses": uses}, text=sentence)
+    allowed = f"{1e3 * report.tolerance:g}" if asked else None
+    sentence = map_sentence(report, [use.answer for use in uses], allowed)
+    values: dict[str, Any] = {"text": sentence, "asked": asked}
+    return plot("table-map", panel, layout="beside", controls={"uses": uses}, **values)
 
 
-def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str) -> str:
-    """Return at how many places the task can be done, with the error that it allows in words."""
+def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str | None) -> str:
+    """Return at how many places the task can be done, with the error that it allows in words.
+
+    Where nobody said what it allows, the largest error stands in its place.
+    """
     heights = [row.position[2] for row in report.placements]
     role = report.summary.judged[0]
     return text(
@@ -189,6 +197,7 @@ def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str
         total=sum(row.role == role for row in report.placements),
         allowed=allowed,
         proven=answers.count("yes"),
+        largest=max((use.least for use in report.answers.use.rows if use.least), default=0.0),
         low=min(heights),
         high=max(heights),
     )
@@ -198,13 +207,15 @@ def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
     role, summary = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
-    values = {model: np.sort(1e3 * _lengths(report, model, role)) for model in MODELS}
-    tolerance = 1e3 * report.tolerance
-    x = Axis.logarithmic([tolerance, *np.concatenate(list(values.values()))], "error, mm")
+    values = {mark: np.sort(1e3 * _lengths(report, model, role)) for model, mark in LOADED}
+    task = None if report.task is None else 1e3 * report.task
+    ends = [] if task is None else [task]
+    x = Axis.logarithmic([*ends, *np.concatenate(list(values.values()))], "error, mm")
     panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()
-    for model, errors in values.items():
+    for mark, errors in values.items():
         steps = np.linspace(0, 100, len(errors) + 1)[1:]
         path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
-        panel.line(path, f"curve {model}")
-    panel.threshold(f"{tolerance:g} mm", x=tolerance)
-    return plot("shares", panel, layout="half", words=words, judged=summary, tolerance=tolerance)
+        panel.line(path, f"curve {mark}")
+    if task is not None:
+        panel.threshold(f"{task:g} mm", x=task)
+    return plot("shares", panel, layout="half", words=words, judged=summary, task=task)

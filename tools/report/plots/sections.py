@@ -5,28 +5,32 @@ from . import fit, model, samples, workspace
 from .figure import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
+    ("Answer", (samples.errors_by_placement,)),
     ("Three questions", (samples.table_map,)),
     ("Where the arms stand", (workspace.arms_together,)),
     (
         "Where the error is",
         (
-            samples.errors_by_placement,
             samples.shares,
+            fit.predicted_and_found,
             samples.errors_in_3d,
             samples.errors_in_2d,
-            fit.known_distances,
-            fit.predicted_and_found,
             workspace.error_map,
+            fit.cross_placement,
             model.joints,
+            fit.known_distances,
+            workspace.arm_in_3d,
         ),
     ),
-    ("The data", (samples.order, model.coverage, fit.cross_placement)),
+    ("The data", (samples.order, model.coverage)),
     (
         "The fit and the model",
-        (fit.history, workspace.arm_in_3d, model.parameters, model.error_curves, model.groups),
+        (fit.history, model.parameters, model.error_curves, model.groups),
     ),
 )
-"""The page shows the map of the first section with the answers."""
+"""The page shows the plot of the first section with the verdict, the next with the answers."""
+FOLDED = ("errors-2d", "history", "parameters", "curves", "groups")
+"""Plots that the page shows where somebody asks for them."""
 
 
 def plots_of(report: ReportDocument) -> dict[str, list[Plot]]:

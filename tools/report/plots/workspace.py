@@ -1,6 +1,7 @@
 """Plots of the workspace: how well places are known, several arms together, and the arm's poses."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ....solver.data import IDENTITY, Pose
 from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
-from .figure import COLOURS, Axis, Panel, Plot, plot, to_scale
+from .figure import COLOURS, Axis, Panel, Plot, full_model, plot, to_scale
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
@@ -145,4 +146,5 @@ def arm_in_3d(report: ReportDocument) -> Plot:
     count, factor = len(arm.placements), arm.exaggeration
     factors = [(k, f"{k:g} x" if k != 1 else "true") for k in sorted({1.0, factor, 10 * factor})]
     controls = {"configurations": count, "factor": factor, "factors": factors}
-    return plot("arm-3d", layout="scenes one", scene="arm", controls=controls, arm=arm)
+    values: dict[str, Any] = {"arm": arm, "model": full_model(report)}
+    return plot("arm-3d", layout="scenes one", scene="arm", controls=controls, **values)

@@ -19,7 +19,7 @@ function errorsScene() {
       view.centre = [0, 0, 0];
       view.scale = Math.min(view.width, view.height) / (3.05 * half);
       box(view, half);
-      const samples = figures.samples.filter(chosen).map((row) => [row[model], row]);
+      const samples = figures.samples.filter(chosen).map((row) => [pointOf(row, model), row]);
       samples.sort((a, b) => view.project(a[0])[2] - view.project(b[0])[2]);
       for (const [point, row] of samples) view.dot(point, 2.8, model, role(row) === "train");
       if (limit) ring(view, limit);
@@ -27,6 +27,11 @@ function errorsScene() {
     });
   }
   filter.addEventListener("input", () => orbit.redraw());
+}
+
+// What calibrated.urdf says, as it is loaded.
+function pointOf(row, model) {
+  return model === "nominal" ? row.nominal : (row.geometric ?? row.calibrated);
 }
 
 function box(view, half) {
@@ -151,7 +156,7 @@ function toleranceControl() {
   const errors = figures.placements.map((_, i) =>
     figures.samples
       .filter((row) => row.placement === i)
-      .map((row) => Math.hypot(...(row.geometric ?? row.calibrated))),
+      .map((row) => Math.hypot(...pointOf(row, "calibrated"))),
   );
   const steps = JSON.parse(document.getElementById("by-tolerance").textContent);
   const show = () => {
@@ -176,11 +181,8 @@ function toleranceControl() {
   input.addEventListener("input", show);
 }
 
-// On paper everything is open, and light.
-addEventListener("beforeprint", () => {
-  document.documentElement.classList.add("paper");
-  for (const details of document.querySelectorAll("details")) details.open = true;
-});
+// Paper is light; it has what the reader opened.
+addEventListener("beforeprint", () => document.documentElement.classList.add("paper"));
 addEventListener("afterprint", () => document.documentElement.classList.remove("paper"));
 
 if (document.querySelector("canvas")) {
