@@ -12,3 +12,4 @@ from .rests import find_rests as find_rests
 from .rests import placements_of as placements_of
 from .rests import propose_samples as propose_samples
 from .rests import rests_picture as rests_picture
+from .turned_boards import turned_alike as turned_alike

@@ -151,7 +151,7 @@ def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tup
     """Return a plain chessboard's inner corners and their pixels in each picture that shows it.
 
     Where columns and rows are even and odd, the darker of two opposite squares comes first. Boards
-    that look alike after half a turn may be found turned over, which the fit of the views tells.
+    that look alike after a turn may be found turned, see :mod:`.turned_boards`.
     """
     size = board.columns - 1, board.rows - 1
     if min(size) < 3:

@@ -13,7 +13,7 @@ from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.data import Pose, rotation_matrices
 from mukca.solver.robot import turn
-from mukca.tools.extract import joints_of
+from mukca.tools.extract import Board, joints_of, turned_alike
 
 pytestmark = pytest.mark.slow
 
@@ -339,3 +339,28 @@ def test_another_arms_calibration_is_told_where_both_fit(simulated, tmp_path, co
     write_rows(tmp_path / "poses.csv", rows, names_of(simulated))
     words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera", "on-arm")
     assert command(*words)[0] == 3
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+@pytest.mark.parametrize(("columns", "rows", "fold"), [(9, 7, 2), (10, 6, 2), (8, 8, 4), (9, 6, 1)])
+def test_a_plain_board_that_looks_alike_turned_is_told_by_all_views(
+    simulated, camera, columns, rows, fold
+):
+    board = Board(columns=columns, rows=rows, square=0.03, dictionary="none")
+    right = recorded(views(simulated, camera))
+    turns = np.random.default_rng(4).integers(0, fold, 15)
+    turns[0] = 0
+    samples = []
+    for sample, k in zip(right.samples, turns.tolist(), strict=True):
+        T = pose(rotation_matrices(np.array([sample.orientation]))[0], sample.point)
+        middle = pose(np.eye(3), [0.015 * columns, 0.015 * rows, 0])
+        Z = middle @ pose(turn(np.array([0, 0, 2 * np.pi * k / fold])), [0, 0, 0])
+        T = T @ Z @ np.linalg.inv(middle)
+        quaternion = tuple(quaternion_of(T[None, :3, :3])[0].tolist())
+        samples.append(replace(sample, point=tuple(T[:3, 3]), orientation=quaternion))
+    found = turned_alike(simulated.calibration, replace(right, samples=tuple(samples)), board)
+    points = [[s.point for s in some.samples] for some in (found, right)]
+    quaternions = [[s.orientation for s in some.samples] for some in (found, right)]
+    assert np.abs(np.subtract(*points)).max() < 1e-9
+    assert np.abs(np.subtract(*map(rotation_matrices, map(np.array, quaternions)))).max() < 1e-9
+    assert len(found.remarks) == (fold > 1)

@@ -166,7 +166,7 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     doubt = JOINT_POSITION.doubt(start or ())
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
-    views = [view for path in options.data for view in _views(path, options)]
+    views = [view for path in options.data for view in _views(path, options, calibrated)]
     views = [extract.joints_of(calibrated, view, start, options.camera) for view in views]
     limit = _limit(options.limit_mm)
     pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
@@ -174,7 +174,9 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     return 3 if pose.untold else 0
 
 
-def _views(path: Path, options: _HandeyeOptions) -> "list[recorder.Placement]":
+def _views(
+    path: Path, options: _HandeyeOptions, calibrated: "calibration.Calibration"
+) -> "list[recorder.Placement]":
     """Return the views of a CSV file of any name, of a folder of images, or of placements."""
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
@@ -184,9 +186,8 @@ def _views(path: Path, options: _HandeyeOptions) -> "list[recorder.Placement]":
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
     board = extract.Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)
-    return [
-        extract.read_images(path, board, numbers(options.intrinsics, "--intrinsics", (4, 8, 9)))
-    ]
+    camera = numbers(options.intrinsics, "--intrinsics", (4, 8, 9))
+    return [extract.turned_alike(calibrated, extract.read_images(path, board, camera), board)]
 
 
 def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:

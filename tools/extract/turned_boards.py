@@ -1,0 +1,100 @@
+"""Plain chessboards that look alike after a turn: which turn each view has, by consistency.
+
+A board of an even sum of columns and rows looks alike after half a turn, a square one after a
+quarter, so a detector may find it turned otherwise in each view. With flanges F and boards B of two
+views i and j, a camera on the arm or beside it sees
+
+    angle(F_i^T F_j) = angle(B_i^T B_j Z_(j-i))
+
+Z being the turn about the board's normal between what was found in both. The surest pairs of views
+are joined first (Prim's spanning tree).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...recorder import Placement
+from ...solver.calibration import Calibration, pose_of_numbers, quaternion_of
+from ...solver.data import rotation_matrices
+from .boards import PLAIN, Board
+from .postures import COLUMNS
+
+QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+"""A quarter of a turn about the normal."""
+
+
+def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Placement:
+    """Return views in which a plain chessboard is turned as in the first one.
+
+    Args:
+        calibration: The calibrated arm.
+        views: Joint positions or flange poses, and the board's poses in the camera.
+        board: The board that the views show.
+    """
+    turns = _alike(board)
+    if board.dictionary != PLAIN or len(turns) == 1:
+        return views
+    B = rotation_matrices(np.array([sample.orientation for sample in views.samples]))
+    F = _flanges(calibration, views)
+    Z = np.array([np.linalg.matrix_power(QUARTER, k) for k in turns])
+    numbers = _turns_of_views(F, B, Z)
+    centre = np.array([board.columns, board.rows, 0.0]) * board.square / 2
+    places = np.array([sample.point for sample in views.samples])
+    places += np.einsum("nij,nj->ni", B, centre - Z[numbers] @ centre)
+    quaternions = quaternion_of(B @ Z[numbers])
+    rows = zip(views.samples, places.tolist(), quaternions.tolist(), strict=True)
+    samples = tuple(
+        replace(sample, point=(x, y, z), orientation=(qx, qy, qz, qw), turn=())
+        for sample, (x, y, z), (qx, qy, qz, qw) in rows
+    )
+    if not numbers.any():
+        return views
+    where = views.files[0].parent if views.files else views.name
+    remark = (
+        f"{where}: the board looks alike after a turn of {360 // len(turns)} deg; it was found "
+        f"turned in {np.count_nonzero(numbers)} of {len(samples)} views, which were turned back"
+    )
+    return replace(views, samples=samples, remarks=(*views.remarks, remark))
+
+
+def _alike(board: Board) -> list[int]:
+    """Return the quarters of a turn after which a plain chessboard may look alike."""
+    if (board.columns + board.rows) % 2:
+        return [0]
+    return [0, 1, 2, 3] if board.columns == board.rows else [0, 2]
+
+
+def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
+    """Return the rotations of the flange, shape (N, 3, 3)."""
+    if views.joint_names is not None and set(views.joint_names) == set(COLUMNS):
+        order = [views.joint_names.index(name) for name in COLUMNS]
+        return pose_of_numbers(views.positions[:, order])[:, :3, :3]
+    q = views.for_joints(calibration.robot.joint_names).positions
+    return calibration.flange(q)[:, :3, :3]
+
+
+def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
+    """Return the number of the turn that puts each board as in the first view, shape (N,)."""
+    expected = _angles(np.einsum("iba,jbc->ijac", F, F))
+    relative = np.einsum("iba,jbc->ijac", B, B)
+    errors = np.array([np.abs(_angles(relative @ turn) - expected) for turn in Z])
+    best = errors.argmin(axis=0)
+    surest, next_best = np.sort(errors, axis=0)[:2]
+    sureness = next_best - surest
+    N = len(F)
+    numbers, origin, margin = np.zeros(N, dtype=int), np.zeros(N, dtype=int), sureness[0].copy()
+    remaining = np.arange(N) > 0
+    while remaining.any():
+        j = int(np.argmax(np.where(remaining, margin, -1.0)))
+        remaining[j] = False
+        numbers[j] = (numbers[origin[j]] + best[origin[j], j]) % len(Z)
+        nearer = sureness[j] > margin
+        origin[nearer], margin[nearer] = j, sureness[j][nearer]
+    return numbers
+
+
+def _angles(rotations: np.ndarray) -> np.ndarray:
+    """Return the angles of rotations, shape (..., 3, 3) [rad]."""
+    traces = np.trace(rotations, axis1=-2, axis2=-1)
+    return np.arccos(np.clip((traces - 1) / 2, -1.0, 1.0))
