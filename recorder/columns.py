@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, product
 
 from .files import RecordingError
 
@@ -183,10 +184,10 @@ def _in_one_way(names: Sequence[str], joints: Sequence[str], ways: _Ways) -> Mat
     if ((), ()) in complete:
         complete = [((), ())]
     for k in range(len(joints)):
-        columns = [i for way in complete for i in ways[way][k]]
+        columns = list(chain.from_iterable(ways[way][k] for way in complete))
         if len(columns) > 1:
             raise ColumnError(joints[k], [names[i] for i in columns])
-    order = tuple(ways[way][k][0] for way in complete for k in range(len(joints)))
+    order = tuple(ways[way][k][0] for way, k in product(complete, range(len(joints))))
     return Match(order) if order and len(set(order)) == len(order) else None
 
 

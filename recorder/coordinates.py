@@ -1,6 +1,7 @@
 """Names of coordinates: places x, y, z and turns, as programs call them."""
 
 from collections.abc import Sequence
+from itertools import chain, product
 
 from .columns import Column, ColumnError, Words
 
@@ -8,7 +9,7 @@ AXES = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
 VECTOR = ("rx", "ry", "rz")
 RPY = ("roll", "pitch", "yaw")
-MATRIX = tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
+MATRIX = tuple(f"r{i}{j}" for i, j in product((1, 2, 3), (1, 2, 3)))
 TURNS = (QUATERNION, VECTOR, RPY, MATRIX)
 """Ways to write a rotation: unit quaternion, rotation vector [rad], R = Rz Ry Rx, and rows of R."""
 _TURNED = {"orientation", "quaternion", "quat", "q", "rotation", "rot"}
@@ -38,7 +39,7 @@ def match_coordinates(
     prefixes = [()] if () in complete else complete
     if not prefixes:
         return None
-    fitting = [column for way in prefixes for column in ways[way][names[0]]]
+    fitting = list(chain.from_iterable(ways[way][names[0]] for way in prefixes))
     twice = next((c for c in ways[prefixes[0]].values() if len(c) > 1), None)
     if len(fitting) > 1 or twice:
         some = [f"{column.name} (column {column.index + 1})" for column in twice or fitting]

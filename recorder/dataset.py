@@ -10,6 +10,7 @@ import json
 import re
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from .cells import table_bytes
@@ -208,7 +209,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         for socket, table in tables
         for i, row in enumerate(table.numbers(joints, gaps=names is not None))
     )
-    notes = [note for _, table in tables for note in table.notes]
+    notes = list(chain.from_iterable(table.notes for _, table in tables))
     return Placement(
         name=placement_name(folder),
         samples=samples,

@@ -6,6 +6,7 @@ as many positions; ``rostopic echo -p /joint_states`` has field.name0, .., field
 
 import re
 from collections.abc import Sequence
+from itertools import chain
 
 Record = tuple[int, list[str]]
 """Line, and its cells."""
@@ -29,7 +30,7 @@ def named_states(records: Sequence[Record]) -> list[Record] | None:
         messages = [_by_place(record) for record in records]
     else:
         return None
-    names = list(dict.fromkeys(name for _, _, positions in messages for name in positions))
+    names = list(dict.fromkeys(chain.from_iterable(positions for _, _, positions in messages)))
     rows = [(line, [time, *(p.get(name, "") for name in names)]) for line, time, p in messages]
     return [(records[0][0], ["time", *names]), *rows]
 

@@ -5,6 +5,7 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 
 from .cells import require_columns, table_bytes
@@ -91,7 +92,9 @@ class SampleFile:
 
 def header_line(joint_names: Sequence[str]) -> bytes:
     """Return the first line of the file."""
-    return _line([*_LEADING, *(f"{kind}.{name}" for kind in _PER_JOINT for name in joint_names)])
+    return _line(
+        [*_LEADING, *(f"{kind}.{name}" for kind, name in product(_PER_JOINT, joint_names))]
+    )
 
 
 def capture_line(sample: Sample) -> bytes:
@@ -192,10 +195,8 @@ class _Row:
         position, spread, effort = map(self.joints, _PER_JOINT)
         if position is None:
             raise RecordingError(f"{self.where}: a capture without positions")
-        time, stamp = (
-            self.number(column) if self.cells[column].strip() else None
-            for column in ("time", "stamp")
-        )
+        time = self.number("time") if self.cells["time"].strip() else None
+        stamp = self.number("stamp") if self.cells["stamp"].strip() else None
         socket, states = self.integer("socket"), self.integer("states")
         return Sample(position, socket, effort, self.where, number, time, stamp, states, spread)
 

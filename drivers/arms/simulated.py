@@ -7,6 +7,7 @@ import csv
 import io
 import math
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -142,8 +143,8 @@ def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> Simula
     """Return the arm that replays a CSV file, or all recordings in a placement's folder."""
     files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
     parts = [_read(file) for file in files or [path]]
-    configurations = [row for _, part, _ in parts for row in part]
-    efforts = [row for *_, part in parts for row in part]
+    configurations = list(chain.from_iterable(part for _, part, _ in parts))
+    efforts = list(chain.from_iterable(part for *_, part in parts))
     if not configurations:
         raise Reason.BAD_ADDRESS(f"mock: {path}: no configuration to replay")
     hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)

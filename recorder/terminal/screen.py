@@ -3,7 +3,7 @@
 import math
 import textwrap
 import time
-from itertools import groupby
+from itertools import chain, groupby
 from operator import itemgetter
 from pathlib import Path
 
@@ -109,7 +109,9 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     if view.resume_summary:
-        lines = [part for line in view.resume_summary for part in textwrap.wrap(line, width - 2)]
+        lines = list(
+            chain.from_iterable(textwrap.wrap(line, width - 2) for line in view.resume_summary)
+        )
         return [*(Text(f" {line}", style="bold") for line in lines), *joints]
     room -= len(joints)
     hint = _hint(view, width) if room > 2 else []
@@ -123,7 +125,9 @@ def _hint(view: View, width: int) -> list[Text]:
     """The next pose in words: each joint that must move, in the order of the chain."""
     target = view.advice.target if view.advice else None
     if view.advice and (view.advice.enough or view.advice.exhausted):
-        lines = [part for line in view.advice.closing for part in textwrap.wrap(line, width - 2)]
+        lines = list(
+            chain.from_iterable(textwrap.wrap(line, width - 2) for line in view.advice.closing)
+        )
         return [Text(f" {line}", style="bold cyan") for line in lines]
     if target is None or view.position is None or (view.advice and view.advice.leave):
         return []

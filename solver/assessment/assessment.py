@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from msgspec import structs
 
@@ -94,7 +95,7 @@ def rows_since(
     if new is not None:
         rows = rows if new.loaded.distance_error is not None else rows[:1]
         rows = [row for row in rows if not compared or row.limit is not None]
-        few = compared and any(count < FEW for m in data for count in m.counts)
+        few = compared and min(chain.from_iterable(m.counts for m in data)) < FEW
         for i, row in enumerate(rows if few else ()):
             if row.status == "fail":
                 text = f"{row.text}, by a few samples"

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from msgspec.structs import replace
@@ -136,9 +137,8 @@ def rows_of_the_fit(
     document = predictions.document
     proved = [row.name for row in held_out if "pass" in (row.status, row.full_status)]
     doubted = {"mean_absolute_error", "distance_error"} <= set(proved)
-    training, tested = (
-        [p.measured for p in predictions.placements if p.role == role] for role in ("train", "test")
-    )
+    training = [p.measured for p in predictions.placements if p.role == "train"]
+    tested = [p.measured for p in predictions.placements if p.role == "test"]
     recordings = Recordings(
         training,
         tested,
@@ -194,7 +194,8 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
     if checks is None:
         words = "the calibration holds no checks of the recordings; run mukca check"
         return limit_row(name, "not evaluated", words)
-    errors, warnings = ([c for c in checks if c.level == level] for level in ("error", "warning"))
+    errors = [c for c in checks if c.level == "error"]
+    warnings = [c for c in checks if c.level == "warning"]
     reason = f"{plural(len(errors), 'error')} and {plural(len(warnings), 'warning')}"
     reason += " in the recordings"
     drifts = tuple(error.where for error in errors if error.code == "drift" and drift_doubted)
@@ -222,7 +223,7 @@ def samples_row(
 
     def most(placements: Sequence[Measurement], *, tied: bool) -> int:
         counts = _counts(placements)
-        numbers = tuple(n for counts_there in counts for n in counts_there)
+        numbers = tuple(chain.from_iterable(counts))
         if not by_socket:
             return sum(numbers)
         # two sockets, at the best placement

@@ -180,9 +180,9 @@ def known_distance_errors(
 ) -> tuple[KnownDistanceErrors, ...]:
     """Return the errors of all models at each known distance; raises KnownError."""
     placements = predictions.placements
-    sockets = [
-        (placement, socket) for placement in placements for socket in placement.measured.sockets
-    ]
+    sockets = list[tuple[PlacementPrediction, int]]()
+    for placement in placements:
+        sockets += [(placement, socket) for socket in placement.measured.sockets]
     labels = [(placement.name, socket) for placement, socket in sockets]
     centres = placements[0].points.by_name(
         lambda model: np.concatenate([placement.centres(model) for placement in placements])
@@ -192,7 +192,7 @@ def known_distance_errors(
 
     def errors(length: KnownDistance) -> KnownDistanceErrors:
         ends = length.first, length.second
-        a, b = (find_socket(labels, end, where="known distance: ") for end in ends)
+        a, b = [find_socket(labels, end, where="known distance: ") for end in ends]
         errors = centres.each(
             lambda centre: float(np.linalg.norm(centre[b] - centre[a])) - length.distance
         )

@@ -141,7 +141,8 @@ def error_rows(
     no_distance = reason if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
     rows: list[LimitResult] = []
     for name, why in (("mean_absolute_error", reason), ("distance_error", no_distance)):
-        by_urdf, by_full = (metrics and getattr(metrics, name) for metrics in (loaded, corrected))
+        by_urdf = loaded and getattr(loaded, name)
+        by_full = corrected and getattr(corrected, name)
         limit, deviation = getattr(limits, name), deviations.get(name, 0.0)
         rows.append(_length_row(name, limit, by_urdf, by_full, why, deviation))
     return rows

@@ -131,12 +131,10 @@ class Arm:
 
 
 _SHIPPED = resources("mukca.solver.robot") / "shipped" / "repeatability.json"
-ARMS = {
-    arm: Arm(float(row["repeatability"]), row["source"])
-    for row in json.loads(_SHIPPED.read_bytes())
-    for arm in row["arms"]
-}
+ARMS: dict[str, Arm] = {}
 """The shipped robots of which a figure is known."""
+for _row in json.loads(_SHIPPED.read_bytes()):
+    ARMS.update(dict.fromkeys(_row["arms"], Arm(float(_row["repeatability"]), _row["source"])))
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
 

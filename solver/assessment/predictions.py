@@ -138,10 +138,14 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot, source)
     models = calibration.models.items()
-    points = [ByModel(**{name: model.predict(m) for name, model in models}) for m in measured]
+    points = list[ByModel[np.ndarray]]()
+    for m in measured:
+        points.append(ByModel(**{name: model.predict(m) for name, model in models}))
     rows = list(zip(document.data, measured, points, strict=True))
     training = [(p, m) for row, m, p in rows if row.role == "train"]
-    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS}
+    frames: Frames = {}
+    for name in MODELS:
+        frames[name] = fit_frames([(p.of(name), m) for p, m in training])
     placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
     _check(document, placements, source)
     return Predictions(document, source, calibration, tuple(placements))
@@ -236,18 +240,20 @@ def coverage(predictions: Predictions) -> Coverage:
         )
         for joint in predictions.robot.actuated
     ]
-    sockets = [
-        SocketCoverage(
-            placement=placement.name,
-            role=placement.role,
-            socket=k,
-            low=tuple(rows.min(axis=0).tolist()),
-            high=tuple(rows.max(axis=0).tolist()),
-            positions=tuple(map(tuple, np.round(rows[:: -(-len(rows) // DRAWN)], 4).tolist())),
-        )
-        for placement in predictions.placements
-        for k, rows in zip(placement.measured.sockets, placement.measured.by_socket, strict=True)
-    ]
+    sockets = list[SocketCoverage]()
+    for placement in predictions.placements:
+        measured = placement.measured
+        for k, rows in zip(measured.sockets, measured.by_socket, strict=True):
+            drawn = np.round(rows[:: -(-len(rows) // DRAWN)], 4).tolist()
+            covered = SocketCoverage(
+                placement=placement.name,
+                role=placement.role,
+                socket=k,
+                low=tuple(rows.min(axis=0).tolist()),
+                high=tuple(rows.max(axis=0).tolist()),
+                positions=tuple(map(tuple, drawn)),
+            )
+            sockets.append(covered)
     return Coverage(joints=tuple(joints), sockets=tuple(sockets))
 
 

@@ -192,8 +192,9 @@ class Calibration(FittedModel):
 
 def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
     """Return whether most samples are in a placement of a calibration, in whatever order."""
-    ours, theirs = (
-        [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in samples]
-        for samples in (measured.placement.samples, row.samples)
-    )
+    ours = [
+        tuple(np.round(sample.position, SAME_DIGITS).tolist())
+        for sample in measured.placement.samples
+    ]
+    theirs = [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples]
     return 2 * len({*theirs}.intersection(ours)) > len(ours)

@@ -40,7 +40,8 @@ class Comparison:
         some = slice(None, None, -(-len(q) // POSES))
         efforts = None if efforts is None else efforts[some]
         moments = self.load.moments(self.first.model.robot, q[some], efforts)
-        a, b = (Estimate(posterior, q[some], moments) for posterior in (self.first, self.second))
+        a = Estimate(self.first, q[some], moments)
+        b = Estimate(self.second, q[some], moments)
         return apart_by_chance(a, b, follows=self.later)
 
 

@@ -1,6 +1,7 @@
 """Fits that converged; where they do not, the recordings are named."""
 
 from collections.abc import Callable, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def converged_fits(
     Raises:
         NotConverged: They did not converge to finite numbers; names an error in the recordings.
     """
-    findings = [finding for problem in problems for finding in problem.checks]
+    findings = list(chain.from_iterable(problem.checks for problem in problems))
     contradiction = next((finding for finding in findings if finding.level == "error"), None)
     try:
         types = priors_of(options, problems)

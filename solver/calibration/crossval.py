@@ -1,6 +1,7 @@
 """Cross-validation: leave each placement out of the fit once, and train on each alone (Fig. 6)."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -46,7 +47,7 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
     singles = [Job("alone", (i,)) for i in everything]
     resampled = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
-    halves = [Job(kind, (i,)) for kind in HALVES for i in everything]
+    halves = [Job(kind, (i,)) for kind, i in product(HALVES, everything)]
     return [*(left_out if count > 1 else []), *singles, *resampled, *halves]
 
 

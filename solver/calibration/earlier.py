@@ -5,6 +5,7 @@ import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import files as resources
+from itertools import chain, product
 from pathlib import Path
 
 import numpy as np
@@ -43,12 +44,9 @@ Priors = TypePriors | GivenPrior
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
     """Return the expected elasticity of each robot's type, by extension."""
     joint_names = [robot.joint_names for robot in robots]
-    types = [
-        elasticity
-        for file in files
-        if file != "none"
-        for elasticity in _types_for(file, joint_names)
-    ]
+    types = list(
+        chain.from_iterable(_types_for(file, joint_names) for file in files if file != "none")
+    )
     other_tilts = {robot.joint_names: tilts_about_other_axes(robot) for robot in robots}
     types = [
         _without_tilts(elasticity, other_tilts.get(elasticity.joint_names, ()))
@@ -86,9 +84,8 @@ def _types_for(
     types = _types(Path(file))
     joints = [elasticity.joint_names for elasticity in types]
     if not set(names_of_arms) & set(joints):
-        ours, theirs = (
-            "; ".join(map(", ".join, names)) for names in (dict.fromkeys(names_of_arms), joints)
-        )
+        ours = "; ".join(map(", ".join, dict.fromkeys(names_of_arms)))
+        theirs = "; ".join(map(", ".join, joints))
         raise UsageError(
             f"--type-prior {file}: of an arm with the joints {theirs}, while this has {ours}"
         )
@@ -102,7 +99,7 @@ def _types_for(
 
 def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
-    types = [elasticity for file in files for elasticity in _types(file) if elasticity.coefficients]
+    types = [t for t in chain.from_iterable(map(_types, files)) if t.coefficients]
     by_frame = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "frame"])
     by_link = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "link"])
     return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=(*by_frame, *by_link))
@@ -118,7 +115,7 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
         raise results.DocumentError(either) from None
     joints = document.model.joint_names
     effects = [effect for effect in SHARED if effect.name in document.deflection]
-    names = {name for effect in effects for name in effect.coefficient_names(joints)}
+    names = set(chain.from_iterable(effect.coefficient_names(joints) for effect in effects))
     coefficients = tuple(
         coefficient for coefficient in document.coefficients or () if coefficient.name in names
     )
@@ -134,14 +131,12 @@ def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElastic
     pooled: list[results.TypeElasticity] = []
     for joints in dict.fromkeys(elasticity.joint_names for elasticity in types):
         of_arm = [elasticity for elasticity in types if elasticity.joint_names == joints]
-        coefficients = [
-            coefficient for elasticity in of_arm for coefficient in elasticity.coefficients
-        ]
+        coefficients = list(chain.from_iterable(elasticity.coefficients for elasticity in of_arm))
         names = dict.fromkeys(coefficient.name for coefficient in coefficients)
-        means = tuple(
-            _mean([coefficient for coefficient in coefficients if coefficient.name == name])
-            for name in names
-        )
+        by_name = {name: list[results.Coefficient]() for name in names}
+        for coefficient in coefficients:
+            by_name[coefficient.name].append(coefficient)
+        means = tuple(map(_mean, by_name.values()))
         arms = sum(elasticity.arms for elasticity in of_arm)
         pooled.append(structs.replace(of_arm[0], arms=arms, coefficients=means, source=None))
     return pooled
@@ -222,7 +217,7 @@ def stored_posterior(
     covariance = posterior.covariance if count == 1 else arm.covariance
     size, first = arm.model.size, len(covariance) - arm.centres.size
     in_sockets = [m for m in recordings.measurements if m.kind == "sockets"]
-    labels = [(base_name(m, count), s) for m in in_sockets for s in m.sockets]
+    labels = chain.from_iterable(product([base_name(m, count)], m.sockets) for m in in_sockets)
     indices = [arm.data.labels.index(name) for name in labels]
     of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
@@ -285,7 +280,7 @@ def _stored(
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     covariance += np.tril(covariance, -1).T
     training = [part for part in document.data if part.role == "train"]
-    rows = [sample for part in training for sample in part.by_socket]
+    rows = list(chain.from_iterable(part.by_socket for part in training))
     weights = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
     frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
     posterior = Posterior(

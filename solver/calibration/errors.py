@@ -54,7 +54,8 @@ class Errors(tuple[results.PlacementErrors, ...]):
     @cached_property
     def summary(self) -> results.Summaries:
         """The means over the placements trained on, and over those held out."""
-        train, test = ([row for row in self if row.role == role] for role in ("train", "test"))
+        train = [row for row in self if row.role == "train"]
+        test = [row for row in self if row.role == "test"]
         return results.Summaries(train=_summary(train), test=_summary(test))
 
     def as_dict(self) -> dict[str, Any]:
@@ -182,10 +183,9 @@ def errors_of(
     """
     robots_beside = {} if before is None else {"ball_refitted": before}
     points = [m for m in problem.measurements if m.kind == "points"]
-    frames = {
-        name: data.fit_frames([(model.predict(m), m) for m in points])
-        for name, model in {**fit.calibrated.models, **robots_beside}.items()
-    }
+    frames = dict[str, Mapping[str, data.Pose]]()
+    for name, model in {**fit.calibrated.models, **robots_beside}.items():
+        frames[name] = data.fit_frames([(model.predict(m), m) for m in points])
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(fit.calibrated, role, m, frames, robots_beside)

@@ -1,6 +1,7 @@
 """Estimates of a fit: parameters, error curves, size, and their uncertainty."""
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -80,7 +81,8 @@ def known_of(
     recorded = [m.positions for _, m in problem.placements]
     columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
     beyond = list(zip(*columns, strict=True))[model.geometry : model.scalars]  # none of the curves
-    measured, turns = (posterior.noises.get(kind) for kind in ("points", "turns"))
+    measured = posterior.noises.get("points")
+    turns = posterior.noises.get("turns")
     nominal = before or calibrated.with_ball_alone
     models = bayes.Models(nominal.ball, calibrated.geometric_ball, corrected=exported is not None)
     weak = bayes.weakly_identifiable_directions(posterior)
@@ -128,7 +130,9 @@ def _error_parts(
     """Return the parts of the error at held-out sockets."""
     robot, load = calibrated.robot, calibrated.load
     placements = [m for m in test if m.kind == "sockets"]
-    return bayes.error_parts(posterior, [s for m in placements for s in load.by_socket(robot, m)])
+    return bayes.error_parts(
+        posterior, list(chain.from_iterable(load.by_socket(robot, m) for m in placements))
+    )
 
 
 def scale_of(fit: Fit) -> results.Scale:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,7 +87,7 @@ def along(
         rows.append(solution)
     rows = rows or [search(targets, near, prefer)]
     names = ("positions", "left", "rounds")
-    return Solutions(*(np.concatenate([getattr(row, name) for row in rows]) for name in names))
+    return Solutions(*(np.concatenate([*map(attrgetter(name), rows)]) for name in names))
 
 
 def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
@@ -125,7 +126,9 @@ def not_reached(where: str, solutions: Solutions, row: int, joint: str) -> Comma
 
 def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
     """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
-    first, between, second = (pose(rows) for rows in (q[:-1], (q[:-1] + q[1:]) / 2, q[1:]))
+    first = pose(q[:-1])
+    between = pose((q[:-1] + q[1:]) / 2)
+    second = pose(q[1:])
     jumps = np.zeros(len(first), dtype=bool)
     for distance, threshold in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
         direct = distance(first, second)

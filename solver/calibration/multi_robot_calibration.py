@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -143,13 +144,11 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
         robots = {name: calibration.result.as_dict() for name, calibration in self.items()}
-        rows = [
-            {**row, "robot": name}
-            for name, result in robots.items()
-            for row in result["placements"]
-        ]
+        rows = list[dict[str, Any]]()
+        for name, result in robots.items():
+            rows += [{**row, "robot": name} for row in result["placements"]]
         errors = Errors(
-            row for calibration in self.values() for row in calibration.document.placements
+            chain.from_iterable(calibration.document.placements for calibration in self.values())
         )
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")

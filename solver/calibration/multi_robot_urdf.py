@@ -92,7 +92,8 @@ def _stand(arm: Placed, urdf: bytes) -> ET.Element:
         in_root = in_root @ Pose.of(origins[joint.name])
     origin = (arm.pose @ in_root.inverse()).origin
     stand = ET.Element("joint", name=f"{WORLD}_to_{arm.name}", type="fixed")
-    xyz, rpy = (" ".join(f"{value:.17g}" for value in part) for part in (origin.xyz, origin.rpy))
+    xyz = " ".join(f"{value:.17g}" for value in origin.xyz)
+    rpy = " ".join(f"{value:.17g}" for value in origin.rpy)
     ET.SubElement(stand, "origin", xyz=xyz, rpy=rpy)
     ET.SubElement(stand, "parent", link=WORLD)
     ET.SubElement(stand, "child", link=f"{arm.name}_{root}")
@@ -103,7 +104,8 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
     """Return the one file with the calibrated origins of all chains."""
     first, text = robots[0].robot, robots[0].robot.text
     for arm in robots[1:]:
-        flange, ball = (arm.robot.loaded_with.get(key) for key in ("flange", "ball"))
+        flange = arm.robot.loaded_with.get("flange")
+        ball = arm.robot.loaded_with.get("ball")
         if flange is not None and ball is not None and arm.robot.tip not in text.links:
             x, y, z = ball
             text = scan(add_link(text, flange, Origin((x, y, z)), arm.robot.tip), first.source)

@@ -1,5 +1,7 @@
 """Outlook of a calibration: errors over the workspace, joint by joint, and after more samples."""
 
+from itertools import chain
+
 import numpy as np
 
 from .. import results
@@ -34,7 +36,7 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     else:
         model, x = fit.posterior.model, fit.posterior.x
     poses = workspace_samples(model, x, load)
-    recorded = [pair for m in train for pair in load.by_socket(robot, m)]
+    recorded = list(chain.from_iterable(load.by_socket(robot, m) for m in train))
     joints = joint_effects(model, x, poses, recorded)
     if fit.posterior is None:
         return results.Outlook(joints=joints)

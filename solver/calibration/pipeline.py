@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from inspect import getdoc, signature
-from operator import attrgetter
+from itertools import chain
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
@@ -81,10 +81,9 @@ def calibrate(
     problems = problems_of(robot, train, test, settings)
     if not isinstance(robot, Mapping):  # a known distance follows a placement that was split
         settings = replace(settings, known=problems[""].options.known)
-    bases = [
-        [base_name(m, len(problems)) for problem in problems.values() for m in part(problem)]
-        for part in (attrgetter("measurements"), attrgetter("test"))
-    ]
+    training = chain.from_iterable(problem.measurements for problem in problems.values())
+    tested = chain.from_iterable(problem.test for problem in problems.values())
+    bases = [[base_name(m, len(problems)) for m in part] for part in (training, tested)]
     settings = replace(settings, sockets_at=in_placements(settings.located, *bases))
     fits = converged_fits([*problems.values()], settings, progress)
     calibrations = {

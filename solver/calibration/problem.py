@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, product
 from pathlib import Path
 from typing import cast
 
@@ -104,9 +105,8 @@ def problems_of(
     robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
-    placements = [
-        p for part in (train, test) for part_of_robot in _each(part) for p in as_list(part_of_robot)
-    ]
+    parts = chain.from_iterable(map(_each, (train, test)))
+    placements = list(chain.from_iterable(map(as_list, parts)))
     check_left_out(placements, options.leave_out)
     if isinstance(robot, Mapping):
         _check_robots(robot, options)
@@ -118,7 +118,8 @@ def problems_of(
             raise UsageError(
                 f"{missing_robots[0]}: no placement to train on; the robots are {names}"
             )
-        placements = [p for group in (training, held_out) for part in group.values() for p in part]
+        parts = chain(training.values(), held_out.values())
+        placements = list(chain.from_iterable(parts))
         options.check_payloads(placements)
         problems = {
             name: replace(
@@ -127,7 +128,9 @@ def problems_of(
             for name, robot_of_name in robot.items()
         }
         # one arm's samples taken for another's as well would fit both
-        check_distinct([m for p in problems.values() for m in (*p.measurements, *p.test)])
+        check_distinct(
+            list(chain.from_iterable((*p.measurements, *p.test) for p in problems.values()))
+        )
         return problems
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
@@ -156,7 +159,8 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
     if isinstance(placements, Mapping):
-        pairs = [(name, p) for name, group in placements.items() for p in as_list(group)]
+        groups = ((name, as_list(group)) for name, group in placements.items())
+        pairs = list(chain.from_iterable(product([name], group) for name, group in groups))
     else:
         pairs = [(p.robot_name, p) for p in as_list(placements)]
     for name, placement in pairs:
@@ -255,7 +259,8 @@ def _measured(
     paths = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
         train, test = as_flange_poses(train), as_flange_poses(test)
-    train, test = (options.carrying(part) for part in (train, test))
+    train = options.carrying(train)
+    test = options.carrying(test)
     held_out_placements = [p for p in test if p.path is None or p.path.resolve() not in paths]
     warnings = [
         f"{p.path}: trained on, so left out of the test"
@@ -280,7 +285,7 @@ def _measured(
     warnings += _held_as_exact(robot, options)
     warnings += _locked_angles(robot, options)
     warnings += _weightless(robot, [*training, *held_out], options)
-    warnings += [line for m in (*training, *held_out) for line in m.warnings]
+    warnings += list(chain.from_iterable(m.warnings for m in (*training, *held_out)))
     return CalibrationProblem(
         robot, training, options.load, options=options, test=held_out, warnings=tuple(warnings)
     )

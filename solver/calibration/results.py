@@ -4,6 +4,7 @@ import hashlib
 import platform
 from collections.abc import Sequence
 from datetime import datetime, timezone
+from itertools import chain
 
 import casadi as ca
 import numpy as np
@@ -118,14 +119,11 @@ def _samples(
 
 def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> results.Provenance:
     """Return what a result was made from and with: digests, versions, time."""
+    files = chain.from_iterable(measured.placement.files for measured in measurements)
     return results.Provenance(
         created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         model_sha256=robot.sha256,
-        data_sha256={
-            str(file): hashlib.sha256(file.read_bytes()).hexdigest()
-            for measured in measurements
-            for file in measured.placement.files
-        },
+        data_sha256={str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in files},
         versions={
             "python": platform.python_version(),
             "mukca": __version__,

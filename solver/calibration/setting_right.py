@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain, product
 
 import numpy as np
 
@@ -160,7 +161,8 @@ def _followed(
 
 def _is_between(length: KnownDistance, measurements: Sequence[Measurement]) -> bool:
     """Tell whether both ends of a distance are sockets of some placements."""
-    return {length.first, length.second} <= {(m.name, k) for m in measurements for k in m.sockets}
+    sockets = chain.from_iterable(product([m.name], m.sockets) for m in measurements)
+    return {length.first, length.second} <= {*sockets}
 
 
 def _mender(options: SolveOptions) -> str:
@@ -226,7 +228,7 @@ def by_findings(
     """Return placements set right by what was seen of each, and what was done."""
     by_placement = [inspection.corrections for inspection in inspections]
     corrections = [
-        [correction for correction in corrections_here if correction.action in actions]
+        [*filter(lambda correction: correction.action in actions, corrections_here)]
         for corrections_here in by_placement
     ]
     return corrected(placements, corrections, least)

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -63,9 +64,8 @@ def measure(
     """
     ordered = placement.for_joints(robot.joint_names)
     if not placement.files and placement.order_note(robot.joint_names):
-        joints, names = (
-            ", ".join(some or ()) for some in (robot.joint_names, placement.joint_names)
-        )
+        joints = ", ".join(robot.joint_names or ())
+        names = ", ".join(placement.joint_names or ())
         raise MeasurementError(
             f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
             f"({names}); give the robot's names, or none for the robot's order"
@@ -157,7 +157,7 @@ def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]
         for socket in np.unique(placement.sockets).tolist():
             samples = _samples_of(placement, socket)
             rounded = [row.tobytes() for row in rows[placement.sockets == socket]]
-            counts = Counter(file for row in rounded for file in holders.get(row, ()))
+            counts = Counter(chain.from_iterable(holders.get(row, ()) for row in rounded))
             for file, count in counts.most_common(1):
                 if count > COPIED * len(rounded):
                     yield file, samples

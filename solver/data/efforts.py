@@ -36,7 +36,8 @@ def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
     tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
     loaded = np.sqrt(np.mean(tau**2, axis=0)) > CARRIES
     product = float(np.sum((tau * efforts)[:, loaded]))
-    square, of_efforts = (float(np.sum(values[:, loaded] ** 2)) for values in (tau, efforts))
+    square = float(np.sum(tau[:, loaded] ** 2))
+    of_efforts = float(np.sum(efforts[:, loaded] ** 2))
     if square * of_efforts == 0:
         return None
     slope, correlation = product / square, product / math.sqrt(square * of_efforts)

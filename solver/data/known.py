@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -264,7 +265,7 @@ def in_placements(
                 f"{socket.where}: no placement is called {socket.socket[0]!r}; there are: "
                 f"{', '.join((*train, *test))}"
             )
-    return [socket for socket in sockets_at if any(_is(name, socket) for name in train)]
+    return [socket for socket in sockets_at if any(map(partial(_is, socket=socket), train))]
 
 
 def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:

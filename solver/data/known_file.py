@@ -40,7 +40,7 @@ def _words(file: Path) -> list[str]:
         table = table_of(text, file)
     except RecordingError as error:
         raise KnownError(str(error)) from None
-    first, second = (_column(table, name, file) for name in ENDS)
+    first, second = [_column(table, name, file) for name in ENDS]
     lengths = [_column(table, LENGTH, file)]
     if any(column.name.lower().startswith(DEVIATION) for column in table.columns):
         lengths.append(_column(table, DEVIATION, file))

@@ -58,10 +58,10 @@ def fit_frames(training: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, 
     for points, measured in training:
         if measured.kind == "points":
             by_frame.setdefault(measured.frame, []).append((measured.points, points))
-    return {
-        frame: fit_pose(*(np.concatenate(side) for side in zip(*parts, strict=True)))
-        for frame, parts in by_frame.items()
-    }
+    poses: dict[str, Pose] = {}
+    for frame, parts in by_frame.items():
+        poses[frame] = fit_pose(*(np.concatenate(side) for side in zip(*parts, strict=True)))
+    return poses
 
 
 def targets(

@@ -6,6 +6,8 @@ Places are sockets or measured points; measured are distances, or coordinates in
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain, product
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -170,9 +172,10 @@ def observe_all(
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
     """
     base_of = partial(base_name, robots=len(arms))
-    rows = [(base_of(m), m) for arm in arms for m in arm.measurements]
+    rows = [(base_of(m), m) for m in chain.from_iterable(arm.measurements for arm in arms)]
     in_sockets = [row for row in rows if row[1].kind == "sockets"]
-    labels = list(dict.fromkeys((name, socket) for name, m in in_sockets for socket in m.sockets))
+    pairs_of = (product([name], m.sockets) for name, m in in_sockets)
+    labels = list(dict.fromkeys(chain.from_iterable(pairs_of)))
     names = [m.frame for _, m in rows if m.kind == "points"]
     base_index = {f"{arm.name}:base" if arm.name else "base": i for i, arm in enumerate(arms)}
     names += [socket.frame for socket in sockets_at if socket.frame not in base_index]
@@ -190,7 +193,8 @@ def observe_all(
     )
     pairs = _pairs(in_sockets, labels, coordinates, deviation)
     for k in lengths:
-        a, b = (find_socket(labels, end) for end in (k.first, k.second))
+        a = find_socket(labels, k.first)
+        b = find_socket(labels, k.second)
         if a == b:
             raise KnownError(f"known distance from {k.first[0]}:{k.first[1]} to itself")
         pairs.append(Known(a, b, k.distance, k.deviation))
@@ -221,10 +225,10 @@ def _check_scale(
 
     Beside one that has, a placement without tells of the arm's shape, as one with only one socket.
     """
-    ends = {end for pair in pairs for end in (pair.first, pair.second)}
+    ends = set(chain.from_iterable((pair.first, pair.second) for pair in pairs))
     ends |= {item.socket for item in coordinates}
-    tied = [any(labels.index((name, k)) in ends for k in m.sockets) for name, m in in_sockets]
-    if in_sockets and not any(tied):
+    sockets = chain.from_iterable(product([name], m.sockets) for name, m in in_sockets)
+    if in_sockets and ends.isdisjoint(map(labels.index, sockets)):
         _, m = in_sockets[0]
         raise KnownError(
             f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
@@ -245,7 +249,7 @@ def _pairs(
     for name, m in in_sockets:
         if not m.has_distance:
             continue
-        a, b = (labels.index((name, socket)) for socket in m.sockets[:2])
+        a, b = [labels.index((name, socket)) for socket in m.sockets[:2]]
         in_one_frame = a in frames and frames[a] == frames.get(b)
         if in_one_frame and m.distance_source in ("default", "located"):
             continue
@@ -286,4 +290,4 @@ def _samples(
             "wheres": np.array([sample.where for sample in m.placement.samples]),
         }
         parts.append(part)
-    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    return {key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]}

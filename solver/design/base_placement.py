@@ -57,7 +57,7 @@ def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     centres = np.array([centre - 0.5 * distance * along, centre + 0.5 * distance * along])
     count = POSES if np.isinf(reach.turn) else MANY
-    zero, first = (reach.poses(c, count) for c in centres)
+    zero, first = [reach.poses(c, count) for c in centres]
     if np.isfinite(reach.turn) and min(len(zero), len(first)):
         # a session begins where most poses of both sockets are near
         neighbours = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2) <= reach.turn
@@ -160,9 +160,8 @@ def next_base_advice(
     centre, u = site.centres.mean(axis=0), unit(site.centres[0] - position[0])
     tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
     longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
-    now, brings, with_tie = (
-        f"{1e3 * accuracy.error(where):.2f} mm" for accuracy in (state, then, tied)
-    )
+    errors = [accuracy.error(where) for accuracy in (state, then, tied)]
+    now, brings, with_tie = [f"{1e3 * error:.2f} mm" for error in errors]
     lines = [
         f"Here distances in the workspace are known to {now}. A second placement, seen from the "
         f"robot {in_words(position.mean(axis=0), centre)}, brings {brings};",

@@ -53,10 +53,9 @@ def predicted_posterior(
     before = next((length for length in posterior.data.known if length.on_base), None)
     if before is not None and len(by_socket) > 1:
         base = posterior.centres[before.second] - posterior.centres[before.first]
-        zero, second = (
-            posterior.model.linearise(posterior.x, *s)[0].mean(0) for s in by_socket[:2]
-        )
-        u, v = (offset / np.linalg.norm(offset) for offset in (base, second - zero))
+        zero, second = [posterior.predict(*s).mean(axis=0) for s in by_socket[:2]]
+        u = base / np.linalg.norm(base)
+        v = (second - zero) / np.linalg.norm(second - zero)
         ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
         rows.append(new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION))
     # the new centres come first in the factorisation: what follows is free of them
@@ -110,15 +109,14 @@ def joint_effects(
     """
     owners = [name.rpartition(".")[0] for name in model.names]
     joints = list(dict.fromkeys(owners))
-    share = np.array([[owner == joint for owner in owners] for joint in joints]) * x
+    share = (np.array(joints)[:, None] == np.array(owners)) * x
 
     def squares(J: np.ndarray) -> np.ndarray:
         return np.sum(((J - J.mean(axis=0)) @ share.T) ** 2, axis=1)
 
     slopes = np.concatenate([squares(model.linearise(x, *samples)[1]) for samples in by_socket])
-    recorded, over_workspace = (
-        np.sqrt(np.mean(squared, axis=0)).tolist() for squared in (slopes, squares(poses[1]))
-    )
+    recorded = np.sqrt(np.mean(slopes, axis=0)).tolist()
+    over_workspace = np.sqrt(np.mean(squares(poses[1]), axis=0)).tolist()
     return tuple(map(JointEffect, joints, recorded, over_workspace))
 
 

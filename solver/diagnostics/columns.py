@@ -6,7 +6,7 @@ that of all other explanations.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -155,7 +155,7 @@ class _NominalModel:
         error, best = self.ranked(self.with_best_offsets(starts, [remaining] * len(starts)))[0]
         while remaining:
             starts_without = [best.with_offset(joint, 0.0) for joint in remaining]
-            others_of = [[j for j in remaining if j != joint] for joint in remaining]
+            others_of = [*combinations(remaining, len(remaining) - 1)][::-1]
             error_without, simpler = self.ranked(self.with_best_offsets(starts_without, others_of))[
                 0
             ]
@@ -184,9 +184,10 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
     if not model.zeros:
-        starts = [
-            best(as_recorded.with_offset(j, o) for o in OFFSETS.tolist())[0][1] for j in turning
-        ]
+        starts = list[ColumnHypothesis]()
+        for j in turning:
+            trials = [as_recorded.with_offset(j, offset) for offset in OFFSETS.tolist()]
+            starts.append(best(trials)[0][1])
         offset_joints = [np.flatnonzero(s.offsets).tolist() for s in starts]
         single = best(nominal.with_best_offsets(starts, offset_joints))[:2]
         ranking += single
@@ -257,7 +258,7 @@ def _candidate(
     hypothesis = replace(hypothesis, offsets=offsets)
     names, after = hypothesis.robot.joint_names, best.sigma
     parameters = {
-        "joints": ", ".join(names[j] for joints in hypothesis.mistakes.values() for j in joints),
+        "joints": ", ".join(names[j] for j in chain(*hypothesis.mistakes.values())),
         "offsets": hypothesis.offsets.tolist(),
         "order": hypothesis.order.tolist(),
         **({} if placement is None else {"placement": placement}),

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import Literal
 
 import numpy as np
@@ -69,9 +69,8 @@ def gross_error(value: float, deviation: float, distance: float) -> float:
         deviation: How well the samples and a caliper tell that.
         distance: The reading [m].
     """
-    measured, gross = (
-        math.hypot(deviation, ARMS, error / distance) for error in (CALIPER_DEVIATION, GROSS_SIZE)
-    )
+    measured = math.hypot(deviation, ARMS, CALIPER_DEVIATION / distance)
+    gross = math.hypot(deviation, ARMS, GROSS_SIZE / distance)
     odds = GROSS / (1 - GROSS) * measured / gross
     odds *= math.exp(0.5 * value**2 * (measured**-2 - gross**-2))
     return odds / (1 + odds)
@@ -88,10 +87,11 @@ def known_distances(
     labels, distances = _labels(measurements), list[Known[int]]()
     for m in measurements:
         if m.has_distance:
-            a, b = (labels.index((m.name, socket)) for socket in m.sockets[:2])
+            a, b = [labels.index((m.name, socket)) for socket in m.sockets[:2]]
             distances.append(Known(a, b, m.distance, deviation, on_base=True))
     for k in lengths:
-        a, b = (find_socket(labels, end) for end in (k.first, k.second))
+        a = find_socket(labels, k.first)
+        b = find_socket(labels, k.second)
         distances.append(Known(a, b, k.distance, k.deviation))
     return tuple(distances)
 
@@ -110,7 +110,8 @@ def named(
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
-    return [(m.name, socket) for m in measurements if m.kind == "sockets" for socket in m.sockets]
+    in_sockets = (m for m in measurements if m.kind == "sockets")
+    return list(chain.from_iterable(product([m.name], m.sockets) for m in in_sockets))
 
 
 def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
@@ -161,7 +162,7 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     for i in range(len(rows)):
         neighbours = cells[i] + steps * sides[i]
         candidates = sorted(
-            k for cell in map(tuple, neighbours.tolist()) for k in members.get(cell, ())
+            chain.from_iterable(members.get(cell, ()) for cell in map(tuple, neighbours.tolist()))
         )
         close = np.abs(rows[candidates] - rows[i]).max(axis=1) < NEAR if candidates else np.zeros(1)
         if close.any():
@@ -179,7 +180,8 @@ def single_socket_diagnostics(
     Beside one with two sockets they tell of the arm's shape alone.
     """
     named_lengths = named(measurements, lengths)
-    scaled = {name for k in named_lengths for name, _ in (k.first, k.second)}
+    ends = chain.from_iterable((k.first, k.second) for k in named_lengths)
+    scaled = {name for name, _ in ends}
     sized = [m for m in measurements if m.has_distance or m.name in scaled]
     level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
     if not sized:

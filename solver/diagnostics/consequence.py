@@ -60,7 +60,7 @@ def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Conseq
     counted = [p for p, m in pairs if not training or m.name in training]
     plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
     poses = [workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)]
-    everywhere, *at_places = (spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses)
+    everywhere, *at_places = [spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses]
     place = int(np.argmax(at_places))
     before = [spread(plain_fit.points(q) - plain_fit.nominal_points(q)) for q in poses]
     return Consequence(at_places[place], everywhere, before[1 + place], before[0])

@@ -6,6 +6,7 @@ What follows a move stands apart, as a placement of its own: its sockets are as 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Literal
 
 import numpy as np
@@ -128,12 +129,12 @@ def corrected(
             {correction.ranks[0] for correction in corrections_here if correction.action == "split"}
         )
         ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
-        pieces = [[s for s in samples[a:b] if s is not None] for a, b in ends]
+        pieces = [list(filter(None, samples[a:b])) for a, b in ends]
         differences = [
             correction.apart for correction in corrections_here if correction.apart is not None
         ]
         parts.append(_parts(replace(measured, apart=(*measured.apart, *differences)), pieces))
-    merged = [_with(part, moving.pop(part.name, [])) for pieces_of in parts for part in pieces_of]
+    merged = [_with(part, moving.pop(part.name, [])) for part in chain(*parts)]
     remaining = [_told(part, minimum) for part in merged]
     return _named([part for part in remaining if part is not None]), remarks
 
@@ -162,7 +163,8 @@ def _named(parts: Sequence[Measurement]) -> list[Measurement]:
     """Return parts with names of their own: the first of a placement has that of the placement."""
     numbers, unique = Counter[str](), list[Measurement]()
     for part in parts:
-        name, place = (words.partition(PART)[0] for words in (part.name, part.placement.place))
+        name = part.name.partition(PART)[0]
+        place = part.placement.place.partition(PART)[0]
         numbers[name] += 1
         number = f"{PART}{numbers[name]}" * (numbers[name] > 1)
         placement = replace(part.placement, name=name + number, place=place + number)

@@ -6,6 +6,7 @@ sound recordings is the most probable.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -138,7 +139,9 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
         if first.has_no_effect:
             kinds = tuple(kind for kind in kinds if kind is not first.kind)
         before, scene = scene, first.after()
-        addition = [f for o in alternatives for f in o.after().explained[len(before.explained) :]]
+        addition = list(
+            chain.from_iterable(o.after().explained[len(before.explained) :] for o in alternatives)
+        )
         scene = replace(scene, explained=(*scene.explained, *addition))
     return findings, listed
 
@@ -200,7 +203,7 @@ def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
     same = candidate is not first and candidate.evidence is evidence
     if not same or not all(0 < block.unknowns <= FEW_UNKNOWNS for block in blocks):
         return False
-    gain, best = (evidence.chi_square(block, sigma) for block in blocks)
+    gain, best = [evidence.chi_square(block, sigma) for block in blocks]
     return abs(gain - best) < ALIKE < 0.5 * best
 
 

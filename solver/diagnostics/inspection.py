@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -121,7 +122,7 @@ class Survey:
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics, those of all placements first."""
-        return (*self.shared, *(d for one in self.placements for d in one.diagnostics))
+        return (*self.shared, *chain.from_iterable(one.diagnostics for one in self.placements))
 
 
 def inspect_all(

@@ -6,7 +6,7 @@ How often sound sessions may be called faulty sets the threshold (``benchmarks/s
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress, pairwise
+from itertools import chain, compress, pairwise
 
 import numpy as np
 
@@ -156,10 +156,9 @@ class LiveCheck:
         comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
         # sound is compared first
         sound = [candidates[0].log_evidence for candidates in comparisons]
-        fault = [
-            np.logaddexp.reduce([c.log_evidence for c in candidates[1:]])
-            for candidates in comparisons
-        ]
+        fault = list[float]()
+        for _, *faults in comparisons:
+            fault.append(float(np.logaddexp.reduce([c.log_evidence for c in faults])))
         evidence = np.logaddexp.reduce(fault) - np.logaddexp.reduce(sound)
         return comparisons[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
 
@@ -190,8 +189,9 @@ class LiveCheck:
         count = max(ABOUT // (len(placements) or 1), FEW)
         few = [p.samples[:: max(len(p.samples) // count, 1)] for p in placements[:-1]]
         parts = [*few, placements[-1].samples]
-        q = np.array([s.position for some in parts for s in some])
-        labels_recorded = np.array([(i, s.socket) for i, some in enumerate(parts) for s in some])
+        q = np.array([s.position for s in chain(*parts)])
+        of_parts = np.repeat(np.arange(len(parts)), [*map(len, parts)])
+        labels_recorded = np.column_stack([of_parts, [s.socket for s in chain(*parts)]])
         linear, errors = self._model.linearised(x, q), list[float]()
         for rows, socket in runs:
             labels = labels_recorded.copy()

@@ -10,6 +10,7 @@ An instrument that measures poses of what the flange carries is a camera beside 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -141,7 +142,8 @@ def handeye(
         task = camera_task(prior, as_list(data), camera)
         system, size = with_right_size(fit(task))
     on_arm, state = camera == "on-arm", system.state
-    U, V = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
+    U = Pose(state.tool[:3, :3], state.tool[:3, 3])
+    V = Pose(state.places[0][:3, :3], state.places[0][:3, 3])
     where, target = (U, V) if on_arm else (V, U)
     mount = prior.ball if on_arm else task.places[0][:3]
     parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
@@ -192,7 +194,7 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
         way: hand_eye(poses.R, poses.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
     }
     if not _fits(camera, starts):
-        samples = [s for m in data for s in m.placement.samples]
+        samples = list(chain.from_iterable(m.placement.samples for m in data))
         sides = {"on-arm": np.linalg.inv, "beside": np.asarray}
         reading = fitting_reading(samples, poses, sides[camera])
         if reading:
@@ -204,11 +206,12 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     _check_way(camera, starts, B, where)
     same = np.tile(np.eye(4), (len(q), 1, 1))
     sides = (B, same) if camera == "on-arm" else (same, B)
-    wheres = tuple(s.where for m in data for s in m.placement.samples)
+    samples = chain.from_iterable(m.placement.samples for m in data)
+    wheres = tuple(sample.where for sample in samples)
     rows = Rows(q, moments, np.zeros(len(q), int), ("",), *sides, turns=True, wheres=wheres)
     noise = replace(DETECTOR, joint=prior.noise.joint)
     widths = dict.fromkeys(prior.ball.tolist(), FAR)
-    warnings = tuple(warning for m in data for warning in m.warnings)
+    warnings = tuple(chain.from_iterable(m.warnings for m in data))
     return Task(prior, rows, noise, widths, start=starts[camera], warnings=warnings)
 
 

@@ -9,6 +9,7 @@ the mixture about x, with the probabilities p_k:
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -107,8 +108,7 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     unchanged = Explanation("", 1 - ZERO_CHANGED * len(identifiable), [task.free])
     changes = [
         Explanation(names[j], ZERO_CHANGED / len(TYPICAL), [task.free | {zeros.start + j: width}])
-        for j in identifiable
-        for width in TYPICAL
+        for j, width in product(identifiable, TYPICAL)
     ]
     odds = probabilities(about, [unchanged, *changes])[1:].tolist()
     certain = about.covariance_on_flange(place)

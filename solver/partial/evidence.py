@@ -8,7 +8,7 @@ explanation also lets all zeros vary by as little as a ball's seat seen from a m
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -147,7 +147,8 @@ def probabilities(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     zeros, noise = system.task.prior.zeros, system.task.noise
     wander = dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED)
     wandering = replace(system, task=replace(system.task, free=wander))
-    used = sorted({i for e in candidates for width in e.widths for i in width})
+    widths = chain.from_iterable(explanation.widths for explanation in candidates)
+    used = sorted(set(chain.from_iterable(widths)))
     lengths = np.eye(len(system.errors))[:, len(system.errors) - len(system.task.distances) :]
     A = np.hstack([system.slopes, lengths])[:, used]
     logs = np.full((len(LEVELS), len(candidates)), -np.inf)
@@ -181,7 +182,7 @@ def explanations(task: Task) -> list[Explanation]:
     """Return the hypotheses: nothing, a wrong distance, a joint, the tool, the base, everything."""
     prior = task.prior
     joints, begin = prior.robot.joint_names, prior.zeros.start
-    base = [i for k in task.known for i in task.places[k].tolist()]
+    base = list(chain.from_iterable(task.places[k].tolist() for k in task.known))
     share = PRIOR["joint"] / len(joints)
     some = [(name, share, [begin + j]) for j, name in enumerate(joints)]
     if task.distances:
@@ -191,10 +192,7 @@ def explanations(task: Task) -> list[Explanation]:
         some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
     if base:
         some.append(("base", PRIOR["base"], base))
-    candidates = [
-        Explanation(name, before, [task.free | dict.fromkeys(indices, width) for width in TYPICAL])
-        for name, before, indices in some
-    ]
+    candidates = [Explanation(name, p, _freed(task, i, TYPICAL)) for name, p, i in some]
     everything = Explanation(EVERYTHING, PRIOR[EVERYTHING], [task.free | _geometry(task)])
     return [Explanation(NOTHING, PRIOR[NOTHING], [task.free]), *candidates, everything]
 
@@ -221,9 +219,7 @@ def find_zeros(
         deviations = zero_deviations(about, task)
         sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
         odds = probabilities(about, sets) if converged else np.zeros(len(sets))
-        probability = odds @ [
-            [j in explanation.joints for j in range(count)] for explanation in sets
-        ]
+        probability = odds @ [np.isin(range(count), explanation.joints) for explanation in sets]
         unchanged, changed = float(odds[0]), np.flatnonzero(probability > SURE).tolist()
         system = fit_with_zeros(task, changed)
     offsets = np.zeros(count)
@@ -244,6 +240,11 @@ def zero_deviations(system: System, task: Task) -> np.ndarray:
     return 1 / np.sqrt(information + ZERO**-2)
 
 
+def _freed(task: Task, indices: Sequence[int], widths: Sequence[float]) -> list[dict[int, float]]:
+    """Return what is free in a task, and some unknowns beside, for each of their widths."""
+    return [task.free | dict.fromkeys(indices, width) for width in widths]
+
+
 def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
     """Return the hypotheses that the zeros of a set of joints changed, the empty set first."""
     sets: list[tuple[int, ...]] = []
@@ -256,7 +257,7 @@ def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
         Explanation(
             "",
             ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (len(joints) - len(subset)),
-            [task.free | {begin + j: width for j in subset} for width in WIDTHS],
+            _freed(task, [begin + j for j in subset], WIDTHS),
             subset,
         )
         for subset in sets

@@ -28,10 +28,8 @@ def probe_shift(
             continue
         points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
         shift = tip_shift(points, rotations, measured)
-        before, after = (
-            evaluate(tips, measured).mean_absolute_error
-            for tips in (points, points + rotations @ shift)
-        )
+        before = evaluate(points, measured).mean_absolute_error
+        after = evaluate(points + rotations @ shift, measured).mean_absolute_error
         size = float(np.linalg.norm(shift))
         if after < SHARE * before and (ball_moved or size > SHIFTED):
             shifts.append(size)

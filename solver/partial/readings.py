@@ -50,7 +50,7 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
 def _product(angles: np.ndarray, axes: str) -> np.ndarray:
     """Return products of turns about axes, angle by angle, shape (N, 3, 3)."""
     vectors = np.eye(3)[["xyz".index(axis) for axis in axes]]
-    a, b, c = (turn(column[:, None] * v) for column, v in zip(angles.T, vectors, strict=True))
+    a, b, c = [turn(column[:, None] * v) for column, v in zip(angles.T, vectors, strict=True)]
     return a @ b @ c
 
 

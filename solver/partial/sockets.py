@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from itertools import chain, product
 
 import numpy as np
 
@@ -59,18 +60,19 @@ def socket_task(
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError("give placements with the ball in sockets, not measured points")
-    pairs = [(m.name, socket) for m in data for socket in m.sockets]
+    pairs = list(chain.from_iterable(product([m.name], m.sockets) for m in data))
     place = {pair: i for i, pair in enumerate(pairs)}
     q = np.concatenate([m.positions for m in data])
     same = np.tile(np.eye(4), (len(q), 1, 1))
+    samples = chain.from_iterable(map(m.placement.samples.__getitem__, m.order) for m in data)
     rows = Rows(
         q,
         np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
-        np.repeat(np.arange(len(pairs)), [count for m in data for count in m.counts]),
+        np.repeat(np.arange(len(pairs)), list(chain.from_iterable(m.counts for m in data))),
         tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
         same,
         same,
-        wheres=tuple(m.placement.samples[int(i)].where for m in data for i in m.order),
+        wheres=tuple(sample.where for sample in samples),
     )
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
@@ -79,17 +81,14 @@ def socket_task(
     ]
     widths = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
-    warnings = tuple(warning for m in data for warning in m.warnings)
+    warnings = tuple(chain.from_iterable(m.warnings for m in data))
     return Task(prior, rows, noise, widths, distances, warnings=warnings)
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:
     """Return True where the postures in each socket are too similar to identify anything."""
-    return all(
-        bool(np.ptp(q, axis=0).max() < SIMILAR)
-        for m in data
-        for q in np.split(m.positions, np.cumsum(m.counts)[:-1])
-    )
+    by_socket = chain.from_iterable(m.by_socket for m in data)
+    return all(bool(np.ptp(q, axis=0).max() < SIMILAR) for q in by_socket)
 
 
 def too_few(data: Sequence[Measurement], *, unchanged: bool) -> str:

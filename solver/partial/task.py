@@ -170,9 +170,9 @@ def flanges(prior: ArmPrior, x: np.ndarray, q: np.ndarray, moments: np.ndarray) 
     y[prior.ball] = -model.ball.nominal[prior.ball]
     p, *of_p = model.linearise(y, q, moments)
     R, *of_turns = model.linearise(y, q, moments, of_turns=True)
-    by_unknowns, by_joints = (
+    by_unknowns, by_joints = [
         np.concatenate(blocks, axis=1) for blocks in zip(of_p, of_turns, strict=True)
-    )
+    ]
     by_unknowns[:, :, [i for i, p in enumerate(model.parameters) if p.of_ball]] = 0.0
     of_ball = matrix_rpy(model.ball.origins(model.values(y))[-1, 3:])
     return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -153,14 +153,13 @@ def _outliers(system: System) -> tuple[str, ...]:
 
 def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> System:
     """Return the fit of a tip by its touches."""
-    points_by_placement = [
-        tuple(dict.fromkeys(s.point for s in p.samples if s.point)) for p in placements
-    ]
+    names = ([sample.point for sample in p.samples] for p in placements)
+    points_by_placement = [tuple(dict.fromkeys(filter(None, row))) for row in names]
     data = [
         measure(_by_point(p, points), prior.robot, sockets=1)
         for p, points in zip(placements, points_by_placement, strict=True)
     ]
-    counts = [count for m in data for count in m.counts]
+    counts = list(chain.from_iterable(m.counts for m in data))
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         raise UsageError(
             f"{', '.join(m.name for m in data)}: {' + '.join(map(str, counts))} touches; a tip "
@@ -169,9 +168,10 @@ def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
     widths = dict.fromkeys(prior.ball.tolist(), FAR)
     task = socket_task(prior, data, stood)
+    with_distance = [m for m in data if m.has_distance]
     distances = [
         length
-        for length, m in zip(task.distances, (m for m in data if m.has_distance), strict=True)
+        for length, m in zip(task.distances, with_distance, strict=True)
         if m.distance_source != "default"
     ]
     first = 0

@@ -111,7 +111,8 @@ def updated(
     change = np.array([0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters])
     values, exported = old.values + change, old.geometry + change
     if zeros:
-        values, exported = (_with_zeros(old, numbers, offsets) for numbers in (values, exported))
+        values = _with_zeros(old, values, offsets)
+        exported = _with_zeros(old, exported, offsets)
     deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
     text = old.robot.text
     if tool:

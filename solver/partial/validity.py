@@ -6,6 +6,7 @@ show it, each in its own detail, with the same exit status.
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class Validity(Changes):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Remarks on the samples."""
-        return tuple(warning for m in self.measured for warning in m.warnings)
+        return tuple(chain.from_iterable(m.warnings for m in self.measured))
 
     @property
     def text(self) -> str:
@@ -207,7 +208,9 @@ def _changes_since(
     task = replace(socket_task(prior, data, stood), free=ball_widths)
     candidates = explanations(task)
     single = [candidate for candidate in candidates if candidate.name not in (LENGTHS, EVERYTHING)]
-    wide = {i: w for candidate in single for widths in candidate.widths for i, w in widths.items()}
+    wide = dict[int, float]()
+    for widths in chain.from_iterable(candidate.widths for candidate in single):
+        wide |= widths
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None

@@ -268,10 +268,8 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         if len(coefficients) != expected:
             words = f"{len(coefficients)} coefficients, but the joints need {expected}"
             raise misfit(source, f"deflection.{extension}", words)
-    calibrated, exported = (
-        np.array([getattr(values[p.name], key) for p in parameters], dtype=float)
-        for key in ("calibrated", "exported")
-    )
+    calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
+    exported = np.array([values[p.name].exported for p in parameters], dtype=float)
     deflection = Deflection(
         tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
     )

@@ -64,18 +64,10 @@ def agreement_words(agreements: Sequence[CurveAgreement]) -> str:
     """Return for people how far curves agree; empty where none can be compared."""
     if not agreements:
         return ""
-    low, high = (
-        end(agreement_of_joint.correlation for agreement_of_joint in agreements)
-        for end in (min, max)
-    )
-    difference, expected = (
-        1e3
-        * float(
-            np.mean([getattr(agreement_of_joint, name) ** 2 for agreement_of_joint in agreements])
-            ** 0.5
-        )
-        for name in ("difference", "expected")
-    )
+    low = min(a.correlation for a in agreements)
+    high = max(a.correlation for a in agreements)
+    difference = 1e3 * float(np.mean([a.difference**2 for a in agreements]) ** 0.5)
+    expected = 1e3 * float(np.mean([a.expected**2 for a in agreements]) ** 0.5)
     same = "the same" if difference < 2 * expected else "not the same"
     return (
         f"Error curves of {len(agreements)} joints: "

@@ -200,21 +200,22 @@ class ErrorParts(Document, kw_only=True, frozen=True):
     def shares(self) -> tuple[float, float, float]:
         """Shares of the three parts in the mean square, which add to 1."""
         sizes = self.noise, self.want_of_data, self.not_in_model.value
-        noise, want, lacking = (size**2 / self.error**2 for size in sizes)
+        noise, want, lacking = [size**2 / self.error**2 for size in sizes]
         return noise, want, lacking
 
     @property
     def brief(self) -> str:
         """The parts in one line."""
         sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
-        error, noise, want, lacking = (f"{1e3 * size:.2f}" for size in sizes)
+        error, noise, want, lacking = [f"{1e3 * size:.2f}" for size in sizes]
         parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
         return f"Held out {error} mm (rms): {parts}."
 
     @property
     def text(self) -> str:
         """The same with the interval of what is not in the model."""
-        low, high = (f"{1e3 * end:.2f}" for end in (self.not_in_model.low, self.not_in_model.high))
+        low = f"{1e3 * self.not_in_model.low:.2f}"
+        high = f"{1e3 * self.not_in_model.high:.2f}"
         return f"{self.brief[:-1]} (95 %: {low} to {high}); the parts add in squares."
 
 

@@ -195,7 +195,8 @@ class Consequence:
     workspace_before: float
 
     def __str__(self) -> str:
-        at_places, everywhere = (f"{1e3 * size:.2g}" for size in (self.near, self.workspace))
+        at_places = f"{1e3 * self.near:.2g}"
+        everywhere = f"{1e3 * self.workspace:.2g}"
         return (
             f"it changes distances by {at_places} mm near the recorded places, "
             f"{everywhere} elsewhere"

@@ -238,9 +238,8 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
     """
     chain = sorted(of_q, key=lambda motion: motion.joint)
-    J, turns = (
-        ca.horzcat(*columns) for columns in zip(*((k.shift(p), k.turn) for k in chain), strict=True)
-    )
+    J = ca.horzcat(*(motion.shift(p) for motion in chain))
+    turns = ca.horzcat(*(motion.turn for motion in chain))
     g = ca.inv(J @ J.T) @ J
     turned, shifted = ca.cross(J, g), ca.cross(g, turns)
     slopes: list[Any] = []

@@ -174,10 +174,8 @@ def _joint(text: UrdfText, name: str) -> Joint:
     limits = written.first("limit")
     lower, upper = -math.inf, math.inf
     if kind in ("revolute", "prismatic") and limits and {"lower", "upper"} & {*limits.attributes}:
-        lower, upper = (
-            numbers(limits.attributes.get(key, "0"), where, key, 1, finite=False)[0]
-            for key in ("lower", "upper")
-        )
+        lower = numbers(limits.attributes.get("lower", "0"), where, "lower", 1, finite=False)[0]
+        upper = numbers(limits.attributes.get("upper", "0"), where, "upper", 1, finite=False)[0]
     if not lower < upper:
         raise ModelError(
             f"{where}: its limits {lower:g} to {upper:g} leave no room; write its range, or make "
@@ -191,7 +189,8 @@ def _joint(text: UrdfText, name: str) -> Joint:
             raise ModelError(f"{where}: axis {along} is no direction")
         x, y, z = (np.array(along) / length).tolist()
         axis = (x, y, z)
-    parent, child = (written.read(role, "link") for role in ("parent", "child"))
+    parent = written.read("parent", "link")
+    child = written.read("child", "link")
     return Joint(name, kind, parent, child, text.origins[name], axis, lower, upper)
 
 
@@ -218,7 +217,7 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
 def across(axis: Sequence[float]) -> tuple[Vector, Vector]:
     """Return two axes at right angles to a joint's and each other, near those of its frame."""
     # For one of its frame's axes they are the two others, in the order x, y, z.
-    first, second = (np.eye(3)[i] for i in sorted(np.argsort(np.abs(axis))[:2].tolist()))
+    first, second = np.eye(3)[np.sort(np.argsort(np.abs(axis))[:2])]
     b = first - np.dot(first, axis) * np.array(axis)
     b /= np.linalg.norm(b)
     c = np.cross(axis, b)

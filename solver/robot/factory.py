@@ -57,7 +57,8 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
             raise ModelError(f"{file}: no calibration.conf: it needs six numbers delta_{name}")
         deltas.append(numbers)
     moving = robot.actuated
-    before, last = (robot.joints.index(moving[i]) for i in (0, -1))
+    before = robot.joints.index(moving[0])
+    last = robot.joints.index(moving[-1])
     for sizes in TABLES.values() if len(moving) == 6 else ():
         gaps = [
             last_frame(_chain(moving, sizes, np.zeros((4, 6))), q)
@@ -101,10 +102,8 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
             f"{len(robot.actuated)}"
         )
     postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, len(robot.actuated)))
-    nominal, believed = (
-        np.array([last_frame(arm.joints[:-1], q)[:3, 3] for q in postures])
-        for arm in (robot, controller)
-    )
+    nominal = np.array([last_frame(robot.joints[:-1], q)[:3, 3] for q in postures])
+    believed = np.array([last_frame(controller.joints[:-1], q)[:3, 3] for q in postures])
     if file is None and controller.base != robot.base:
         nominal, believed = nominal - nominal.mean(axis=0), believed - believed.mean(axis=0)
     U, _, Vt = np.linalg.svd(nominal.T @ believed)

@@ -140,7 +140,7 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
     q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
     frames, _, motions = frames_and_motions(joints, written_frames(joints), q)
-    R, ball = (ca.SX(part) for part in frames[-1])
+    R, ball = map(ca.SX, frames[-1])
     neck = R[:, 2]
     columns = [ca.vertcat(motion.shift(ball), ca.cross(motion.turn, neck)) for motion in motions]
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])

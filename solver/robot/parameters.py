@@ -8,6 +8,7 @@ axis, together a rotation vector. By the paper's method these are the origin's o
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import chain, product
 
 from ...errors import MukcaError
 from .urdf import Robot
@@ -62,9 +63,9 @@ def choose_parameters(
     default = {joint.name for joint in robot.actuated} | {robot.ball_joint.name}
     selection = [p for p in parameters if p.joint in default]
     if free:
-        matches = {p for word in free for p in _matching(parameters, word)}
+        matches = set(chain.from_iterable(_matching(parameters, word) for word in free))
         selection = [p for p in parameters if p in matches]
-    unwanted = {p for word in fix for p in _matching(parameters, word)}
+    unwanted = set(chain.from_iterable(_matching(parameters, word) for word in fix))
     selection = [p for p in selection if p not in unwanted]
     if not selection:
         raise ParameterError("nothing is left free; a calibration needs at least one parameter")
@@ -75,8 +76,7 @@ def all_parameters(robot: Robot) -> list[Parameter]:
     """Return every number of every joint origin, in chain order."""
     return [
         Parameter(joint.name, component, 6 * i + k, of_ball=joint is robot.ball_joint)
-        for i, joint in enumerate(robot.joints)
-        for k, component in enumerate(COMPONENTS)
+        for (i, joint), (k, component) in product(enumerate(robot.joints), enumerate(COMPONENTS))
     ]
 
 

@@ -169,9 +169,9 @@ def moments_function(
 @lru_cache(maxsize=16)
 def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
-    q, tilts, gravity = (
-        ca.SX.sym(*shape) for shape in (("q", m), ("tilts", 2 * m), ("gravity", 3))
-    )
+    q = ca.SX.sym("q", m)
+    tilts = ca.SX.sym("tilts", 2 * m)
+    gravity = ca.SX.sym("gravity", 3)
     frames, _, _ = frames_and_motions(joints, written_frames(joints), ca.vertcat(q, tilts))
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
@@ -214,9 +214,9 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
     which costs a thousandth of the error each round.
     """
     m = model.q.numel()
-    tool, target, prefer = (
-        ca.SX.sym(*shape) for shape in (("tool", 12), ("target", 12), ("prefer", m))
-    )
+    tool = ca.SX.sym("tool", 12)
+    target = ca.SX.sym("target", 12)
+    prefer = ca.SX.sym("prefer", m)
     R, p = model.frames[joint]
     (R_tool, p_tool), (R_target, p_target) = _parts(tool), _parts(target)
     point = p + R @ p_tool

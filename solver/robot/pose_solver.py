@@ -212,7 +212,10 @@ class PoseSolver:
     def _free_steps(self) -> RowFunction:
         """FREE_STEPS steps of a row: q, target, prefer, tool, what was left, and 1 if stopped."""
         step, inputs = self._expressions
-        q, target, prefer, tool = (step.symbols[k] for k in ("q", "target", "prefer", "tool"))
+        q = step.symbols["q"]
+        target = step.symbols["target"]
+        prefer = step.symbols["prefer"]
+        tool = step.symbols["tool"]
         after, longest, stopped = q + step.change, ca.norm_inf(step.change), ca.SX.sym("stopped")
         beyond = ca.mmax(ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP))
         state = ca.vertcat(inputs, tool, ca.SX.sym("left", 2), stopped)
@@ -249,7 +252,8 @@ class PoseSolver:
         step, inputs = self._expressions
         names = ("error", "jacobian", "change")
         symbols = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
-        lower, upper = (ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper"))
+        lower = ca.SX.sym("lower", len(self.lower))
+        upper = ca.SX.sym("upper", len(self.lower))
         values = (*(symbols[name] for name in ("change", *names[:2])), lower, upper)
         change = limited_step(replace(step, **symbols), lower, upper)
         return RowFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])

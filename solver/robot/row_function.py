@@ -112,9 +112,8 @@ class RowFunction:
         work = np.ones((f.sz_w(), length))
         column: list[Any] = list(work)
         program: list[Any] = []
-        inputs, outputs = (
-            [np.ones((size, length)) for size in sizes] for sizes in (self._lengths, self._sizes)
-        )
+        inputs = [np.ones((size, length)) for size in self._lengths]
+        outputs = [np.ones((size, length)) for size in self._sizes]
         sines: dict[tuple[str, int], np.ndarray] = {}
         for k, (name, into, operands) in enumerate(self._steps):
             if name == "OUTPUT":

@@ -207,7 +207,7 @@ def _check_sizes(source: str, joints: Sequence[Joint], bodies: Sequence[Body]) -
         for quantity, numbers in ((ROTATION, joint.origin.rpy), (LENGTH, joint.origin.xyz)):
             if doubt := quantity.doubt(numbers):
                 raise ModelError(f"{source}: origin of joint {joint.name!r}: {doubt}")
-    *links, tip = (math.hypot(*joint.origin.xyz) for joint in joints)
+    *links, tip = [math.hypot(*joint.origin.xyz) for joint in joints]
     reach = sum(links)
     if doubt := ON_FLANGE.doubt([tip], max(reach, LEAST_REACH)):
         raise ModelError(

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
+from itertools import chain
 from pathlib import Path
 from xml.parsers import expat
 
@@ -117,7 +118,7 @@ def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, El
 def _origin(source: str, name: str, joint: Element) -> Origin:
     where = f"{source}:{(joint.first('origin') or joint).line}: joint {name!r}"
     words = (joint.read("origin", key, "0 0 0") for key in ("xyz", "rpy"))
-    return Origin.of(number for part in words for number in numbers(part, where, "origin", 3))
+    return Origin.of(chain.from_iterable(numbers(part, where, "origin", 3) for part in words))
 
 
 def numbers(words: str, where: str, what: str, count: int, *, finite: bool = True) -> list[float]:
@@ -252,7 +253,8 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joints:
         raise ModelError(f"the model already has {link!r} or {joint!r}; choose another name")
-    xyz, rpy = (" ".join(map(repr, map(float, part))) for part in (origin.xyz, origin.rpy))
+    xyz = " ".join(map(repr, map(float, origin.xyz)))
+    rpy = " ".join(map(repr, map(float, origin.rpy)))
     new = (
         f"  <link name={_quoted(link)}/>\n"
         f'  <joint name={_quoted(joint)} type="fixed">\n'

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from inspect import get_annotations
+from itertools import chain
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
@@ -106,7 +107,7 @@ class DetailsOptions(OutputOptions):
 def option_names(options: Any) -> list[str]:
     """Return the options of a dataclass, or of a union of them, as they are typed."""
     kinds = get_args(options) if isinstance(options, UnionType) else (options,)
-    rows = [row for kind in kinds for row in _described(kind)]
+    rows = list(chain.from_iterable(_described(kind) for kind in kinds))
     return [_typed(entry.name) for entry, _, about in rows if not about.get("positional")]
 
 
@@ -146,7 +147,8 @@ def read_options(arguments: argparse.Namespace) -> Any:
     """
     values = vars(arguments)
     for entry, _, about in _described(arguments.options):
-        needs, excluded = (about.get(key, "").split() for key in ("needs", "unless"))
+        needs = about.get("needs", "").split()
+        excluded = about.get("unless", "").split()
         for name in needs if entry.name in values else ():
             if name not in values:
                 words = f"{_typed(entry.name)} goes with {_typed(name)}"
@@ -179,7 +181,7 @@ def _described(
     hints = get_type_hints(options)
     by_name = {entry.name: entry for entry in fields(options)}
     owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
-    order = dict.fromkeys(name for base in options.__mro__ for name in get_annotations(base))
+    order = dict.fromkeys(chain.from_iterable(get_annotations(base) for base in options.__mro__))
     for name in order:
         if name not in by_name or (names and name not in names):
             continue

@@ -53,9 +53,9 @@ class RobotsOptions(Options):
     def load_robots(self) -> "dict[str, robots.Robot]":
         """Read the models of the robots by their names; the name of a single robot is empty."""
         by_name = _named(self.robot)
-        base, tip, flange = (
-            _by_name(getattr(self, key), key, by_name) for key in ("base", "tip", "flange")
-        )
+        base = _by_name(self.base, "base", by_name)
+        tip = _by_name(self.tip, "tip", by_name)
+        flange = _by_name(self.flange, "flange", by_name)
         ball, twice = robots.BALL_LINK, len(set(by_name.values())) < len(by_name)
         return {
             name: robots.load_robot(

@@ -119,9 +119,11 @@ class XArmEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Listen on the report ports."""
         self._port = 30003 if self.version.endswith("old") else 30000
-        self._fast, self._rich = (
-            TcpServer(self, (address or HOST, port), channel=str(port), places=MOST_CLIENTS)
-            for port in (self._port, RICH)
+        self._fast = TcpServer(
+            self, (address or HOST, self._port), channel=str(self._port), places=MOST_CLIENTS
+        )
+        self._rich = TcpServer(
+            self, (address or HOST, RICH), channel=str(RICH), places=MOST_CLIENTS
         )
         self._fast.on_join = self._fast.on_leave = self._follow
         self._rich.on_join = self._send_rich

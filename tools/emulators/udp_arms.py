@@ -7,6 +7,7 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 import json
 import struct
 import zlib
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,9 @@ def encode_state(version: int, number: int, state: JointState) -> bytes:
     torques = state.effort or 7 * (0.0,)
     holds = {"pose": FRANKA["pose"], "positions": state.position, "torques": torques, "zero": (0,)}
     fields = [field for field in FRANKA["layout"] if version >= field["since"]]
-    message = [x for field in fields for x in field["times"] * [*holds[field["hold"]]]]
+    message = list(
+        chain.from_iterable(field["times"] * [*holds[field["hold"]]] for field in fields)
+    )
     errors = bytes(2 * (37 if version < 5 else 41))  # current, and reflex reason
     modes = b"\0\0"  # motion generator, controller
     body = struct.pack(f"<Q{len(message)}{letter}", number, *message) + modes + errors

@@ -156,7 +156,9 @@ def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
 def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     """Return the turn of a 7-joint arm's elbow about the line shoulder-wrist, 0 where up [rad]."""
     pin.forwardKinematics(model.model, model.data, q)
-    shoulder, elbow, wrist = (model.data.oMi[i].translation for i in (2, 4, 6))
+    shoulder = model.data.oMi[2].translation
+    elbow = model.data.oMi[4].translation
+    wrist = model.data.oMi[6].translation
     line = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
     up = np.array([0.0, 0.0, 1.0]) - line * line[2]
     side = np.cross(line, up)
@@ -196,7 +198,8 @@ class Cell:
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
         q, pose = self.guide(point), pose_above(point)
-        back, on = (_walk(self.truth, q, pose, sense) for sense in (-1.0, 1.0))
+        back = _walk(self.truth, q, pose, -1.0)
+        on = _walk(self.truth, q, pose, 1.0)
         postures = np.array([*back[::-1], q, *on])  # evenly spaced, over the elbow's range
         q = postures[int(fraction * len(postures))]
         aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])

@@ -1,6 +1,7 @@
 """The arm as it truly is, its tool, and what it touches, in MuJoCo."""
 
 from collections.abc import Sequence
+from itertools import chain, product
 from typing import Any
 
 import mujoco
@@ -58,15 +59,14 @@ def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: flo
     inner, outer = radii
     profile = [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height)]
     turn = np.deg2rad(OPEN_TO + CUT / 2 + (360 - CUT) * np.arange(SLICES + 1) / SLICES)
-    corners = [[r * np.cos(a), r * np.sin(a), z] for a in turn for r, z in profile]
+    corners = [[r * np.cos(a), r * np.sin(a), z] for a, (r, z) in product(turn, profile)]
     quads = [
         (4 * k + i, 4 * k + 4 + i, 4 * k + 4 + (i + 1) % 4, 4 * k + (i + 1) % 4)
-        for k in range(SLICES)
-        for i in range(4)
+        for k, i in product(range(SLICES), range(4))
     ]
     last = 4 * SLICES
     quads += [(0, 1, 2, 3), (last + 3, last + 2, last + 1, last)]
-    faces = [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
+    faces = list(chain.from_iterable(((a, b, c), (a, c, d)) for a, b, c, d in quads))
     spec.add_mesh(
         name="block", uservert=np.ravel(corners), userface=np.ravel(faces), smoothnormal=0
     )

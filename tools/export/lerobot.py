@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +87,7 @@ def write(request: Request) -> Exported:
 
 def _check_signs(request: Request) -> None:
     """Refuse zeros of joints that were read with another sign than lerobot's."""
-    for file in {f for data in request.calibration.document.data for f in data.files}:
+    for file in set(chain.from_iterable(data.files for data in request.calibration.document.data)):
         try:
             text = read_bytes(Path(file).parent / "placement.json").decode()
         except OSError:

@@ -4,6 +4,7 @@ import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
@@ -138,7 +139,7 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
     """Return the provenance of exports, with the serial number given, or noted."""
     document, file = calibration.document, Path(calibration.source)
     saved = file.is_file()
-    numbers = {number for data in document.data for number in _noted(data.files)}
+    numbers = set(chain.from_iterable(_noted(data.files) for data in document.data))
     known = numbers.pop() if len(numbers) == 1 else "not known"
     return Identity(
         made_by=f"mukca {__version__}",

@@ -180,7 +180,8 @@ def write_xacro(request: Request) -> Exported:
     for joint, origin in zip(joints, request.origins.tolist(), strict=True):
         if any(mark in joint.name for mark in "'\\{}$"):
             raise ExportError(f"joint {joint.name!r}: xacro cannot say that name; rename it")
-        xyz, rpy = (" ".join(map(repr, part)) for part in (origin[:3], origin[3:]))
+        xyz = " ".join(map(repr, origin[:3]))
+        rpy = " ".join(map(repr, origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
     table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace("&#10;", "\n")
     words = {"about": request.identity.lines(), "joint": plain(joints[0].name), "table": table}

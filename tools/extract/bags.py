@@ -9,6 +9,7 @@ degrees, values run from -100 to 100 over the range that the calibration file of
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, cast
 
@@ -93,7 +94,7 @@ def _of_topic(
     All names of the topic tell which are the model's joints: one message alone does not show that
     another has a second arm.
     """
-    names = list(dict.fromkeys(name for message, _ in messages for name in message.name))
+    names = list(dict.fromkeys(chain.from_iterable(message.name for message, _ in messages)))
     columns = columns_of(names, question)
     if columns is None:
         return [], []

@@ -217,7 +217,7 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     groups: dict[tuple[str, str], dict[str, ParameterValue]] = {}
     for arm in arms:
         robot = MODEL if "/" in arm.robot else arm.robot
-        for value in (value for session in last_sessions([arm]) for value in session.parameters):
+        for value in chain.from_iterable(session.parameters for session in last_sessions([arm])):
             groups.setdefault((robot, value.name), {})[arm.name] = value
     rows: list[FleetParameter] = []
     for (robot, name), values in groups.items():

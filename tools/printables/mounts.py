@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 from .solid import (
@@ -216,7 +217,7 @@ def find_mount(name: str) -> Mount:
             return mount
     if code := _ISO.fullmatch(short):
         return bolt_circle(float(code[1]), int(code[2]), code[3].upper())
-    robots = sorted({robot for mount in MOUNTS.values() for robot in mount.links})
+    robots = sorted(set(chain.from_iterable(mount.links for mount in MOUNTS.values())))
     raise PrintableError(
         f"no mount {name!r}; there are: {', '.join(MOUNTS)}, codes of ISO 9409-1 as iso-63-4-m6, "
         f"none, and by robot: {', '.join(robots)}"

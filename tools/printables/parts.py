@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, reduce
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -170,11 +171,10 @@ def check_tilt(base: SocketBase, part: BallPart) -> None:
     """Lean the ball part in every socket, all around, and refuse any collision with the base."""
     sphere_of_ball = sphere(part.ball / 2).at(z=part.height)
     # However it leans, a ball stays where it is; the rest of the part seldom comes near the base.
-    ball, bed, fixed = (
-        to_manifold(solid, COARSE)
-        for solid in (sphere_of_ball, part.envelope() - sphere_of_ball, base.solid())
-    )
-    leans = [(TILT, float(azimuth), spin) for azimuth in AZIMUTHS for spin in SPINS]
+    ball = to_manifold(sphere_of_ball, COARSE)
+    bed = to_manifold(part.envelope() - sphere_of_ball, COARSE)
+    fixed = to_manifold(base.solid(), COARSE)
+    leans = [(TILT, float(azimuth), spin) for azimuth, spin in product(AZIMUTHS, SPINS)]
     for socket in range(base.sockets):
         leaned = (bed.transform(leaning(base, part, socket, *lean)) for lean in leans)
         upright = ball.transform(leaning(base, part, socket, 0.0, 0.0))

@@ -39,7 +39,8 @@ class PosePool:
         self, state: design.ParameterCovariance, samples: Sequence[Sample], socket: int = 0
     ) -> design.ParameterCovariance:
         """Return a covariance with the measured distance of two sockets, from ``socket`` on."""
-        first, second = (self.centre(samples, k) for k in (0, 1))
+        first = self.centre(samples, 0)
+        second = self.centre(samples, 1)
         if first is None or second is None:
             return state
         along = (second - first) / np.linalg.norm(second - first).clip(1e-6)

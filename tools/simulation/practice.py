@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
 
 import numpy as np
@@ -251,6 +251,6 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
         pairs = zip(led.samples, efforts, strict=True)
         loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
         half = len(loaded) // 2
-        turns = [loaded[i + k : i + k + TURN] for i in range(0, half, TURN) for k in (0, half)]
+        turns = [loaded[i + k : i + k + TURN] for i, k in product(range(0, half, TURN), (0, half))]
         write_files(folder / base.name, sample_files(replace(led, samples=tuple(chain(*turns)))))
     write_files(keys.parent, {keys.name: b"a*6 s  " * 9 + b"a*6 q\n"})

@@ -29,7 +29,7 @@ def promised_gain(flat: CurveFit) -> float:
         K, _ = replace(flat, prior=CurvePrior(1.0, length)).curves
         products = [V @ K, *by_noise]
         T = 0.5 * float(p @ K @ p - np.trace(products[0]))
-        information = [[0.5 * float(np.sum(A * B.T)) for B in products] for A in products]
+        information: np.ndarray = 0.5 * np.einsum("aij,bji->ab", products, products)
         variance = float(np.linalg.inv(information)[0, 0])
         gains.append(0.5 * T * abs(T) * variance)
     return max(gains)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -35,9 +36,9 @@ CONVERGED = 0.1
 def _may_have_curves(posterior: JointPosterior) -> bool:
     """Return True where curves are identifiable: by points or two placements, without play."""
     measured = any((arm.sockets < 0).any() for arm in posterior.scene.arms)
-    plays = any(g.width for arm in posterior.arms for g in arm.groups if g.follows_noise)
-    noises = [noise.space for arm in posterior.arms for noise in arm.noises.values()]
-    exact = min(noises) <= EXACT * SMALLEST
+    groups = chain.from_iterable(arm.groups for arm in posterior.arms)
+    plays = any(group.width for group in groups if group.follows_noise)
+    exact = min(noise.space for noise in posterior.state.noises) <= EXACT * SMALLEST
     return not exact and not plays and (measured or len(posterior.scene.placements) > 1)
 
 

@@ -163,7 +163,8 @@ def movement_gain(result: JointPosterior, movement: Movement) -> float:
     """
     movements, before = (*result.objective.movements, movement), result.state
     objective, prior = replace(result.objective, movements=movements), movement.prior(len(before.x))
-    x, at_zero = (np.pad(part, (0, movement.size)) for part in (before.x, before.at_zero))
+    x = np.pad(before.x, (0, movement.size))
+    at_zero = np.pad(before.at_zero, (0, movement.size))
     linear = linearise(objective, x, before.frames)
     groups = (*before.groups, prior)
     state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)

@@ -62,6 +62,11 @@ class Posterior:
         return self.noises.get("sockets") or self.noises["points"]
 
     @property
+    def active(self) -> tuple[str, ...]:
+        """Names of its groups that are not held at zero, but curves."""
+        return tuple(g.name for g in self.groups if g.width and g.name != CURVE.name)
+
+    @property
     def prior_covariance(self) -> np.ndarray:
         """Prior covariance of the model's unknowns but error curves, shape (scalars, scalars)."""
         groups = [group for group in self.groups if group.length is None]
@@ -163,9 +168,8 @@ class JointPosterior:
 
     @cached_property
     def active(self) -> tuple[tuple[str, ...], ...]:
-        """Names of each robot's groups that are not held at zero, but curves."""
-        names = [[group.name for group in arm.groups if group.width] for arm in self.arms]
-        return tuple(tuple(name for name in effects if name != CURVE.name) for effects in names)
+        """For each robot, :attr:`Posterior.active`."""
+        return tuple(arm.active for arm in self.arms)
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""

@@ -146,7 +146,7 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
         score = [
             float(np.sum(sizes[k][source]) - np.sum((remainder * kinds[k])[source])) for k in some
         ]
-        fisher = [[float(np.sum(A * B.transpose(0, 2, 1))) for B in scaled] for A in scaled]
+        fisher: np.ndarray = np.einsum("anij,bnji->ab", scaled, scaled)
         effect = noise.joint_effect(next_state.linear.by_joints[source])
         noises.append(noise.updated(np.linalg.solve(fisher, score), effect))
     return tuple(noises)

@@ -75,14 +75,16 @@ class Difference(Movement):
 
 def differences_of(robots: Sequence[RobotRecordings]) -> list[Movement]:
     """Return all that is otherwise in single placements of robots."""
-    return [
-        Difference(
-            placement=m.name, kind="difference", robot=recordings.robot, arm=i, apart=difference
-        )
-        for i, recordings in enumerate(robots)
-        for m in recordings.measurements
-        for difference in m.apart
-    ]
+    differences = list[Movement]()
+    for i, recordings in enumerate(robots):
+        for m in recordings.measurements:
+            differences += [
+                Difference(
+                    placement=m.name, kind="difference", robot=recordings.robot, arm=i, apart=apart
+                )
+                for apart in m.apart
+            ]
+    return differences
 
 
 def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:

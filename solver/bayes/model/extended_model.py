@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -20,7 +21,8 @@ def design_matrix(
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
     m = int(q.shape[1])
     columns: np.ndarray = np.arange(m)
-    turned = [columns[:0], *(m * axis + columns for e in effects for axis in e.axes.values())]
+    axes = chain.from_iterable(effect.axes.values() for effect in effects)
+    turned = [columns[:0], *(m * axis + columns for axis in axes)]
     parts = [np.zeros((len(q), 0)), *(effect.derivatives(q, moments) for effect in effects)]
     return np.concatenate(turned), np.concatenate(parts, axis=1)
 
@@ -109,14 +111,18 @@ class ExtendedModel:
         """Names of all unknowns."""
         joints = self.robot.joint_names
         geometry = [p.name for p in self.parameters]
-        return geometry + [name for e in self.effects for name in e.coefficient_names(joints)]
+        return geometry + list(
+            chain.from_iterable(e.coefficient_names(joints) for e in self.effects)
+        )
 
     @cached_property
     def units(self) -> list[str]:
         """Units of all unknowns."""
         joints = self.robot.joint_names
         geometry = [p.unit for p in self.parameters]
-        return geometry + [e.unit for e in self.effects for _ in e.coefficient_names(joints)]
+        for effect in self.effects:
+            geometry += [effect.unit] * len(effect.coefficient_names(joints))
+        return geometry
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from operator import attrgetter
 from typing import Literal
 
 import numpy as np
@@ -26,7 +27,7 @@ class SampleRows:
     def every(self) -> data.Observations:
         """All samples as those of one robot, but for what is said of joints and times."""
         arms = self.scene.arms
-        rows = {name: np.concatenate([getattr(arm, name) for arm in arms]) for name in BY_SAMPLE}
+        rows = {name: np.concatenate([*map(attrgetter(name), arms)]) for name in BY_SAMPLE}
         return replace(arms[0], **rows)
 
     @cached_property

@@ -35,9 +35,9 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
             for p in model.parameters
         ]
     )
-    lengths, angles, ball = (
-        np.flatnonzero(kinds == kind) for kind in ("translation", "rotation", "ball")
-    )
+    lengths = np.flatnonzero(kinds == "translation")
+    angles = np.flatnonzero(kinds == "rotation")
+    ball = np.flatnonzero(kinds == "ball")
     by_scale = COMMON_SCALE * model.ball.nominal[lengths]
     place = _ball_by_poses(model, data)
     expected = None if place is None else (place[ball], 0 * place[ball])

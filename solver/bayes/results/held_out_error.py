@@ -44,7 +44,8 @@ def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts 
     if not sockets:
         return None
     Q = _contrasts([len(q) for q, _ in sockets])
-    q, moments = (np.concatenate(columns) for columns in zip(*sockets, strict=True))
+    q = np.concatenate([q for q, _ in sockets])
+    moments = np.concatenate([moments for _, moments in sockets])
     points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
     C = _blocks(posterior.noise.as_gaussian(by_joints))
     A = Q.T @ J.reshape(len(Q), -1)
@@ -63,7 +64,7 @@ def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts 
     )
     error = float(errors @ errors)
     scale = error / parts.sum()
-    low, high = (SIZES[np.searchsorted(np.cumsum(by_size), level)] for level in LEVELS)
+    low, high = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
     roots = np.sqrt(scale * parts / count).tolist()
     squares = np.minimum([scale * expected * low, scale * expected * high], error)
     low, high = np.sqrt(squares / count).tolist()

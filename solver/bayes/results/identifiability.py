@@ -90,7 +90,7 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
     """Return changes of the free geometry that no ball can show, with their names."""
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
-    joints = [j for j in range(len(robot.joints)) if all(6 * j + k in place for k in range(6))]
+    joints = [j for j in range(len(robot.joints)) if place.keys() >= {*range(6 * j, 6 * j + 6)}]
     frames = model.ball.frames(posterior.values)
     directions: list[tuple[str, np.ndarray]] = []
 

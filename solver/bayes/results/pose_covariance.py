@@ -59,10 +59,10 @@ def _derivatives(
     points, *of_point = model.linearise(x, q, moments)
     _, *of_turn = model.linearise(x, q, moments, of_turns=True)
     arms = (places - points)[:, :, None]
-    J, by_joints = (
+    J, by_joints = [
         np.concatenate([shift + np.cross(turn, arms, axis=1), turn], axis=1)
         for shift, turn in zip(of_point, of_turn, strict=True)
-    )
+    ]
     return J, by_joints
 
 

@@ -145,7 +145,8 @@ def _recorded_by_both(world: JointPosterior, robot: int, pose: Pose) -> np.ndarr
         frame_pose.apply(_linear(world, i, world.scene.arms[i].positions)[0])
         for i, frame_pose in ((0, IDENTITY), (robot, pose))
     ]
-    lowest, highest = (np.array([end(b, axis=0) for b in balls]) for end in (np.min, np.max))
+    lowest = np.array([np.min(b, axis=0) for b in balls])
+    highest = np.array([np.max(b, axis=0) for b in balls])
     return np.array([lowest.max(axis=0), highest.min(axis=0)])
 
 

@@ -45,24 +45,26 @@ def beside_curves(
     """Return the model that may be more probable beside curves, and the logarithm of its odds."""
     # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
     elastic, harmonics = {COMPLIANCE.name, TILT.name}, {harmonic.name for harmonic in HARMONICS}
-    effects, *effects_of_models = (
-        {*chain(*posterior_of.active)} for posterior_of in (posterior, *models)
-    )
-    pairs = zip(models, effects_of_models, strict=True)
-    bent = [model for model, names in pairs if names & elastic and not names & harmonics]
-    if not bent or (effects & elastic and not effects & harmonics):
+
+    def bends_alone(model: JointPosterior) -> bool:
+        effects = {*chain(*model.active)}
+        return bool(effects & elastic) and not effects & harmonics
+
+    bent = [model for model in models if bends_alone(model)]
+    if not bent or bends_alone(posterior):
         return None
     best = bent[int(np.argmax(model_probabilities(bent)))]
     odds = log_odds(best) - log_odds(posterior)
-    return best, odds + HARMONICS_BESIDE_CURVES if effects & harmonics else odds
+    has_harmonics = harmonics & {*chain(*posterior.active)}
+    return best, odds + HARMONICS_BESIDE_CURVES if has_harmonics else odds
 
 
 def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
     """Return the mean of results of models with different extensions, weighted by probabilities."""
     best = results[int(np.argmax(probabilities))]
-    effects = [{e for r in results for e in r.models[i].extensions} for i in range(len(best.own))]
     models = tuple(
-        model.with_effects(names) for model, names in zip(best.models, effects, strict=True)
+        models_of_robot[0].with_effects({*chain(*(m.extensions for m in models_of_robot))})
+        for models_of_robot in zip(*(r.models for r in (best, *results)), strict=True)
     )
     objective = replace(best.objective, models=models)
     groups: dict[tuple[int, str], PriorGroup] = {}

@@ -3,7 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain, product
 from math import log
+from operator import attrgetter
 
 import numpy as np
 
@@ -87,9 +89,10 @@ def select_models(
     differences = differences_of(recordings)
     geometric = estimate(models, data, joint_noise=JOINT_NOISE in stages, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
-    order = [(name, i) for name in names if name != CURVE.extension for i in range(len(robots))]
-    tryable = {effect for name in names for effect in EXTENSIONS[name]}
-    types = [{k: v for k, v in of_type.items() if k in tryable} for of_type in types]
+    scalar = [name for name in names if name != CURVE.extension]
+    order = list(product(scalar, range(len(robots))))
+    tryable = set(chain.from_iterable(EXTENSIONS[name] for name in names))
+    types = [dict(filter(lambda item: item[0] in tryable, t.items())) for t in types]
     tried = _search(geometric, order, progress)
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if any(line.kept for line in reported):  # all again beside these
@@ -221,7 +224,7 @@ def _supported(models: list[JointPosterior]) -> tuple[list[JointPosterior], str]
 
     words = ""
     if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
-        candidates = [model for model in models if not any(part.of_type for part in model.models)]
+        candidates = [m for m in models if not any(map(attrgetter("of_type"), m.models))]
         best_alone = max(candidates, key=_evidence)
         try:
             after = held_out_errors(best)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from math import log
 
 import numpy as np
@@ -50,7 +51,7 @@ def movements_by_evidence(
     data = posterior.scene.arms[0]
     candidates = {place: movements_of(data, place) for place in places}
     while places:
-        tried = [movement for place in places for movement in candidates[place]]
+        tried = list(chain.from_iterable(candidates[place] for place in places))
         rises = [_rise(posterior, movement) - _price(movement, tried) for movement in tried]
         ranked = sorted((rise, i) for i, rise in enumerate(rises))
         best, gain = posterior, -np.inf

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -37,7 +38,9 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
     directions = {name: along for name, along in by_joint.items() if along.any()}
     if not directions:
         return
-    axes = [(name, k) for name, along in directions.items() for k in range(3) if along[:, k].any()]
+    axes = [
+        (name, k) for (name, along), k in product(directions.items(), range(3)) if along[:, k].any()
+    ]
     columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
     parameters = [{"joint": name, "axis": AXES[k]} for name, k in axes]
     yield Block(scene.all_samples, columns, parameters, widths)

@@ -4,6 +4,7 @@ No recording tells a model that is scaled as a whole from a wrong distance: thei
 """
 
 from collections.abc import Iterable
+from itertools import product
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def changes(
                 {**scene.first_from(place, rank), "throughout": float(rank == 0)}
                 for rank in ranks.tolist()
             ]
-            names = [parameter for parameter in first for _ in range(C)]
+            names = [parameter for parameter, _ in product(first, range(C))]
             flat = columns.reshape(len(names), -1, k)
             yield Block(scene.rows(rows), flat, names, widths)
 
@@ -124,7 +125,8 @@ def _of_lengths(scene: Scene, *, on_base: bool) -> Iterable[tuple[slice, float, 
     first = 3 * len(scene.q)
     for i, ruler in enumerate(scene.known):
         if ruler.on_base == on_base:
-            a, b = (scene.labels[end] for end in (ruler.first, ruler.second))
+            a = scene.labels[ruler.first]
+            b = scene.labels[ruler.second]
             ends = f"{a[0]}:{a[1]}-{b[0]}:{b[1]}={ruler.distance}"
             name = {"placement": a[0]} if on_base else {"known": ends}
             lengths = {"expected": scene.expected[i], "given": ruler.distance}

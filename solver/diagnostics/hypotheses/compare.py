@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -104,7 +105,7 @@ class Comparison:
         count = int(math.log(LARGEST / smallest, HALVES)) + 2
         self._trials, self._base = self.evidence.trials(smallest, LARGEST, count)
         possible = [kind for kind in kinds if not (kind.rigid and scene.zeros)]
-        self.candidates = [c for kind in possible for c in self._of(kind)]
+        self.candidates = list(chain.from_iterable(self._of(kind) for kind in possible))
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""

@@ -36,7 +36,7 @@ def mounted(scene: Scene) -> Iterable[Block]:
     units = [d / np.linalg.norm(d) for d in every if 0 < np.count_nonzero(d) < 3]
     others = [strength * d for d in units if d @ said < ALIKE * strength]
     logs = _logs(scene, [said, *others])
-    options = [" ".join(f"{v:.3g}" for v in (g + 0.0).tolist()) for g in others]
+    options = [" ".join(map("{:.3g}".format, (g + 0.0).tolist())) for g in others]
     names = [{"gravity": g.tolist(), "option": o} for g, o in zip(others, options, strict=True)]
     for name, value in zip(names, logs[1:] - logs[0], strict=True):
         yield without_columns(name, float(value))

@@ -3,10 +3,10 @@
 Nuisance parameters are the centres, the geometry, the effects beyond it, and the caliper.
 """
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -110,14 +110,16 @@ class Scene:
     @cached_property
     def numbers(self) -> np.ndarray:
         """Number of each sample in its socket, from 0, shape (N,)."""
-        every = (np.arange(n) for m in self.measurements for n in m.counts)
-        return np.concatenate([*every]) if self.sample_numbers is None else self.sample_numbers
+        if self.sample_numbers is not None:
+            return self.sample_numbers
+        counts = chain.from_iterable(m.counts for m in self.measurements)
+        return np.concatenate([*map(np.arange, counts)])
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
         """Samples of each placement."""
         ends = np.cumsum([0, *(sum(m.counts) for m in self.measurements)]).tolist()
-        return tuple(slice(a, b) for a, b in itertools.pairwise(ends))
+        return tuple(slice(a, b) for a, b in pairwise(ends))
 
     @property
     def times(self) -> tuple[np.ndarray, ...]:

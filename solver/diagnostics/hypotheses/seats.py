@@ -5,6 +5,7 @@ instrument measured in its frame R, c; in a socket y_i is zero.
 """
 
 from collections.abc import Sequence
+from itertools import chain, product
 
 import numpy as np
 
@@ -19,7 +20,7 @@ OF_INSTRUMENT = -1
 def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.ndarray]:
     """Return all seats, frames last, and the index of each sample's seat, shape (N,)."""
     seated = [m for m in measurements if m.kind == "sockets"]
-    sockets = [(m.name, k) for m in seated for k in m.sockets]
+    sockets = list(chain.from_iterable(product([m.name], m.sockets) for m in seated))
     frames = dict.fromkeys((m.frame, OF_INSTRUMENT) for m in measurements if m.kind == "points")
     labels: list[Seat] = [*sockets, *frames]
     numbers = {label: i for i, label in enumerate(labels)}

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from functools import partial as partial_of
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     placements, survey, findings = problem.measurements, problem.survey, problem.checks
     terminal.warn(*problem.warnings)
     lengths = settings.distances
-    of_one = {finding for inspection in survey.placements for finding in inspection.diagnostics}
+    of_one = set(chain.from_iterable(inspection.diagnostics for inspection in survey.placements))
     shared = [finding for finding in findings if finding not in of_one]
     broken = any(finding.level == "error" for finding in findings)
     accuracy = None

@@ -56,10 +56,9 @@ def summary(
     metrics: "list[list[results.PlacementErrors] | None]",
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    left_out, lone, bootstrap = (
-        [row for job, row in zip(work, metrics, strict=True) if job.kind == kind]
-        for kind in ("left_out", "alone", "bootstrap")
-    )
+    left_out = [row for job, row in zip(work, metrics, strict=True) if job.kind == "left_out"]
+    lone = [row for job, row in zip(work, metrics, strict=True) if job.kind == "alone"]
+    bootstrap = [row for job, row in zip(work, metrics, strict=True) if job.kind == "bootstrap"]
     corrected_metrics = [row[i].calibrated if row else None for i, row in enumerate(left_out)]
     loaded = [row[i].loaded if row else None for i, row in enumerate(left_out)]
     result: dict[str, Any] = {

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.util import find_spec
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -128,14 +129,16 @@ def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:
     if isinstance(base, printables.AnchoredBase):
         tables[f"sockets-at-{base.arm}.csv"] = base.sockets_at().encode()
     names = [
-        f"{part}.{suffix}" for part in (*printables.part_names(base), *balls) for suffix in kinds
+        f"{part}.{suffix}"
+        for part, suffix in product((*printables.part_names(base), *balls), kinds)
     ]
     names += tables
     refuse_existing(options.out, names, force=options.force)
     with terminal.console.status("building and checking the parts"):
         parts = list(printables.build_parts(base, balls))
         contents = [
-            printables.encode(suffix, part, options.author) for part in parts for suffix in kinds
+            printables.encode(suffix, part, options.author)
+            for part, suffix in product(parts, kinds)
         ]
     write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
     suffixes = ", ".join(f".{suffix}" for suffix in options.format)

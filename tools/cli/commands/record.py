@@ -7,6 +7,7 @@ import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from types import FrameType
 
@@ -163,7 +164,7 @@ def _next_steps(
     robot = given("robot", "base", "flange", "tip", "ball")
     out, calibrated = str(options.out), f"{options.out}-calibrated"
     words_again = given("driver", "distance", "robot_name", "auto", "page")
-    words_again += [word for keys in options.key for word in ("--key", keys)]
+    words_again += list(chain.from_iterable(("--key", keys) for keys in options.key))
     words_again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     zeros = ["--zeros"] if recording.SessionAlarms(arm).coarse else []

@@ -208,7 +208,8 @@ def _summary(folder: Path) -> list[str]:
     """Return what the demo arm's error was, what it is, and which file to open."""
     found = load_calibration(folder).errors.summary.test
     assert found is not None  # two placements are held out
-    before, now = (1e3 * row.mean_absolute_error for row in (found.before, found.loaded))
+    before = 1e3 * found.before.mean_absolute_error
+    now = 1e3 * found.loaded.mean_absolute_error
     return [
         "",
         f"It was: {before:.2f} mm, the mean error at places held out, with the ball refitted.",

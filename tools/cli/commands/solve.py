@@ -85,10 +85,8 @@ def calibrated(
     data_by_name = {
         name: _read(training[name], tested[name], as_recorded=as_recorded) for name in robots
     }
-    train, test = (
-        {name: placements[role] for name, placements in data_by_name.items() if placements[role]}
-        for role in (0, 1)
-    )
+    train = {name: placements[0] for name, placements in data_by_name.items() if placements[0]}
+    test = {name: placements[1] for name, placements in data_by_name.items() if placements[1]}
     with terminal.progress() as progress:
         if "" in robots:
             data = train.get("", []), test.get("", [])

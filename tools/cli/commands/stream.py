@@ -7,6 +7,7 @@ import textwrap
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from ....drivers import (
@@ -139,7 +140,8 @@ class _Monitor:
         age = clock.now() - self._arrival
         rate = (len(self._arrivals) - 1) / span if span > 0 and age < 1 else 0.0
         ordered = sorted(self._intervals) or [0.0]
-        interval, worst = (1e3 * ordered[int(q * (len(ordered) - 1))] for q in (0.5, 0.99))
+        interval = 1e3 * ordered[int(0.5 * (len(ordered) - 1))]
+        worst = 1e3 * ordered[int(0.99 * (len(ordered) - 1))]
         figures = (
             f"{rate:.0f} Hz, every {interval:.2f} ms (99 %: {worst:.2f}), "
             f"missed {self._driver.missed}, rejected {self._driver.rejected}, "
@@ -165,7 +167,7 @@ class _Monitor:
                 effort = f"{state.effort[index]:.2f}" if state.effort else ""
                 cells = [f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort]
             rows.append([name, *(f"{cell:>10}" for cell in cells)])
-        lines = [line for part in self._figures() for line in textwrap.wrap(part, width)]
+        lines = list(chain.from_iterable(textwrap.wrap(part, width) for part in self._figures()))
         return Group(table("", ("joint", "deg", "rad", "N m"), rows), *map(Text, lines))
 
 

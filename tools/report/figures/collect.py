@@ -6,6 +6,7 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,9 @@ def _finder(folder: Path) -> Callable[[str], str]:
         scheme, _, path = fname.rpartition("://")
         inside, candidates = Path(*Path(path).parts[1:]), [folder / path]
         if scheme not in ("", "file"):
-            candidates = [up / part for up in folder.resolve().parents for part in (path, inside)]
+            candidates = [
+                up / part for up, part in product(folder.resolve().parents, (path, inside))
+            ]
             candidates.append(folder / inside)
         files = (f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE)
         return str(next(files, ""))

@@ -1,5 +1,6 @@
 """Steps to do where the verdict is not PASS, the most useful first, each with a command."""
 
+import itertools
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -98,7 +99,8 @@ def _measure(
         yield Step(text, command, "an arm of the right size")
         return
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
-    before, after = (value * _SPAN for value in (abs(scale.value), deviation))
+    before = abs(scale.value) * _SPAN
+    after = deviation * _SPAN
     words = f"a distance of {_SPAN:g} m is known to {mm(after)}"
     if before > after:
         words = (
@@ -208,7 +210,9 @@ def solve_command(
     settings, robots = {**document.settings, **(settings_given or {})}, ["--robot", document.robot]
     if arms:
         settings = {key: value for key, value in settings.items() if key not in _CHAIN}
-        robots = [word for arm in arms for word in ("--robot", f"{arm.name}={arm.robot}")]
+        robots = list(
+            itertools.chain.from_iterable(("--robot", f"{arm.name}={arm.robot}") for arm in arms)
+        )
         for arm in arms:
             links = ((key, arm.options.get(key)) for key in _CHAIN[:-1])
             robots += as_options({key: f"{arm.name}={link}" for key, link in links if link})
@@ -237,7 +241,9 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
             values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
             option = f"--{key.replace('_', '-')}"
             if key == "distance":  # each reading by itself
-                words += [word for reading in values for word in (option, str(reading))]
+                words += list(
+                    itertools.chain.from_iterable((option, str(reading)) for reading in values)
+                )
                 continue
             words += [option, *([] if value is True else map(str, values))]
     return words

@@ -1,6 +1,7 @@
 """Plots of compared models: calibrations by placement; pegs and lines of a simulated experiment."""
 
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ def _by_model(
 
 
 def _errors(result: ComparisonDocument) -> Plot:
-    models = [model for row in result.placements for model in row.models]
+    models = list(chain.from_iterable(row.models for row in result.placements))
     axis = Axis.logarithmic((1e3 * model.mean_absolute_error for model in models), "MAE, mm", 1.4)
     title = "error at each placement"
     panel = _by_model(result, title, axis, lambda model: model.mean_absolute_error, ".3f")
@@ -52,7 +53,8 @@ def _errors(result: ComparisonDocument) -> Plot:
 
 def _differences(result: ComparisonDocument) -> Plot:
     pair = result.pairs[-1]
-    a, b = (result.models[k].name for k in (pair.a, pair.b))
+    a = result.models[pair.a].name
+    b = result.models[pair.b].name
     means = np.array([1e3 * row.mean for row in pair.placements])
     noises = np.array([1e3 * row.noise for row in pair.placements])
     axis = Axis.around_zero(abs(means) + noises, "mm, with 95 % noise")
@@ -101,9 +103,9 @@ def simulation_plot(result: SimulationDocument) -> Plot:
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     """Return the peg's positions just before it went down, by the true kinematics."""
-    insertions = [
-        trial for trials in (model.centre, model.cross) if trials for trial in trials.each
-    ]
+    insertions = list(
+        chain.from_iterable(trials.each for trials in (model.centre, model.cross) if trials)
+    )
     reach = max(clearance, *(1e3 * abs(x) for trial in insertions for x in trial.miss[:2]))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")
     panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, product
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -71,7 +72,7 @@ class Axis:
             low, high = math.log10(self.low), math.log10(self.high)
             powers = range(math.floor(low), math.ceil(high) + 1)
             digits = (1,) if high - low > 2 else (1, 2, 5)
-            marks = [digit * 10.0**power for power in powers for digit in digits]
+            marks = [digit * 10.0**power for power, digit in product(powers, digits)]
         elif marks is None:
             step = nice_above((self.high - self.low) / 5)
             first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
@@ -290,7 +291,9 @@ def plot(
     A caption is a title; lines of the legend, ``- mark: words; mark: words``; and a sentence.
     """
     title, *details = lines("captions.txt.j2", name.replace("-", "_"), **values)
-    marks = [mark for line in details if line.startswith("- ") for mark in line[2:].split("; ")]
+    marks = list(
+        chain.from_iterable(line[2:].split("; ") for line in details if line.startswith("- "))
+    )
     legend = tuple((mark, words) for mark, _, words in (detail.partition(": ") for detail in marks))
     sentence = " ".join(line for line in details if not line.startswith("- "))
     caption = PlotCaption(id=name, title=title, sentence=sentence)

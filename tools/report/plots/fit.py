@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -116,7 +117,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     rows = report.between
     if not rows:
         return None
-    ends = short_names([end for row in rows for end in (row.a, row.b)])
+    ends = short_names(list(chain.from_iterable((row.a, row.b) for row in rows)))
     names = [f"{a} to {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]
     errors = {mark: [1e3 * row.errors.of(model) for row in rows] for model, mark in LOADED}
     limit = 1e3 * (report.limits.between_placements.value or 0)

@@ -38,7 +38,8 @@ def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
         places = ca.repmat(ca.vertcat(*q.ravel()) / SPACING, 1, KNOTS)
         distance: Any = places - ca.repmat(ca.DM(range(KNOTS)).T, q.size, 1)
         distance = ca.fabs(distance - KNOTS * ca.floor(distance / KNOTS + 0.5))
-        outer, inner = ((end - distance + ca.fabs(end - distance)) / 2 for end in (2.0, 1.0))
+        outer = (2.0 - distance + ca.fabs(2.0 - distance)) / 2
+        inner = (1.0 - distance + ca.fabs(1.0 - distance)) / 2
         splined = ca.DM(np.tile(table.T, (len(q), 1))) * (outer**3 - 4 * inner**3)
         return np.array((ca.sum2(splined) / 6).elements()).reshape(q.shape)
     index, weights = splines(q)

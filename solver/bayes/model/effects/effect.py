@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -50,4 +51,4 @@ class Effect:
 
     def coefficient_names(self, joints: Sequence[str]) -> list[str]:
         """Names of the coefficients, in the order of :attr:`derivatives`."""
-        return [f"{joint}.{suffix}" for suffix in self.axes for joint in joints]
+        return [f"{joint}.{suffix}" for suffix, joint in product(self.axes, joints)]

@@ -11,9 +11,8 @@ EFFECTS: dict[str, Effect] = {
     effect.name: effect for effect in (JOINT_OFFSET, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE)
 }
 """Every effect by its name; the first one alone can be held by the geometry."""
-EXTENSIONS: dict[str, tuple[str, ...]] = {
-    effect.extension: tuple(e.name for e in EFFECTS.values() if e.extension == effect.extension)
-    for effect in EFFECTS.values()
-    if effect.extension
-}
+EXTENSIONS: dict[str, tuple[str, ...]] = {}
 """Extensions in the order in which they are tried, each with its effects."""
+for _effect in EFFECTS.values():
+    if _effect.extension:
+        EXTENSIONS[_effect.extension] = (*EXTENSIONS.get(_effect.extension, ()), _effect.name)
