@@ -108,7 +108,7 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         delimiter=delimiter or ",",
         skipinitialspace=delimiter != "\t",
     )
-    records = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
     return records if delimiter is None else [(i, _with_points(row)) for i, row in records]
 
 

@@ -156,7 +156,8 @@ def match_joints(
 def missing_joints(names: Sequence[str], joints: Sequence[str]) -> list[str]:
     """Return the joints that no column is called like."""
     ways = _ways(names, joints)
-    return [joint for k, joint in enumerate(joints) if not any(k in way for way in ways.values())]
+    numbers = set(chain.from_iterable(ways.values()))
+    return [joint for k, joint in enumerate(joints) if k not in numbers]
 
 
 _Ways = dict[tuple[Words, Words], dict[int, list[int]]]

@@ -204,15 +204,14 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
                 f"{table.file}:{table.lines[0]}: {len(table.rows[0])} columns, "
                 f"but {first.file.name} has {len(first.rows[0])}"
             )
-    samples = tuple(
-        Sample(row, socket, where=table.where(i))
-        for socket, table in tables
-        for i, row in enumerate(table.numbers(joints, gaps=names is not None))
-    )
+    samples = list[Sample]()
+    for socket, table in tables:
+        rows = table.numbers(joints, gaps=names is not None)
+        samples += [Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)]
     notes = list(chain.from_iterable(table.notes for _, table in tables))
     return Placement(
         name=placement_name(folder),
-        samples=samples,
+        samples=tuple(samples),
         joint_names=names,
         files=tuple(table.file for _, table in tables),
         remarks=(*notes, *(f"{error}; the file is skipped" for error in skipped)),

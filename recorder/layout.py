@@ -74,7 +74,7 @@ def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
     content = read_samples(table.file)
     match = match_joints(content.joint_names, joint_names)
     order = match.order if match else range(len(joint_names))
-    rows = [tuple(sample.position[i] for i in order) for sample in content.live]
+    rows = [tuple(map(sample.position.__getitem__, order)) for sample in content.live]
     return Rows(rows, [s.where for s in content.live], (), (note,) if note else ())
 
 

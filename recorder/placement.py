@@ -156,12 +156,16 @@ class Placement:
         match = self._match(tuple(joint_names))
         if match is None:
             return self
+
+        def picked_of(row: tuple[float, ...]) -> tuple[float, ...]:
+            return tuple(row[i] for i in match.order) if row else row
+
         picked = [
             replace(
                 sample,
-                position=tuple(sample.position[i] for i in match.order),
-                effort=sample.effort and tuple(sample.effort[i] for i in match.order),
-                spread=sample.spread and tuple(sample.spread[i] for i in match.order),
+                position=picked_of(sample.position),
+                effort=sample.effort and picked_of(sample.effort),
+                spread=sample.spread and picked_of(sample.spread),
             )
             for sample in self.samples
         ]

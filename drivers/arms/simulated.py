@@ -183,8 +183,9 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
 
 def _pick(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> _Rows:
     """Return the numbers in some columns, of the lines that have all of them."""
-    return [
-        tuple(float(line[i]) for i in columns)
-        for line in lines
-        if columns and all(i < len(line) and line[i].strip() for i in columns)
-    ]
+    rows = list[tuple[float, ...]]()
+    for line in lines:
+        cells = [line[i].strip() for i in columns if i < len(line)]
+        if columns and len(cells) == len(columns) and all(cells):
+            rows.append(tuple(map(float, cells)))
+    return rows

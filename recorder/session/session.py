@@ -4,6 +4,7 @@ Each event returns a new one, as in ``session = session.captured(sample)``.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -75,9 +76,8 @@ class Session:
     @cached_property
     def counts(self) -> tuple[int, ...]:
         """Number of samples in each socket, without those that were taken back."""
-        return tuple(
-            sum(sample.socket == socket for sample in self.live) for socket in range(self.sockets)
-        )
+        counts = Counter(sample.socket for sample in self.live)
+        return tuple(counts[socket] for socket in range(self.sockets))
 
     @property
     def doubted_run(self) -> tuple[Sample, ...]:

@@ -230,5 +230,6 @@ _LETTERS = {
 
 def banner(words: str, colour: str, width: int) -> list[Text]:
     """Return some words as three lines, each as wide as the screen and all of one colour."""
-    rows = [" " + " ".join(_LETTERS.get(c, _LETTERS["?"])[row] for c in words) for row in range(3)]
+    letters = [_LETTERS.get(letter, _LETTERS["?"]) for letter in words]
+    rows = [" " + " ".join(row) for row in zip(*letters, strict=True)]
     return [Text(row[:width].ljust(width), style=f"bold white on {colour}") for row in rows]

@@ -255,15 +255,14 @@ def _visited_sockets(
     """Return the sockets of robots whose bases are known, in the first one's base."""
     robots = list(zip(world.scene.names, world.scene.arms, strict=True))
     places = zip(world.scene.arms[0].labels, world.arms[0].centres, strict=True)
-    return tuple(
-        results.VisitedSocket(
-            name=f"{placement}:{socket}",
-            xyz=as_point(centre),
-            robots=tuple(name for name, arm in robots if k in arm.sockets),
-        )
-        for k, ((placement, socket), centre) in enumerate(places)
-        if any(k in robots[i][1].sockets for i in standing)
-    )
+    seen = set(chain.from_iterable(robots[i][1].sockets for i in standing))
+    visited = list[results.VisitedSocket]()
+    for k, ((placement, socket), centre) in enumerate(places):
+        visitors = tuple(name for name, arm in robots if k in arm.sockets)
+        label, xyz = f"{placement}:{socket}", as_point(centre)
+        if k in seen:
+            visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=visitors))
+    return tuple(visited)
 
 
 def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:

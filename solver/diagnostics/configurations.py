@@ -105,8 +105,11 @@ def named(
         KnownError: One names a socket that is not there.
     """
     labels = _labels(measurements)
-    ends = [[labels[find_socket(labels, end)] for end in (k.first, k.second)] for k in lengths]
-    return [replace(k, first=a, second=b) for k, (a, b) in zip(lengths, ends, strict=True)]
+    resolved = list[KnownDistance]()
+    for k in lengths:
+        a, b = [labels[find_socket(labels, end)] for end in (k.first, k.second)]
+        resolved.append(replace(k, first=a, second=b))
+    return resolved
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:

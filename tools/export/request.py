@@ -205,7 +205,8 @@ def after_last_exported(request: Request, carried: Collection[str]) -> list[str]
 def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[Loss, ...]:
     """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated, robot = request.calibration.calibrated, request.calibration.robot
-    recorded = [s.position for d in request.calibration.document.data for s in d.samples]
+    data = request.calibration.document.data
+    recorded = [s.position for s in chain(*(row.samples for row in data))]
     poses = np.array(recorded), workspace(robot, ANYWHERE)
     geometric = [calibrated.geometric_ball(q) for q in poses]
     losses: list[Loss] = []

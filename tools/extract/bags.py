@@ -73,7 +73,7 @@ def _states(reader: Any, question: Question) -> Log:
         by_topic[topic], notes[topic] = _of_topic(some, question)
     best = max(by_topic, key=lambda topic: len(by_topic[topic]), default="")
     if not by_topic.get(best):
-        names = (name for some in messages.values() for m, _ in some for name in m.name)
+        names = chain(*(m.name for m, _ in chain(*messages.values())))
         raise unknown_joints(list(dict.fromkeys(names)), question)
     remarks = [f"read {best}, {len(by_topic[best])} states", *notes[best]]
     topics = [f"{name} ({len(some)})" for name, some in by_topic.items() if some and name != best]

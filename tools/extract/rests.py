@@ -6,6 +6,7 @@ The nominal model suggests socket and placement to some millimetres.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, product
 
 import numpy as np
 
@@ -172,8 +173,7 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
     centres = [np.median(balls[group], axis=0) for group in groups]
     mismatch = {
         (i, j): abs(float(np.linalg.norm(centres[i] - centres[j])) - distance)
-        for i in range(len(groups))
-        for j in range(i + 1, len(groups))
+        for i, j in combinations(range(len(groups)), 2)
     }
     partner: dict[int, int] = {}
     for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
@@ -181,7 +181,7 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
             partner[i], partner[j] = j, i
     singles = [[i] for i in range(len(groups)) if i not in partner]
     bases = [[i, j] for i, j in partner.items() if i < j] + singles
-    return [[groups[i] for i in base] for base in sorted(bases)]
+    return [[*map(groups.__getitem__, base)] for base in sorted(bases)]
 
 
 def _usable(rests: Sequence[Rest], joints: Sequence[JointLimits]) -> list[Rest]:
@@ -286,6 +286,6 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
     for lane, values in enumerate(log.positions.T):
         low, size = values.min(), max(np.ptp(values), 1e-9)
         heights = lane + 0.42 - 0.84 * (values - low) / size
-        ends = [(b, end) for b in blocks for end in (heights[b].max(), heights[b].min())]
+        ends = [(b, end(heights[b])) for b, end in product(blocks, (np.max, np.min))]
         panel.line([(float(times[b[0]]), float(end)) for b, end in ends], "curve")
     return panel.file(STYLE)

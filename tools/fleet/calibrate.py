@@ -204,7 +204,7 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
 def last_sessions(arms: Sequence[FleetArm]) -> list[FleetSession]:
     """Return the last session of each arm that did not fail: of those, means are taken."""
     sound = [arm for arm in arms if arm.error is None]
-    last = [session for arm in sound for session in arm.sessions[-1:]]
+    last = chain(*(arm.sessions[-1:] for arm in sound))
     return [row for row in last if stamp_of(row.status, row.kind) not in FAILED]
 
 

@@ -1,5 +1,6 @@
 """The document ``fleet.json``: many arms, each calibrated by its own recordings; in SI units."""
 
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 from urllib.parse import quote
@@ -125,11 +126,9 @@ def summary_of(result: FleetDocument) -> str:
     last = [arm.sessions[-1].status if arm.error is None else "error" for arm in result.arms]
     passed = last.count("pass")
     todo = sum(arm.again is not None for arm in result.arms)
-    drifted = sum(
-        session.drift is not None and session.drift.status == "fail"
-        for arm in result.arms
-        for session in arm.sessions[-1:]
-    )
+    sessions = chain(*(arm.sessions[-1:] for arm in result.arms))
+    drifts = [session.drift for session in sessions if session.drift is not None]
+    drifted = sum(drift.status == "fail" for drift in drifts)
     arms = plural(len(result.arms), "arm")
     return f"{passed} of {arms} pass; {drifted} drifted since the session before; {todo} to look at"
 

@@ -112,7 +112,7 @@ def base_part(base: SocketBase) -> Part:
         "caliper": {"outside": base.outside / 1000, "inside": base.inside / 1000},
     }
     if isinstance(base, AnchoredBase):
-        facts["sockets_in_base"] = [[x / 1000 for x in place] for place in base.sockets_in_base]
+        facts["sockets_in_base"] = (np.array(base.sockets_in_base) / 1000).tolist()
         facts["second_axis_height"] = ARMS[base.arm].shoulder / 1000
     part = _checked(base.name, base.solid(), facts, BASE, [(0.0, base.height)])
     return replace(part, spans=base.spans)

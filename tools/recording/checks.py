@@ -83,15 +83,13 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
 
 def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
     """Return the names of the other shipped robots that reach a configuration, or None."""
-    names = [
-        model.name
-        for model in _shipped(len(robot.actuated))
-        if model.name != robot.name
-        and all(
-            joint.lower - SLACK <= value <= joint.upper + SLACK
-            for joint, value in zip(model.actuated, position, strict=True)
-        )
-    ]
+
+    def allows(model: Robot) -> bool:
+        pairs = zip(model.actuated, position, strict=True)
+        return all(joint.lower - SLACK <= q <= joint.upper + SLACK for joint, q in pairs)
+
+    models = _shipped(len(robot.actuated))
+    names = [model.name for model in models if model.name != robot.name and allows(model)]
     return " or a ".join(names) or None
 
 

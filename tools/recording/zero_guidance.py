@@ -1,6 +1,8 @@
 """Pose selection for the zeros of a calibrated arm's joints, without calibrating again."""
 
+from collections import Counter
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -52,12 +54,10 @@ class ZeroSelector(PoseSelector):
             target, gain = self._next(state, where, samples, order, position)
             for k, q in zip(*(self._route or ((), ())), strict=True):
                 after = after.with_samples(q[None], k)
-        predicted, goal = (
-            float(np.sqrt(np.mean(state_of.deviations(where) ** 2)))
-            if len(where.slopes)
-            else np.inf
-            for state_of in (state, after)
-        )
+        predicted = goal = np.inf
+        if len(where.slopes):
+            predicted = float(np.sqrt(np.mean(state.deviations(where) ** 2)))
+            goal = float(np.sqrt(np.mean(after.deviations(where) ** 2)))
         return Advice(
             count=len(samples),
             socket=socket,
@@ -81,9 +81,9 @@ class ZeroSelector(PoseSelector):
 
     def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
-        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        counts = Counter(sample.socket for sample in samples)
         sockets = [k for k in range(self._sockets) if k != socket]
-        return [k for k in (socket, *sockets) for _ in range(self._target - counts[k])]
+        return list(chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets))))
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return nothing: the verdict comes at the end."""

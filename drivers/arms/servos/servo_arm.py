@@ -111,11 +111,9 @@ class ServoArm(PolledDriver):
     def _ask(self, register: Register) -> list[Answer]:
         """Return all joints' answers, and name their troubles in the status."""
         answers = self._fresh.ask(lambda: self._read(register.address, register.size))
-        troubles = [
-            f"{joint}: {trouble}"
-            for joint, answer in zip(self._map.joints, answers, strict=True)
-            for trouble in self.make.troubles(answer.error)
-        ]
+        troubles = list[str]()
+        for joint, answer in zip(self._map.joints, answers, strict=True):
+            troubles += [f"{joint}: {trouble}" for trouble in self.make.troubles(answer.error)]
         self.status = ", ".join(troubles)
         return answers
 

@@ -183,7 +183,10 @@ def compare(
             summary=_overall([rows[i] for i in fair]) if fair else None,
             workspace=by_pair[a, b][0],
             by_chance=by_pair[a, b][1],
-            apart=_displacement(*(np.concatenate([row[k] for row in points]) for k in (a, b))),
+            apart=_displacement(
+                np.concatenate([row[a] for row in points]),
+                np.concatenate([row[b] for row in points]),
+            ),
             curves=agreement(curves[a], curves[b]),
         )
 

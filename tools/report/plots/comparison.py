@@ -63,7 +63,7 @@ def _differences(result: ComparisonDocument) -> Plot:
     panel.threshold(f"{b} better < 0 < worse", x=0)
     panel.bars(means - noises, means + noises, "link", thick=5)
     is_training = [
-        any(row.models[k].trained_on for k in (pair.a, pair.b)) for row in result.placements
+        row.models[pair.a].trained_on or row.models[pair.b].trained_on for row in result.placements
     ]
     colour = f"model-{pair.b % COLOURS}"
     marks = [f"{colour} train" if hollow else colour for hollow in is_training]
@@ -74,7 +74,7 @@ def _differences(result: ComparisonDocument) -> Plot:
 
 def _distances(result: ComparisonDocument) -> Plot | None:
     errors = [[model.distance_error for model in row.models] for row in result.placements]
-    values = [1e3 * error for row in errors for error in row if error is not None]
+    values = [1e3 * error for error in chain(*errors) if error is not None]
     if not values:
         return None
     axis, title = Axis.around_zero(values, "mm"), "socket distance, predicted less measured"
@@ -106,11 +106,12 @@ def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     insertions = list(
         chain.from_iterable(trials.each for trials in (model.centre, model.cross) if trials)
     )
-    reach = max(clearance, *(1e3 * abs(x) for trial in insertions for x in trial.miss[:2]))
+    misses = chain(*(trial.miss[:2] for trial in insertions))
+    reach = max(clearance, *(1e3 * abs(x) for x in misses))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")
     panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))
     for trial in insertions:
-        x, y = (1e3 * value for value in trial.miss[:2])
+        x, y = [1e3 * value for value in trial.miss[:2]]
         hint = f"{x:+.2f}, {y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
         panel.dot(x, y, f"model-{k}" + ("" if trial.inserted else " train"), hint, 4)
     return panel

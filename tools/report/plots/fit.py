@@ -35,12 +35,13 @@ def history(report: ReportDocument) -> Plot | None:
 
     curves = {term: {role: curve(term, role) for role in roles} for term in _TERMS}
     repeatability = 1e3 * (report.limits.repeatability or 0)
+    last = {term: curves[term][roles[-1]] for term in _TERMS}
     return plot(
         "history",
         *(_curves_panel(term, curves[term], repeatability) for term in _TERMS),
         model=full_model(report),
         iterations=rows[-1].iteration,
-        ends=[(term, *(curves[term][roles[-1]][k][1] for k in (0, -1))) for term in _TERMS],
+        ends=[(term, last[term][0][1], last[term][-1][1]) for term in _TERMS],
         held_out=rows[0].test is not None,
         repeatability=repeatability,
     )
@@ -48,7 +49,7 @@ def history(report: ReportDocument) -> Plot | None:
 
 def _curves_panel(term: str, curves: Mapping[str, Curve], repeatability: float) -> Panel:
     """Return the curves of a term, and the arm's repeatability [mm] where it is known."""
-    values = [value for curve in curves.values() for _, value in curve]
+    values = [value for _, value in chain(*curves.values())]
     values += [repeatability] if repeatability else []
     last = max(curves["train"][-1][0], 1.0)
     ticks = tuple(float(k) for k in range(0, int(last) + 1, max(1, int(last) // 6)))
