@@ -6,10 +6,8 @@ from .crossval import Job as Job
 from .crossval import JobResult as JobResult
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
-from .earlier import learn_types as learn_types
 from .earlier import posterior_of as posterior_of
 from .earlier import priors_of as priors_of
-from .earlier import type_priors as type_priors
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors
 from .fit import fit_robots as fit_robots
@@ -37,3 +35,5 @@ from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
 from .problem import problems_of as problems_of
 from .setting_right import placements_set_right as placements_set_right
+from .type_priors import learn_types as learn_types
+from .type_priors import type_priors as type_priors

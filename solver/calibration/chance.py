@@ -1,4 +1,4 @@
-"""How far two calibrations of one arm are apart, beside how far chance alone would bring them."""
+"""Distance between two calibrations of one arm, beside that which chance alone would bring."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

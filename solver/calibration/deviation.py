@@ -1,4 +1,4 @@
-"""How well a calibrated robot is known: the covariance of its poses."""
+"""Covariance of the poses of a calibrated robot."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -42,7 +42,7 @@ class FittedModel(FullModel):
 
     @cached_property
     def posterior(self) -> Posterior:
-        """What is known of the robot: its unknowns and their covariance."""
+        """The robot's unknowns and their covariance."""
         return posterior_of(self.document, self.source)
 
     def deviation(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:

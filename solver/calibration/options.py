@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
+from .. import data
 from ..bayes.model.effects import EXTENSIONS
 from .option import Method, Option, UsageError
 from .payloads import carrying, check_payloads, read_payloads, written
@@ -176,8 +177,6 @@ class SolveOptions:
 
     def validated(self) -> "SolveOptions":
         """Return the options with defaults filled in, and files read; refuse what cannot be."""
-        from ..data import read_known
-
         if self.method not in get_args(Method):
             raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
         filled: dict[str, Any] = {}
@@ -200,7 +199,7 @@ class SolveOptions:
         options = replace(self, **filled)
         return replace(
             options,
-            known=tuple(read_known(options.known)),
+            known=tuple(data.read_known(options.known)),
             sockets_at=tuple(options.located),
             payload=written(options.payloads),
             type_prior=tuple(map(str, options.type_prior)),
@@ -225,24 +224,18 @@ class SolveOptions:
     @property
     def load(self) -> "Load":
         """Gravity and payload, which pull at the joints."""
-        from ..data import STANDARD_LOAD, Load
-
-        x, y, z = STANDARD_LOAD.gravity if self.gravity is None else self.gravity
-        return Load((x, y, z), self.payloads.get("", 0.0))
+        x, y, z = data.STANDARD_LOAD.gravity if self.gravity is None else self.gravity
+        return data.Load((x, y, z), self.payloads.get("", 0.0))
 
     @property
     def distances(self) -> "list[KnownDistance]":
         """Known distances."""
-        from ..data import parse_known
-
-        return [parse_known(str(k)) if isinstance(k, str | Path) else k for k in self.known]
+        return [data.parse_known(str(k)) if isinstance(k, str | Path) else k for k in self.known]
 
     @property
     def located(self) -> "list[SocketAt]":
         """Known coordinates of sockets."""
-        from ..data import read_sockets_at
-
-        return read_sockets_at(self.sockets_at)
+        return data.read_sockets_at(self.sockets_at)
 
     @property
     def deviation(self) -> float:

@@ -44,7 +44,7 @@ class CalibrationProblem(RobotRecordings):
     checks: tuple[results.Diagnostic, ...] = ()
     """Diagnostics of the recordings, from before the fit."""
     survey: Survey = NOTHING_SEEN
-    """What was seen of the placements, one by one and together, once all was set right."""
+    """Findings on the placements, one by one and together, once all was set right."""
     hypotheses: tuple[results.Hypothesis, ...] = ()
     """Explanations of the recordings, the most probable first."""
     next_placement: results.NextPlacement | None = None

@@ -85,7 +85,7 @@ class NoiseBelief:
 
 @dataclass(frozen=True)
 class Task:
-    """What is fitted: an arm's prior, samples, and what is free."""
+    """A partial fit: an arm's prior, samples, and what is free."""
 
     prior: ArmPrior
     rows: Rows

@@ -36,7 +36,6 @@ ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
-"""Beyond all joints, endless ones too [rad]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
 
@@ -68,7 +67,7 @@ class CalibratedRobot:
     """The best parameters for a program that does not correct joint positions, such as one that
     reads a URDF alone, shape (n,) [m, rad]. None: nothing is to be corrected, so :attr:`values`."""
     rotation_numbers: RotationNumbers = "vector"
-    """What the parameters of a joint's rotation are."""
+    """Kind of the parameters of a joint's rotation."""
 
     @cached_property
     def model(self) -> BallModel:

@@ -149,7 +149,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     log_evidence: float | None = None
     uncertainty: estimates.Uncertainty | None = None
     better: estimates.Better | None = None
-    """What it improves; None by the paper's method, and in older files."""
+    """Errors that the calibration improves; None by the paper's method, and in older files."""
     error_parts: estimates.ErrorParts | None = None
     """None where nothing was held out in sockets, by the paper's method, and in older files."""
     scale: estimates.Scale | None = None

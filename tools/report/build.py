@@ -33,14 +33,14 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
 
     A setting of the calibration that is no number is a DocumentError.
     """
-    figures = report_figures(assessment)
-    plots = plots_of(figures)
+    report = report_figures(assessment)
+    plots = plots_of(report)
     captions = tuple(
         msgspec.structs.replace(plot.caption, section=section)
         for section, group in plots.items()
         for plot in group
     )
-    document = msgspec.structs.replace(figures, plots=captions)
+    document = msgspec.structs.replace(report, plots=captions)
     return document, _files("report", document, report_page(document, plots))
 
 

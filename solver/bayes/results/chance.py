@@ -1,4 +1,4 @@
-"""How far two calibrations of one arm are apart, and how far they would be by chance.
+"""Distance between two calibrations of one arm, and how far chance alone would set them apart.
 
 An estimate is off the truth x by -M (x - mu) + G e: M = Sigma P^-1 is the share that the prior has
 in it, and G the gain of the measurements' errors e. So two estimates of one x differ by a Gaussian
@@ -31,13 +31,13 @@ BAND = 0.95
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a calibration predicts at poses, and what its errors come from."""
+    """Predictions of a calibration at poses, and the sources of their errors."""
 
     posterior: Posterior
     q: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
     moments: np.ndarray
-    """What holds the joints, shape (N, 3 m) [N m]."""
+    """Moments that hold the joints, shape (N, 3 m) [N m]."""
 
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""What a calibration improves: errors of distances by the nominal model, and by what is loaded.
+"""Improvement by a calibration: errors of distances by the nominal model, and by what is loaded.
 
 The arm itself is unknown, so it is drawn from what is known of it: from the posterior of the
 samples trained on, updated by those held out. For each draw the errors of both models follow.

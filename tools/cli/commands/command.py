@@ -11,9 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .... import recorder
 from ....errors import ON_FLANGE, MukcaError
 from ....recorder import POSE_FORMS, RecordingError
-from ....solver import calibration
+from ....solver import calibration, results
 from ....solver.calibration import UsageError
 from .. import PayloadOptions, Terminal, argument, one_arm, option
 
@@ -92,10 +93,8 @@ def streamed(
     """Yield the rows of a file; those of standard input, which is called -, one by one."""
     import numpy as np
 
-    from ....recorder import read_rows
-
     if str(file) != "-":
-        rows = read_rows(file, joint_names, forms)
+        rows = recorder.read_rows(file, joint_names, forms)
         terminal.warn(*rows.notes)
         yield np.array(_posed(rows)), rows.wheres
         return
@@ -110,15 +109,13 @@ def _typed(
     joint_names: Sequence[str], forms: Sequence[Sequence[str]]
 ) -> "Iterator[tuple[str, Rows]]":
     """Yield the rows of standard input, each below the header that came first."""
-    from ....recorder import EmptyRecordingError, rows_of, table_of
-
     head, count = "", 0
     for number, line in enumerate(sys.stdin, 1):
         where = f"{INPUT}:{number}"
         try:
-            table = table_of(head + line, Path(INPUT), joint_names)
-            rows = rows_of(table, joint_names, forms)
-        except EmptyRecordingError:
+            table = recorder.table_of(head + line, Path(INPUT), joint_names)
+            rows = recorder.rows_of(table, joint_names, forms)
+        except recorder.EmptyRecordingError:
             head += line
             continue
         except RecordingError as error:
@@ -131,12 +128,10 @@ def _typed(
 
 def _posed(rows: "Rows") -> list[tuple[float, ...]]:
     """Return rows of poses as x y z with roll pitch yaw or a quaternion."""
-    from ....recorder import unit_quaternion
-
     if rows.form in FORMS or not rows.form:
         return rows.numbers
     return [
-        (*row[:3], *unit_quaternion(row[3:], rows.form[3:], where))
+        (*row[:3], *recorder.unit_quaternion(row[3:], rows.form[3:], where))
         for row, where in zip(rows.numbers, rows.wheres, strict=True)
     ]
 
@@ -173,11 +168,9 @@ def written(
     A file appears whole or not at all; on standard output rows appear at once, and before the
     first the header, so that a program can write a pose to the one end and read at the other.
     """
-    from ....solver.results import refuse_existing, write_files
-
     out = None if str(options.out) == "-" else options.out
     if out is not None:
-        refuse_existing(out.parent, [out.name], force=options.force)
+        results.refuse_existing(out.parent, [out.name], force=options.force)
     lines = [quoted(header)]
 
     def write(*rows: "np.ndarray") -> None:
@@ -191,7 +184,7 @@ def written(
         write()
     yield write
     if out is not None:
-        write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
+        results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {len(lines) - 1} rows to {out}")
 
 

@@ -1,4 +1,4 @@
-"""What ``mukca solve --details`` shows of a calibration, beside its answer."""
+"""Tables that ``mukca solve --details`` shows of a calibration, beside its answer."""
 
 import math
 from collections.abc import Sequence

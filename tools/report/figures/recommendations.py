@@ -11,8 +11,7 @@ from typing import Any, cast
 
 from ....errors import MukcaError
 from ....recorder import METADATA, RecordingError, read_keys, read_metadata
-from ....solver import assessment
-from ....solver.assessment import PlacementReport, joined, mm
+from ....solver.assessment import Assessment, PlacementReport, joined, joints_wrong, mm
 from ....solver.calibration import SolveOptions
 from ....solver.data import (
     CALIPER_DEVIATION,
@@ -34,12 +33,12 @@ _SPAN = 0.5
 """A distance in the workspace [m]."""
 
 
-def steps(result: assessment.Assessment) -> list[Step]:
+def steps(result: Assessment) -> list[Step]:
     """Return the next step for a calibration; none where the verdict is PASS."""
     return list(islice(_steps(result), 1))
 
 
-def _steps(result: assessment.Assessment) -> Iterator[Step]:
+def _steps(result: Assessment) -> Iterator[Step]:
     """Yield steps, the most useful first."""
     verdict, placements = result.verdict, result.placements
     if verdict.status == "pass":
@@ -91,7 +90,7 @@ def _measure(
 ) -> Iterator[Step]:
     """Yield the step to measure the sockets' distance, unless joints come before it."""
     scale = document.scale
-    if not any(row.distance for row in placements) or assessment.joints_wrong(document.checks):
+    if not any(row.distance for row in placements) or joints_wrong(document.checks):
         return
     text = "Measure the sockets' distance, and type what you read"
     command = solve_command(document, settings_given={"distance": "MEASURED"})
@@ -128,7 +127,7 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
     return Step(text, command, words, before, after)
 
 
-def _leave_out(result: assessment.Assessment) -> Iterator[Step]:
+def _leave_out(result: Assessment) -> Iterator[Step]:
     """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
     predictions, bad = result.predictions, placements_with_errors(result)
     faulty = {result.placements[i].name for i in bad}
