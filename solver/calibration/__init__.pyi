@@ -1,4 +1,6 @@
 # keep: Option, SolveOptions, option_table, Method
+from .arm_types import learn_types as learn_types
+from .arm_types import type_priors as type_priors
 from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
@@ -35,5 +37,3 @@ from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
 from .problem import problems_of as problems_of
 from .setting_right import placements_set_right as placements_set_right
-from .type_priors import learn_types as learn_types
-from .type_priors import type_priors as type_priors

@@ -23,11 +23,11 @@ from ..data import (
     spaced,
 )
 from ..robot import BallModel, Origin, Robot
+from .arm_types import TypePriors, tilts_about_other_axes, type_priors
 from .fit import fit_robots
 from .option import UsageError
 from .options import SolveOptions, option_table
 from .problem import CalibrationProblem
-from .type_priors import TypePriors, tilts_about_other_axes, type_priors
 
 Priors = TypePriors | GivenPrior
 

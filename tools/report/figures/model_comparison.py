@@ -147,6 +147,7 @@ def compare(
     calibrated = [contender.calibrated for contender in contestants]
     models = [calibrated[0].nominal, *calibrated]
     points = [[model.predict(m) for model in models] for m in data]
+    by_model = [np.concatenate(column) for column in zip(*points, strict=True)]
     pairs = list(zip(points, data, strict=True))
     errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
     metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
@@ -183,10 +184,7 @@ def compare(
             summary=_overall([rows[i] for i in fair]) if fair else None,
             workspace=by_pair[a, b][0],
             by_chance=by_pair[a, b][1],
-            apart=_displacement(
-                np.concatenate([row[a] for row in points]),
-                np.concatenate([row[b] for row in points]),
-            ),
+            apart=_displacement(by_model[a], by_model[b]),
             curves=agreement(curves[a], curves[b]),
         )
 
