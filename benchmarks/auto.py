@@ -22,7 +22,8 @@ import numpy as np
 
 from mukca.recorder import Placement, find_placements, read_placement
 from mukca.solver.bayes.inference import Posterior
-from mukca.solver.bayes.selection import select_models
+from mukca.solver.bayes.model.effects import EXTENSIONS
+from mukca.solver.bayes.selection import JOINT_NOISE, select_models
 from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe_all
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -111,7 +112,8 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
         arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
         data = observe_all([arm], lengths=also, deviation=OFF)
-        found = select_models([(robot, parameters)], data, stages=()).full.arms[0]
+        without = (*EXTENSIONS, JOINT_NOISE)
+        found = select_models([(robot, parameters)], data, without=without).full.arms[0]
         truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)
     return errors

@@ -39,7 +39,7 @@ from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.assessment import repeatability_of
 from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import Deflection, ExtendedModel, Noise, extend
-from mukca.solver.bayes.model.effects import COMPLIANCE, CURVE, TYPICAL_LENGTH, random_curves
+from mukca.solver.bayes.model.effects import COMPLIANCE, CURVE, random_curves
 from mukca.solver.calibration import calibrate
 from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
 from mukca.solver.design import (
@@ -336,7 +336,7 @@ def curved(each: int, case: tuple[str, int]) -> tuple[float, ...]:
     robot = load_robot(name)
     generator = np.random.default_rng([seed, list(shipped_robots()).index(name), 7])
     arm, m = perturb(robot, generator, 2e-3, 5e-3), len(robot.joint_names)
-    curves = CURVE.typical_shift * random_curves(m, TYPICAL_LENGTH, generator)
+    curves = CURVE.typical_shift * random_curves(m, generator)
     bent = Deflection((COMPLIANCE.name, CURVE.name), (3e-5 * generator.random(m), curves))
     how = Imperfection(5e-5, bent)
     first, second, *others = reachable_bases(arm, generator, 5)

@@ -154,7 +154,7 @@ def _stored(
         covariance,
         groups_at(model, data, {group.name: group.width for group in document.groups or ()}),
         {kind: Noise(*stored.noises[kind]) for kind in KINDS if kind in stored.noises},
-        model.predict(x, data.positions, data.torques),
+        model.predict(x, data.positions, data.torques, data.clocks),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),

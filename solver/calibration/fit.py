@@ -11,7 +11,7 @@ from ..bayes.inference import Posterior
 from ..bayes.model import Expected, GivenPrior
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import STAGES, Selected, select_models
+from ..bayes.selection import Selected, select_models
 from ..data import RobotRecordings, observe_all
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
@@ -95,7 +95,7 @@ def fit_robots(
             for recordings, parameters_of_arm in zip(robots, parameters, strict=True)
         ],
         data,
-        stages=[name for name in STAGES if name not in options.without],
+        without=options.without,
         zeros=bool(options.zeros),
         types=types,
         recordings=robots,

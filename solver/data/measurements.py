@@ -152,6 +152,15 @@ class Measurement:
             t = np.arange(len(samples), dtype=float)
         return t[self.order]
 
+    @cached_property
+    def clocks(self) -> np.ndarray:
+        """Number of samples before each row, time and temperature since the first, shape (N, 3).
+
+        Time [s] and temperature [K] are 0 where they were not recorded.
+        """
+        clocks = np.column_stack([self.order, self.clock("time"), self.clock("temperature")])
+        return np.nan_to_num(clocks - clocks[np.argmin(self.order)])
+
     def only(self, rows: np.ndarray) -> "Measurement":
         """Return the placement with some of its samples, by their :attr:`order`."""
         ranks: list[int] = rows.tolist()

@@ -27,7 +27,7 @@ from .measurements import STANDARD_LOAD, Load, Measurement
 from .metrics import CALIPER_DEVIATION
 
 BY_SAMPLE = (
-    *("positions", "torques", "time", "temperature", "recorded_at"),
+    *("positions", "torques", "clocks", "time", "temperature", "recorded_at"),
     *("measured_in", "points", "turned_in", "rotations", "wheres"),
 )
 """Arrays of observations with a row for each sample, beside sockets."""
@@ -55,6 +55,8 @@ class Observations:
     """The names of the frames whose pose is unknown."""
     base: int = WORLD
     """Index of the frame that is the robot's base."""
+    clocks: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    """Index, time and temperature from the first sample of its placement on, shape (N, 3)."""
     time: np.ndarray = field(default_factory=lambda: np.empty(0))
     """Times of the samples, shape (N,) [s]; NaN where not known."""
     temperature: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -280,6 +282,7 @@ def _samples(
             "positions": m.positions,
             "torques": arm.load.torques(arm.robot, m),
             "sockets": np.repeat(sockets, m.counts if in_socket else N),
+            "clocks": m.clocks,
             "time": m.clock("time"),
             "temperature": m.clock("temperature"),
             "recorded_at": np.full(N, name),

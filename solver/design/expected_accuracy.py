@@ -81,7 +81,8 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     middle of all samples that were trained on.
     """
     model, size, (points, by_unknowns) = posterior.model, posterior.model.size, poses
-    _, J, _ = model.linearise(posterior.x, posterior.data.positions, posterior.data.torques)
+    data = posterior.data
+    _, J, _ = model.linearise(posterior.x, data.positions, data.torques, data.clocks)
     offset = points - posterior.points.mean(axis=0)
     direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
     slopes = np.einsum("ni,nij->nj", direction, by_unknowns - J.mean(axis=0))

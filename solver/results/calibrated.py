@@ -245,10 +245,14 @@ class CalibratedRobot:
     def _corrected_at(self, measured: Measurement) -> np.ndarray:
         """Return :meth:`_corrected` of samples, by their placement's own load."""
         load = self.load.of(measured.placement)
-        return self._corrected(measured.positions, measured.efforts, load)
+        return self._corrected(measured.positions, measured.efforts, load, measured.clocks)
 
     def _corrected(
-        self, q: ArrayLike, effort: ArrayLike | None, load: Load | None = None
+        self,
+        q: ArrayLike,
+        effort: ArrayLike | None,
+        load: Load | None = None,
+        clocks: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
@@ -261,7 +265,7 @@ class CalibratedRobot:
         if not self.deflection.extensions:
             return positions
         moments = (load or self.load).moments(self.robot, positions, efforts)
-        return self.deflection.true_positions(positions, moments)
+        return self.deflection.true_positions(positions, moments, clocks)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the exported URDF alone, without any correction of q."""

@@ -67,7 +67,7 @@ def test_curves_are_in_the_covariance_as_they_are_drawn(known):
     _, _, by = known.model.linearise(known.x, q, np.tile(0 * q, 2))
     generator = np.random.default_rng(0)
     shown = [
-        np.einsum("nij,nj->ni", by, curve_values(q, 3e-4 * random_curves(6, 0.07, generator)))
+        np.einsum("nij,nj->ni", by, curve_values(q, 3e-4 * random_curves(6, generator)))
         for _ in range(3000)
     ]
     drawn = np.cov(np.reshape(shown, (3000, 9)).T) * known.noise.information / 1e-8

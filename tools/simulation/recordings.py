@@ -14,7 +14,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ...solver.bayes.model import Deflection
-from ...solver.bayes.model.effects import CURVE, EFFECTS, TILT, random_curves
+from ...solver.bayes.model.effects import EFFECTS
 from ...solver.calibration import UsageError, check_keywords
 from ...solver.data import check_distance
 from ...solver.results import CalibratedRobot
@@ -31,8 +31,6 @@ from .simulated_arms import Imperfection, perturb
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-CURVE_LENGTH = 0.07
-"""Length of error curves, as the joints of arms of Universal Robots have them [rad]."""
 FRICTION = 0.03
 """Under less torque than this a joint with play rests on either side [N m]."""
 
@@ -153,8 +151,8 @@ def _deflection(
     drawn: list[np.ndarray] = []
     for effect in active:
         count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
-        if effect is CURVE:
-            drawn.append(size * random_curves(len(robot.joint_names), CURVE_LENGTH, generator))
+        if effect.random is not None:
+            drawn.append(size * effect.random(len(robot.joint_names), generator))
             continue
         draw = generator.random if effect.non_negative else generator.standard_normal
         drawn.append(size * draw(count))
@@ -198,12 +196,15 @@ def lead(
     seats = seats + generator.normal(0, 1, seats.shape) * how.noise
     true = (guide or InverseKinematics(arm)).reach(seats, generator)
     moments = gravity_moments(arm, true, how.gravity)
-    m = true.shape[1]
-    if TILT.name in how.deflection.extensions:
-        true = _seated(arm, seats, true, moments, how.deflection)
+    N, m = true.shape
+    clocks = np.zeros((N, 3))
+    clocks[:, 0] = np.arange(N)
+    if how.deflection.tilts:
+        true = _seated(arm, seats, true, (moments, clocks), how.deflection)
     readings = true
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        readings = true - (how.deflection.true_positions(readings, moments)[:, :m] - readings)
+        believed = how.deflection.true_positions(readings, moments, clocks)[:, :m]
+        readings = true - (believed - readings)
     torques, either = moments[:, :m], generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     readings = readings + 0.5 * how.play * side
@@ -211,12 +212,16 @@ def lead(
 
 
 def _seated(
-    arm: Robot, seats: np.ndarray, true: np.ndarray, moments: np.ndarray, deflection: Deflection
+    arm: Robot,
+    seats: np.ndarray,
+    true: np.ndarray,
+    held: tuple[np.ndarray, np.ndarray],
+    deflection: Deflection,
 ) -> np.ndarray:
     """Return joint positions that put the ball into its seat, though the joints tilt."""
     model, m = BallModel(arm, []), true.shape[1]
     for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
-        tilts = deflection.true_positions(true, moments)[:, m:]
+        tilts = deflection.true_positions(true, *held)[:, m:]
         linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
         back = np.linalg.pinv(linear.by_joints[:, :, :m])
         true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]

@@ -115,13 +115,17 @@ def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> 
     for i, (members, samples, model, arm) in enumerate(arms):
         q, torques, m = arm.positions, arm.torques, arm.positions.shape[1]
         points[samples], J[samples, :, members], by_joints[samples, :, :m] = model.linearise(
-            x[members], q, torques
+            x[members], q, torques, arm.clocks
         )
         places[samples] = points[samples]
         turned = samples.start + np.flatnonzero(arm.turned)
         if len(turned):
             rotations[turned], J[turned, :, members], by_joints[turned, :, :m] = model.linearise(
-                x[members], q[arm.turned], torques[arm.turned], of_turns=True
+                x[members],
+                q[arm.turned],
+                torques[arm.turned],
+                arm.clocks[arm.turned],
+                of_turns=True,
             )
         base = rows.base(i, frames)
         if base is not None:

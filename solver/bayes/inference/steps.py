@@ -63,7 +63,8 @@ def start(objective: Objective, joint_noise: bool, previous: JointPosterior | No
         begin += model.size
     nominal = zip(objective.own, objective.models, rows.scene.arms, strict=True)
     points = [
-        model.predict(x[members], arm.positions, arm.torques) for members, model, arm in nominal
+        model.predict(x[members], arm.positions, arm.torques, arm.clocks)
+        for members, model, arm in nominal
     ]
     frames = rows.place_frames(np.concatenate(points))
     linear = linearise(objective, x, frames)

@@ -8,22 +8,21 @@ from itertools import chain
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
-from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, OWN, Effect, Readings
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
 
 
-def design_matrix(
-    effects: Sequence[Effect], q: np.ndarray, moments: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def design_matrix(effects: Sequence[Effect], readings: Readings) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
-    m = int(q.shape[1])
+    m = int(readings.q.shape[1])
     columns: np.ndarray = np.arange(m)
-    axes = chain.from_iterable(effect.axes.values() for effect in effects)
-    turned = [columns[:0], *(m * axis + columns for axis in axes)]
-    parts = [np.zeros((len(q), 0)), *(effect.derivatives(q, moments) for effect in effects)]
+    turned = [columns[:0]]
+    for effect in effects:
+        turned += [m * axis + columns[effect.columns] for axis in effect.axes.values()]
+    parts = [np.zeros((len(readings.q), 0)), *(effect.turns(readings) for effect in effects)]
     return np.concatenate(turned), np.concatenate(parts, axis=1)
 
 
@@ -65,15 +64,24 @@ class Deflection:
         coefficients = {extension: values for extension, values in pairs if extension != name}
         return Deflection(tuple(coefficients), tuple(coefficients.values()))
 
-    def true_positions(self, q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    @property
+    def tilts(self) -> bool:
+        """True if joints turn about axes across their own."""
+        axes = chain.from_iterable(EFFECTS[name].axes.values() for name in self.extensions)
+        return any(axis != OWN for axis in axes)
+
+    def true_positions(
+        self, q: np.ndarray, moments: np.ndarray, clocks: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
 
-        Arguments are those of :func:`design_matrix`.
+        Arguments are those of :class:`.Readings`.
         """
         by_extension = dict(zip(self.extensions, self.coefficients, strict=True))
         effects = [EFFECTS[name] for name in by_extension if EFFECTS[name].shift is None]
         coefficients = np.concatenate([np.zeros(0), *(by_extension[e.name] for e in effects)])
-        true = deflected(q, *design_matrix(effects, q, moments), coefficients)
+        readings = Readings(q, moments, clocks)
+        true = deflected(q, *design_matrix(effects, readings), coefficients)
         for name, values in by_extension.items():
             shift = EFFECTS[name].shift
             if shift is not None:
@@ -127,7 +135,8 @@ class ExtendedModel:
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Place of each effect's coefficients among the unknowns."""
-        sizes = [len(effect.axes) * len(self.robot.joint_names) for effect in self.effects]
+        joints = self.robot.joint_names
+        sizes = [len(effect.coefficient_names(joints)) for effect in self.effects]
         ends = (self.geometry + np.cumsum(sizes, dtype=np.int64)).tolist()
         return tuple(slice(end - size, end) for end, size in zip(ends, sizes, strict=True))
 
@@ -153,7 +162,13 @@ class ExtendedModel:
         """Return the elasticity and transmission errors for unknowns x, shape (size,)."""
         return Deflection(self.extensions, tuple(x[members] for members in self.slices))
 
-    def predict(self, x: np.ndarray, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    def predict(
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+        torque: np.ndarray,
+        clocks: np.ndarray | None = None,
+    ) -> np.ndarray:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
 
         Args:
@@ -161,12 +176,19 @@ class ExtendedModel:
             q: Joint positions as the encoders read them, shape (N, m) [rad].
             torque: What holds the joints, see :func:`~mukca.solver.robot.gravity_moments`, shape
                 (N, 3 m) [N m]; without tilt (N, m) is enough.
+            clocks: See :class:`.Readings`, shape (N, 3).
         """
-        true = self.deflection(x).true_positions(q, torque)
+        true = self.deflection(x).true_positions(q, torque, clocks)
         return self.ball.points(self.values(x), true)
 
     def linearise(
-        self, x: np.ndarray, q: np.ndarray, torque: np.ndarray, *, of_turns: bool = False
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+        torque: np.ndarray,
+        clocks: np.ndarray | None = None,
+        *,
+        of_turns: bool = False,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ball centres and their derivatives; arguments as for :meth:`predict`.
 
@@ -175,7 +197,7 @@ class ExtendedModel:
             shape (N, 3, 3); their derivatives by the unknowns, shape (N, 3, size), and by the joint
             positions, shape (N, 3, m): with play, by as much as each is noisy.
         """
-        turned, turns = design_matrix(self.effects, q, torque)
+        turned, turns = design_matrix(self.effects, Readings(q, torque, clocks))
         true = deflected(q, turned, turns, x[self.geometry :])
         function = self.ball.rotations if of_turns else self.ball.linearise
         linear = function(self.values(x), true)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...data import Observations, Pose, hand_eye
 from ...robot import Origin
-from .effects import Effect
+from .effects import Effect, Readings
 from .extended_model import ExtendedModel
 from .prior_group import Expected, GivenPrior, PriorGroup
 
@@ -55,7 +55,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         ]
         of_type = model.of_type.get(effect.name)
         members = np.arange(members_of_effect.start, members_of_effect.stop, dtype=np.int64)
-        shifts = effect.derivatives(data.positions, data.torques)
+        shifts = effect.turns(Readings(data.positions, data.torques, data.clocks))
         groups.append(_prior_of_effect(effect, members, shifts, of_type))
     return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
 

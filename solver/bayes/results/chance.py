@@ -82,8 +82,8 @@ class Estimate:
         """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N)."""
         posterior, data = self.posterior, self.posterior.data
         rows, size = np.flatnonzero(data.sockets >= 0), posterior.model.size
-        q, moments = data.positions[rows], data.torques[rows]
-        _, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
+        samples = data.positions[rows], data.torques[rows], data.clocks[rows]
+        _, J, by_joints = posterior.model.linearise(posterior.x, *samples)
         of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
         at_sockets = of_centres[:, data.sockets[rows]].transpose(1, 2, 0)
         shifts = J @ self.spread[:, :size].T - at_sockets

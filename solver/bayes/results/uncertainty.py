@@ -33,7 +33,8 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     model, data, P = posterior.model, posterior.data, posterior.covariance
     rows = np.flatnonzero(data.sockets >= 0)
     q, N, size = data.positions[rows], len(rows), model.size
-    points, by_unknowns, by_joints = model.linearise(posterior.x, q, data.torques[rows])
+    samples = q, data.torques[rows], data.clocks[rows]
+    points, by_unknowns, by_joints = model.linearise(posterior.x, *samples)
     slopes = np.zeros((N, 3, len(P)))
     slopes[:, :, :size] = by_unknowns
     centres = size + 3 * data.sockets[rows, None] + np.arange(3)
@@ -112,7 +113,8 @@ def observability_index(posterior: Posterior) -> float:
     prior's standard deviation; L of them are not zero (s > 1e-6 s_1).
     """
     model, data = posterior.model, posterior.data
-    true = posterior.deflection.true_positions(data.positions, data.torques)
+    samples = data.positions, data.torques, data.clocks
+    true = posterior.deflection.true_positions(*samples)
     linear = model.ball.linearise(posterior.values, true)
     points = linear.points
     prior = np.sqrt(np.diag(posterior.prior_covariance))

@@ -11,7 +11,7 @@ from ...data import FrameError, fit_pose
 from ...robot import rotation_vectors
 from ..inference import JointPosterior, Objective, linearise, stepped
 from ..model import Gaussian, PriorGroup
-from ..model.effects import COMPLIANCE, HARMONICS, TILT
+from ..model.effects import EFFECTS
 
 ALSO_TILTS = 4.0
 """Odds that an arm whose joints twist under load also tilts, before the data: all three types of
@@ -27,8 +27,8 @@ fit for each placement would take too long where there are many."""
 
 def log_odds(model: JointPosterior) -> float:
     """Return the logarithm of a model's odds before the data, by ALSO_TILTS."""
-    pair = {COMPLIANCE.name, TILT.name}
-    count = sum(pair <= {*names} for names in model.active)
+    elastic = {effect.name for effect in EFFECTS.values() if effect.elastic}
+    count = sum(elastic <= {*names} for names in model.active)
     return count * log(ALSO_TILTS)
 
 
@@ -44,7 +44,8 @@ def beside_curves(
 ) -> tuple[JointPosterior, float] | None:
     """Return the model that may be more probable beside curves, and the logarithm of its odds."""
     # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
-    elastic, harmonics = {COMPLIANCE.name, TILT.name}, {harmonic.name for harmonic in HARMONICS}
+    elastic = {effect.name for effect in EFFECTS.values() if effect.elastic}
+    harmonics = {effect.name for effect in EFFECTS.values() if effect.stands_for_curves}
 
     def bends_alone(model: JointPosterior) -> bool:
         effects = {*chain(*model.active)}
@@ -144,7 +145,8 @@ def _mean_error(posterior: JointPosterior, x: np.ndarray, placement: str) -> flo
         posterior.models, posterior.own, posterior.scene.arms, strict=True
     ):
         rows = arm.rows_of(placement)
-        points = model.predict(x[members], arm.positions[rows], arm.torques[rows])
+        samples = arm.positions[rows], arm.torques[rows], arm.clocks[rows]
+        points = model.predict(x[members], *samples)
         sockets = arm.sockets[rows]
         for socket in np.unique(sockets[sockets >= 0]):
             balls = points[sockets == socket]

@@ -1,6 +1,6 @@
 """Decides by the data which extensions of the geometry to keep, and how much each counts."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, product
@@ -35,8 +35,7 @@ ENOUGH_PLACEMENTS = 3
 NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
 JOINT_NOISE = "joint-noise"
-STAGES = (*EXTENSIONS, JOINT_NOISE)
-"""Extensions of the geometry, and the noise of the joints."""
+"""Named beside the extensions: the noise of the joints."""
 Free = tuple[Robot, Sequence[Parameter]]
 """A robot, and the free numbers of its geometry."""
 
@@ -57,7 +56,7 @@ def select_models(
     robots: Sequence[Free],
     data: MultiRobotObservations,
     *,
-    stages: Sequence[str] = STAGES,
+    without: Collection[str] = (),
     zeros: bool = False,
     types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
     recordings: Sequence[RobotRecordings] = (),
@@ -68,8 +67,8 @@ def select_models(
     Args:
         robots: The robots, and what of their geometry is free.
         data: Training placements.
-        stages: Extensions that may be tried, among :data:`STAGES`; without the joints' noise
-            their angles are exact.
+        without: Extensions that are not tried; without ``joint-noise`` the joints' angles are
+            exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
             an earlier calibration of a single robot left known.
@@ -80,6 +79,7 @@ def select_models(
         NotConverged: The fit of the geometry did not settle.
     """
     progress("geometry")
+    stages = {*EXTENSIONS, JOINT_NOISE} - {*without}
     prior, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
     first = (JOINT_OFFSET.name,) if zeros else ()
     bases = [

@@ -108,10 +108,8 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     names = [effect.name for effect in scene.effects]
     if TILT.name not in names or not scene.torques.any():
         return
-    before = scene.effects[: names.index(TILT.name)]
-    turns = [effect.derivatives(scene.q, scene.torques) for effect in before]
-    first = len(scene.parameters) + sum(turn.shape[1] for turn in turns)
-    bends: np.ndarray = TILT.derivatives(scene.q, scene.torques)[:, [0, m]]
+    first = scene.model.slices[names.index(TILT.name)].start
+    bends: np.ndarray = TILT.turns(scene.as_readings)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     scale = max(float(squares.mean()) ** 0.5, 1e-6)
     columns = -scene.linear[1][:, :, [first, first + m]] / scale

@@ -11,7 +11,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from ...bayes.model import ExtendedModel, deflected, design_matrix, extend
-from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect
+from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect, Readings
 from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
@@ -129,7 +129,7 @@ class Scene:
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
-        return self.model.linearise(self.start, self.q, self.torques)
+        return self.model.linearise(self.start, self.q, self.torques, self.clocks)
 
     @cached_property
     def model(self) -> ExtendedModel:
@@ -151,6 +151,16 @@ class Scene:
             for m in self.measurements
         ]
         return np.concatenate(moments)
+
+    @cached_property
+    def clocks(self) -> np.ndarray:
+        """Index, time [s] and temperature [K] from each placement's first sample on, (N, 3)."""
+        return np.concatenate([m.clocks for m in self.measurements])
+
+    @property
+    def as_readings(self) -> Readings:
+        """All samples as effects see them."""
+        return Readings(self.q, self.torques, self.clocks)
 
     @cached_property
     def heavy(self) -> Robot:
@@ -228,7 +238,7 @@ class Scene:
     @cached_property
     def by_readings(self) -> np.ndarray:
         """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
-        turned, turns = design_matrix(self.effects, self.q, self.torques)
+        turned, turns = design_matrix(self.effects, self.as_readings)
         true = deflected(self.q, turned, turns, self.start[len(self.parameters) :])
         return self.model.ball.linearise(self.model.values(self.start), true).by_joints
 
@@ -239,7 +249,7 @@ class Scene:
 
         Scenes of other loads share :attr:`by_readings`.
         """
-        turned, turns = design_matrix(self.effects, self.q, self.torques)
+        turned, turns = design_matrix(self.effects, self.as_readings)
         slopes = self.by_readings if by_readings is None else by_readings
         columns = -(slopes[:, :, turned] * turns[:, None]).reshape(3 * len(self.q), -1)
         every = self.widths_of_effects(elastic=elastic)
@@ -249,7 +259,7 @@ class Scene:
         """Return the widths of effects' coefficients by how much they turn the joints here."""
         widths = [np.zeros(0)]
         for effect in self.effects:
-            turns: np.ndarray = effect.derivatives(self.q, self.torques)
+            turns: np.ndarray = effect.turns(self.as_readings)
             usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
             wide = (self.wide if effect.learned else 1.0) * (effect.shared_by_type or not elastic)
             widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]

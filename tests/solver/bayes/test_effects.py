@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from imagined import slopes
 
+import mukca
+from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import Deflection, extend
-from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS
+from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS, OWN, Effect
+from mukca.solver.calibration import SolveOptions, problems_of
+from mukca.solver.data import observe_all
 from mukca.solver.robot import (
     BallModel,
     angles_near,
@@ -15,6 +19,7 @@ from mukca.solver.robot import (
     rotation_rpy,
     workspace,
 )
+from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 UNLOADED = 0.02
 """Torque under which a joint with play may rest on either side [N m]."""
@@ -35,6 +40,74 @@ def test_derivatives_are_those_of_the_ball(name, panda):
     for way in ways:
         ahead, behind = (model.predict(x + s * way, q, moments) for s in (1e-6, -1e-6))
         assert derivatives @ way == pytest.approx((ahead - behind) / 2e-6, abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def bases(panda):
+    return reachable_bases(panda, np.random.default_rng(3), 2)
+
+
+def recorded(robot, bases, name="", coefficients=(), samples=20):
+    """Placements of an arm that has an effect, or none."""
+    effects = Deflection((name,), (np.array(coefficients),)) if name else Deflection()
+    how, hands = Imperfection(2e-5, effects), np.random.default_rng(1)
+    return [record(robot, base, hands, samples=samples, imperfection=how) for base in bases]
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_arm_that_has_an_effect_is_recorded_with_it_and_a_fit_finds_it(name, panda, bases):
+    """Of the fit's effect, joints that the samples determine turn as the arm's did."""
+    effect, generator = EFFECTS[name], np.random.default_rng(2)
+    count = len(effect.coefficient_names(panda.joint_names))
+    draw = effect.random or (lambda joints, source: source.uniform(0.5, 1.0, count))
+    truth = {"rad": 1e-3, "rad/(N m)": 1e-4}[effect.unit] * draw(7, generator)
+    placements = recorded(panda, bases, name, truth)
+    for placement, plain in zip(placements, recorded(panda, bases), strict=True):
+        assert np.abs(placement.positions - plain.positions).max() > 1e-4
+    if name == "curve":  # has tests of its own: it takes hundreds of samples
+        return
+    (problem,) = problems_of(panda, placements, (), SolveOptions().validated()).values()
+    model = extend(panda, choose_parameters(panda), [name])
+    fit = estimate([model], observe_all([problem])).arms[0]
+    errors, deviations = fit.x[model.slices[0]] - truth, np.sqrt(np.diag(fit.covariance))
+    if effect.joint_noise is None:  # else it is believed to be what the noise shows
+        assert (np.abs(errors) < 4 * deviations[model.slices[0]]).all()
+    assert np.abs(errors).min() < 0.1 * truth.min()
+
+
+CREEP = Effect(
+    name="creep",
+    extension="creep",
+    unit="rad",
+    axes={"creep": OWN},
+    derivatives=lambda readings: 0 * readings.q - readings.index,
+    typical_shift=2e-4,
+    joints="first",
+)
+SAG = Effect(
+    name="sag",
+    extension="sag",
+    unit="rad/(N m)",
+    axes={"sag1": 1, "sag2": 2},
+    derivatives=lambda readings: -readings.moments[:, readings.q.shape[1] :],
+    typical_shift=5e-4,
+    joints="first",
+)
+
+
+@pytest.mark.parametrize(("effect", "truth"), [(CREEP, [5e-5]), (SAG, [8e-5, 8e-5])])
+def test_an_effect_is_one_value_and_one_line_of_the_table(effect, truth, panda, bases, monkeypatch):
+    """By the number of a sample, or by the load, at the first joint alone."""
+    others = list(EXTENSIONS)
+    monkeypatch.setitem(EFFECTS, effect.name, effect)
+    monkeypatch.setitem(EXTENSIONS, effect.extension, (effect.name,))
+    placements = recorded(panda, bases, effect.name, truth)
+    calibration = mukca.calibrate(panda, placements, without=others)
+    rows = calibration.document.coefficients
+    assert [row.name for row in rows] == effect.coefficient_names(panda.joint_names)
+    for row, value in zip(rows, truth, strict=True):
+        assert row.value == pytest.approx(value, abs=4 * row.standard_deviation)
+        assert row.standard_deviation < 0.2 * value
 
 
 def test_every_effect_has_its_extension_and_its_own_names(panda):

@@ -10,7 +10,9 @@ from .curve import kernel as kernel
 from .curve import random_curves as random_curves
 from .curve import spectrum as spectrum
 from .curve import splines as splines
+from .effect import OWN as OWN
 from .effect import Effect as Effect
+from .effect import Readings as Readings
 from .elasticity import COMPLIANCE as COMPLIANCE
 from .elasticity import TILT as TILT
 from .joint_offset import JOINT_OFFSET as JOINT_OFFSET

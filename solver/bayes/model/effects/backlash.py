@@ -2,7 +2,7 @@
 
 import math
 
-from .effect import OWN, Array, Effect
+from .effect import OWN, Array, Effect, Readings
 
 UNLOADED_TORQUE = 0.02
 """tau_0: under less, the joint may rest on either side [N m]."""
@@ -14,8 +14,8 @@ def _side(torque: Array) -> Array:
     return torque / (torque**2 + UNLOADED_TORQUE**2) ** 0.5
 
 
-def _derivatives(q: Array, moments: Array) -> Array:
-    return -_side(moments[:, : q.shape[1]])
+def _derivatives(readings: Readings) -> Array:
+    return -_side(readings.moments[:, : readings.q.shape[1]])
 
 
 def _joint_noise(torque: Array) -> Array:

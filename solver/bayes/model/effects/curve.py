@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from .effect import OWN, Effect
+from .effect import OWN, Effect, Readings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -79,20 +79,19 @@ def circulant(eigenvalues: "np.ndarray") -> "np.ndarray":
     return row[k - k[:, None]]
 
 
-def random_curves(joints: int, length: float, generator: "np.random.Generator") -> "np.ndarray":
+def random_curves(joints: int, generator: "np.random.Generator") -> "np.ndarray":
     """Return coefficients of curves drawn at random, of amplitude 1, shape (KNOTS joints,)."""
     import numpy as np
 
     white = np.fft.fft(generator.standard_normal((KNOTS, joints)), axis=0)
-    drawn = np.fft.ifft(np.sqrt(spectrum(length))[:, None] * white, axis=0)
+    drawn = np.fft.ifft(np.sqrt(spectrum(TYPICAL_LENGTH))[:, None] * white, axis=0)
     return np.array(drawn.real).ravel()
 
 
-def _derivatives(q: "np.ndarray", moments: "np.ndarray") -> "np.ndarray":
+def _derivatives(readings: Readings) -> "np.ndarray":
     import numpy as np
 
-    del moments
-    (n, m), (index, weights) = q.shape, splines(q)
+    (n, m), (index, weights) = readings.q.shape, splines(readings.q)
     slopes = np.zeros((n, KNOTS, m))
     rows = np.arange(n, dtype=np.int64)[:, None, None]
     columns = np.arange(m, dtype=np.int64)[:, None]
@@ -113,4 +112,5 @@ CURVE = Effect(
     derivatives=_derivatives,
     typical_shift=3e-4,
     shift=curve_values,
+    random=random_curves,
 )

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np
@@ -12,6 +12,37 @@ Array: TypeAlias = "np.ndarray"
 """The command line reads the names of effects without numpy."""
 OWN, ACROSS_1, ACROSS_2 = 0, 1, 2
 """Axes of a joint: its own, and the two of :attr:`mukca.solver.robot.Joint.tilt_axes`."""
+Joints: TypeAlias = Literal["all", "first"]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """N samples of an arm with m joints, as effects see them."""
+
+    q: Array
+    """Joint positions as the encoders read them, shape (N, m) [rad]."""
+    moments: Array
+    """Moments that hold the joints, shape (N, 3 m) [N m]."""
+    clocks: "Array | None" = None
+    """Index, time and temperature, shape (N, 3); None for poses that are no samples."""
+
+    @property
+    def index(self) -> "Array | float":
+        """Number of samples before each in its placement, shape (N, 1); 0 for no sample."""
+        return self._clock(0)
+
+    @property
+    def time(self) -> "Array | float":
+        """Time since the placement's first sample, shape (N, 1) [s]; 0 where it is not known."""
+        return self._clock(1)
+
+    @property
+    def temperature(self) -> "Array | float":
+        """Temperature above the first sample's, shape (N, 1) [K]; 0 where it is not known."""
+        return self._clock(2)
+
+    def _clock(self, k: int) -> "Array | float":
+        return 0.0 if self.clocks is None else self.clocks[:, k : k + 1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +58,13 @@ class Effect:
     """Of its coefficients."""
     axes: Mapping[str, int]
     """Suffix of a coefficient, named JOINT.SUFFIX, to the axis of the joint that it turns."""
-    derivatives: Callable[[Array, Array], Array]
-    """Turn of the axes per unit of each coefficient, suffix after suffix, shape (N, p), from joint
-    positions, shape (N, m) [rad], and the moments that hold the joints, shape (N, 3 m) [N m]."""
+    derivatives: Callable[[Readings], Array]
+    """Turn of the axes of all joints per unit of a coefficient, suffix after suffix, shape
+    (N, m suffixes), of samples."""
     typical_shift: float
     """Typical turn of a joint, its root mean square over the samples [rad]: the prior's width."""
+    joints: Joints = "all"
+    """Joints that have it: all that move, or the first of the chain alone."""
     learned: bool = True
     """True if the evidence sets the prior's width, around the typical one."""
     non_negative: bool = False
@@ -41,6 +74,12 @@ class Effect:
     joint_noise: Callable[[Array], Array] | None = None
     """Noise of each joint's angle as a share of its usual one, shape (N, m), from the torques; its
     coefficients are then believed to be what the joints' noise shows. None for an even noise."""
+    elastic: bool = False
+    """True if joints give way under load; an arm that does so about one axis does about others."""
+    stands_for_curves: bool = False
+    """True if it takes the place of error curves where the data tell of no curves."""
+    random: "Callable[[int, np.random.Generator], Array] | None" = None
+    """Coefficients of size 1 drawn for so many joints; None for numbers that are independent."""
     requires: str = ""
     """Another effect without which it is not tried."""
     shift: Callable[[Array, Array], Array] | None = None
@@ -49,6 +88,18 @@ class Effect:
     geometry_widths: Mapping[str, float] = field(default_factory=dict[str, float])
     """Typical widths of groups of the geometry beside this effect, by name [m, rad]."""
 
+    @property
+    def columns(self) -> slice:
+        """Columns of the joints that have it."""
+        return slice(1) if self.joints == "first" else slice(None)
+
     def coefficient_names(self, joints: Sequence[str]) -> list[str]:
-        """Names of the coefficients, in the order of :attr:`derivatives`."""
-        return [f"{joint}.{suffix}" for suffix, joint in product(self.axes, joints)]
+        """Names of the coefficients, in the order of :meth:`turns`."""
+        return [f"{joint}.{suffix}" for suffix, joint in product(self.axes, joints[self.columns])]
+
+    def turns(self, readings: Readings) -> Array:
+        """Return the turn of its joints' axes per unit of each coefficient, shape (N, p) [rad]."""
+        turns, (N, m) = self.derivatives(readings), readings.q.shape
+        if self.joints == "all":
+            return turns
+        return turns.reshape(N, len(self.axes), m)[:, :, self.columns].reshape(N, -1)

@@ -3,18 +3,18 @@
 It bends about the two axes across its own, u = -d M_b and v = -e M_c.
 """
 
-from .effect import ACROSS_1, ACROSS_2, OWN, Array, Effect
+from .effect import ACROSS_1, ACROSS_2, OWN, Array, Effect, Readings
 
 ELASTIC_SHIFT = 5e-4
 """Typical angle by which a joint gives way under its usual load [rad]."""
 
 
-def _twists(q: Array, moments: Array) -> Array:
-    return -moments[:, : q.shape[1]]
+def _twists(readings: Readings) -> Array:
+    return -readings.moments[:, : readings.q.shape[1]]
 
 
-def _bends(q: Array, moments: Array) -> Array:
-    return -moments[:, q.shape[1] :]
+def _bends(readings: Readings) -> Array:
+    return -readings.moments[:, readings.q.shape[1] :]
 
 
 COMPLIANCE = Effect(
@@ -26,6 +26,7 @@ COMPLIANCE = Effect(
     typical_shift=ELASTIC_SHIFT,
     non_negative=True,
     shared_by_type=True,
+    elastic=True,
 )
 TILT = Effect(
     name="tilt",
@@ -36,4 +37,5 @@ TILT = Effect(
     typical_shift=ELASTIC_SHIFT,
     non_negative=True,
     shared_by_type=True,
+    elastic=True,
 )

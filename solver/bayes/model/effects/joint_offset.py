@@ -2,12 +2,11 @@
 
 import math
 
-from .effect import OWN, Array, Effect
+from .effect import OWN, Array, Effect, Readings
 
 
-def _derivatives(q: Array, moments: Array) -> Array:
-    del moments
-    return 0 * q + 1
+def _derivatives(readings: Readings) -> Array:
+    return 0 * readings.q + 1
 
 
 JOINT_OFFSET = Effect(

@@ -2,14 +2,14 @@
 
 from functools import partial
 
-from .effect import OWN, Array, Effect
+from .effect import OWN, Array, Effect, Readings
 
 
-def _derivatives(q: Array, moments: Array, *, k: int) -> Array:
+def _derivatives(readings: Readings, *, k: int) -> Array:
     import numpy as np
 
-    del moments
-    return np.concatenate([np.sin(k * q), np.cos(k * q)], axis=1)
+    phases = k * readings.q
+    return np.concatenate([np.sin(phases), np.cos(phases)], axis=1)
 
 
 HARMONICS = tuple(
@@ -22,6 +22,7 @@ HARMONICS = tuple(
         # makers of harmonic drives state one arc minute from peak to peak: an amplitude of
         # 0.15 mrad, shared by a sine and a cosine
         typical_shift=1e-4 * 0.5**0.5,
+        stands_for_curves=True,
     )
     for k in (1, 2)
 )
