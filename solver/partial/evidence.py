@@ -13,7 +13,7 @@ from itertools import chain, combinations
 import numpy as np
 
 from ..assessment import mm
-from ..bayes.model import submatrix
+from ..bayes.model import log_bayes_factor, submatrix
 from .fit import System, fit, linear, next_step
 from .prior import ZERO
 from .task import Task
@@ -171,11 +171,9 @@ def probabilities(system: System, candidates: Sequence[Explanation]) -> np.ndarr
 
 
 def _gain(M: np.ndarray, g: np.ndarray, indices: np.ndarray, width: Mapping[int, float]) -> float:
-    """Return ln N(e; 0, C + A A^T) - ln N(e; 0, C)."""
+    """Return the logarithm of the Bayes factor of some unknowns of these widths."""
     w = np.array(list(width.values()))
-    N = np.eye(len(indices)) + w[:, None] * submatrix(M, indices) * w
-    b = w * g[indices]
-    return float(0.5 * (b @ np.linalg.solve(N, b) - np.linalg.slogdet(N)[1]))
+    return float(log_bayes_factor(w[:, None] * submatrix(M, indices) * w, w * g[indices]))
 
 
 def explanations(task: Task) -> list[Explanation]:

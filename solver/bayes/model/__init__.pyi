@@ -1,3 +1,4 @@
+from .bayes_factor import log_bayes_factor as log_bayes_factor
 from .blocks import block_matrix as block_matrix
 from .blocks import submatrix as submatrix
 from .difference import differences_of as differences_of

@@ -1,13 +1,14 @@
 """Evidence of explanations of residuals that are linear in all unknowns, in closed form.
 
-For residuals r = B x + A u + e of standard Gaussian x, u, with C = sigma^2 I + B B^T: ln p(r | A) -
-ln p(r) = (g^T (I + M)^-1 g - ln det(I + M)) / 2, with M = A^T C^-1 A and g = A^T C^-1 r.
+Residuals are r = B x + A u + e of standard Gaussian x, u, and C = sigma^2 I + B B^T in
+:func:`.log_bayes_factor`.
 """
 
 from itertools import combinations_with_replacement
 
 import numpy as np
 
+from ...bayes.model import log_bayes_factor
 from .kinds import Block
 
 INDEPENDENT = 0.5
@@ -66,10 +67,7 @@ class LinearEvidence:
         M, g, gain = self._reduced(block, sigma)
         found: list[np.ndarray] = []
         for width in block.widths if block.unknowns else ():
-            N = np.eye(block.unknowns) + width**2 * M
-            along = np.linalg.solve(N, g[..., None])[..., 0]
-            squares = width**2 * np.sum(g * along, axis=-1)
-            found.append(gain + 0.5 * (squares - np.linalg.slogdet(N)[1]))
+            found.append(gain + log_bayes_factor(width**2 * M, width * g))
         found = found or [gain]
         return np.stack(found, axis=1) + block.bonus - np.log(len(found))
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.solver.bayes.inference.width_averaging import WidthMixture, usual_width
-from mukca.solver.bayes.model import Gaussian, PriorGroup, check
+from mukca.solver.bayes.model import Gaussian, PriorGroup, check, log_bayes_factor
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -136,3 +136,19 @@ def test_the_mixture_is_a_covariance_whatever_the_samples_tell(seed, errors):
     after, widths = WidthMixture(groups).posterior(1e-9 * generator.normal(0, 1, 10), before)
     check(after.covariance)
     assert (widths > 1e-5).all() and (after.deviations[7:] <= 0.1 + 1e-9).all()
+
+
+@given(SEEDS)
+def test_the_bayes_factor_of_further_unknowns_is_that_of_the_densities(seed):
+    generator = np.random.default_rng(seed)
+    C, A = random_gaussian(generator, 5).covariance, generator.normal(0, 1, (5, 2))
+    A *= np.logspace(-4, 2, 5)[:, None]
+    r = generator.multivariate_normal(np.zeros(5), C + A @ A.T)
+
+    def log_density(S):
+        return -0.5 * (r @ np.linalg.solve(S, r) + np.linalg.slogdet(S)[1])
+
+    M, g = A.T @ np.linalg.solve(C, A), A.T @ np.linalg.solve(C, r)
+    wanted = log_density(C + A @ A.T) - log_density(C)
+    assert log_bayes_factor(M, g) == pytest.approx(wanted, rel=1e-5, abs=1e-5)
+    assert log_bayes_factor(np.stack([M, M]), np.stack([g, g])) == pytest.approx([wanted] * 2, 1e-5)
