@@ -1,10 +1,8 @@
 """Recordings made ready for a fit: checked against the robot, and inspected."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, product
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -22,13 +20,12 @@ from ..data import (
     without,
 )
 from ..diagnostics import Survey, next_placement, single_socket_diagnostics, where_of
-from ..robot import Parameter, Robot, choose_parameters
+from ..robot import Robot, choose_parameters
+from .model_warnings import check_zeros, held_as_exact, locked_angles, weightless
 from .option import UsageError
 from .options import SolveOptions
 from .setting_right import NOTHING_SEEN, checked, mended
 
-LOCKED = math.radians(6)
-"""A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
 STEADY = "screw the base down, let the arm warm up, and record it again"
 Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
@@ -184,7 +181,7 @@ def _prepare(
     """Return a robot's recordings, checked, looked at, and split where a base moved."""
     if not isinstance(robot, Robot):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
-    _check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
+    check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
     return _inspected(_measured(robot, train, test, options))
 
 
@@ -195,59 +192,6 @@ def _with_lone_sockets(problem: CalibrationProblem) -> CalibrationProblem:
     measurements = [m for _, m in problem.placements]
     diagnostics = single_socket_diagnostics(measurements, problem.options.distances)
     return replace(problem, checks=(*problem.checks, *diagnostics))
-
-
-def _held_as_exact(robot: Robot, options: SolveOptions) -> list[str]:
-    """Return what a few free numbers of a calibrated URDF cannot know."""
-    file = Path(robot.source).with_name("calibration.json")
-    if not options.free or options.prior or Path(robot.source).suffix != ".urdf":
-        return []
-    try:
-        calibrated = results.calibrated_robot(results.read_calibration(file), str(file))
-    except results.DocumentError:
-        return []
-    same = robot.joint_names == calibrated.robot.joint_names
-    if not same or not np.array_equal(robot.origins, calibrated.origins):
-        return []
-    return [
-        f"{robot.source}: calibrated, and --free takes the rest of it for exact: neither its "
-        f"elasticity nor how well it is known is in a URDF. mukca rezero, tool or handeye {file} "
-        f"hold it with both; mukca solve --prior {file} fits all of it again"
-    ]
-
-
-def _locked_angles(robot: Robot, options: SolveOptions) -> list[str]:
-    """Return a warning of joints whose roll and yaw are nearly one turn, which the paper fits."""
-    variable = {
-        p.joint for p in choose_parameters(robot, options.free, options.fix) if p.unit == "rad"
-    }
-    joints = [joint for joint in robot.joints if joint.name in variable and joint.actuated]
-    locked = [j.name for j in joints if abs(math.cos(j.origin.rpy[1])) < math.sin(LOCKED)]
-    if options.method != "paper" or not locked:
-        return []
-    return [
-        f"{', '.join(locked)}: a pitch near 90 degrees makes roll and yaw one turn, and the third "
-        "turn is lost to --method paper; --method auto has all three"
-    ]
-
-
-def _weightless(robot: Robot, data: Sequence[Measurement], options: SolveOptions) -> list[str]:
-    """Return a warning of a model without masses, whose arm does not bend under its weight."""
-    if robot.bodies or options.method == "paper" or all(m.efforts is not None for m in data):
-        return []
-    return [
-        f"{robot.source}: the URDF has no masses, so how the arm bends under its weight is not "
-        "fitted; give its links <inertial> with <mass> and <origin>"
-    ]
-
-
-def _check_zeros(robot: Robot, parameters: Sequence[Parameter], options: SolveOptions) -> None:
-    """Refuse zeros that the URDF could not hold."""
-    variable = {parameter.name for parameter in parameters}
-    for joint in robot.actuated if options.zeros else ():
-        angles = {f"{joint.name}.{angle}" for angle in ("roll", "pitch", "yaw")}
-        if joint.type == "prismatic" or not angles <= variable:
-            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
 
 
 def _measured(
@@ -282,9 +226,9 @@ def _measured(
         raise next(iter(errors), UsageError("--leave-out: no placement is left to train on"))
     warnings += [f"{error}; it is left out" for error in (*errors, *errors_held_out)]
     check_distinct([*training, *held_out])
-    warnings += _held_as_exact(robot, options)
-    warnings += _locked_angles(robot, options)
-    warnings += _weightless(robot, [*training, *held_out], options)
+    warnings += held_as_exact(robot, options)
+    warnings += locked_angles(robot, options)
+    warnings += weightless(robot, [*training, *held_out], options)
     warnings += list(chain.from_iterable(m.warnings for m in (*training, *held_out)))
     return CalibrationProblem(
         robot, training, options.load, options=options, test=held_out, warnings=tuple(warnings)

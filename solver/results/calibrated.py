@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
+from itertools import compress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,7 +11,6 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import JOINT_POSITION, MukcaError
 from ..bayes.model import Deflection
 from ..bayes.model.effects import BACKLASH
 from ..data import STANDARD_LOAD, Load, Measurement
@@ -31,6 +31,7 @@ from ..robot import (
     scan,
     set_origins,
 )
+from .joint_rows import JointsError, joint_rows, position_rows
 
 ModelName = Literal["nominal", "calibrated", "geometric"]
 """``geometric``: ``calibrated.urdf`` as the user loads it."""
@@ -38,10 +39,6 @@ Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit stands at it [rad, m]."""
-
-
-class JointsError(MukcaError):
-    """Joint positions or efforts that are not those of the robot."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -162,14 +159,7 @@ class CalibratedRobot:
     def stopped(self, q: np.ndarray) -> str:
         """Return the joint that stands at its limit, empty for none."""
         stopped = (q < self.robot.lower + AT_LIMIT) | (q > self.robot.upper - AT_LIMIT)
-        return next(
-            (
-                name
-                for name, is_stopped in zip(self.robot.joint_names, stopped, strict=True)
-                if is_stopped
-            ),
-            "",
-        )
+        return next(compress(self.robot.joint_names, stopped), "")
 
     def _correction(self, q: Any) -> Any:
         """Return what :meth:`_corrected` computes of numbers, of symbols."""
@@ -256,7 +246,7 @@ class CalibratedRobot:
     ) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
-        efforts = None if effort is None else self._rows(effort, "joint efforts")
+        efforts = None if effort is None else joint_rows(self.robot, effort, "joint efforts")
         if efforts is not None and efforts.shape != positions.shape:
             raise JointsError(
                 f"{len(efforts)} rows of joint efforts for {len(positions)} of joint positions; "
@@ -291,31 +281,7 @@ class CalibratedRobot:
 
         They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
         """
-        rows = self._rows(q, what, stacked=stacked)
-        for row, column in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
-            raise JointsError(
-                f"{what}: row {row}, {self.robot.joint_names[column]!r} is "
-                f"{JOINT_POSITION.doubt(rows[row, column : column + 1].tolist())}"
-            )
-        return rows
-
-    def _rows(self, values: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
-        names = self.robot.joint_names
-        try:
-            array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise JointsError(f"{what}: {values!r:.60} are no numbers") from None
-        if array.shape[-1:] != (len(names),) or (array.ndim > 2 and not stacked):
-            raise JointsError(
-                f"{what} of shape {np.shape(values)}: {self.robot.name} has {len(names)} joints, "
-                f"so shape ({len(names)},) or (N, {len(names)}) is needed; in order: "
-                f"{', '.join(names)}"
-            )
-        rows = array.reshape(-1, len(names))
-        if not np.isfinite(rows).all():
-            row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
-            raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
-        return rows
+        return position_rows(self.robot, q, what, stacked=stacked)
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.

@@ -11,7 +11,7 @@ from ..bayes.model import Deflection
 from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..robot import RotationNumbers, all_parameters, parse_robot, scan
-from . import estimates
+from . import estimates, worth
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError, read
 from .placements import (
@@ -148,9 +148,9 @@ class FitResult(Document, kw_only=True, frozen=True):
     noise: estimates.NoiseScale | None = None
     log_evidence: float | None = None
     uncertainty: estimates.Uncertainty | None = None
-    better: estimates.Better | None = None
+    better: worth.Better | None = None
     """Errors that the calibration improves; None by the paper's method, and in older files."""
-    error_parts: estimates.ErrorParts | None = None
+    error_parts: worth.ErrorParts | None = None
     """None where nothing was held out in sockets, by the paper's method, and in older files."""
     scale: estimates.Scale | None = None
     frames: tuple[FramePose, ...] | None = None
@@ -164,7 +164,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     """Explanations of the recordings, the most probable first; None where they were not checked."""
     next_placement: NextPlacement | None = None
     warnings: tuple[str, ...]
-    outlook: estimates.Outlook | None = None
+    outlook: worth.Outlook | None = None
     """None where it was not worked out."""
     arm_name: str = ""
     """Name of this robot, if several were calibrated together."""

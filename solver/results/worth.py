@@ -1,0 +1,149 @@
+"""Worth of a calibration in ``calibration.json``: held-out errors in parts, gains, outlook."""
+
+from dataclasses import dataclass
+
+from .files import Document
+
+
+class Interval(Document, kw_only=True, frozen=True):
+    """An error of distances [m], with its 68 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+class ErrorParts(Document, kw_only=True, frozen=True):
+    """Held-out error in three parts that add in squares: root mean squares over samples [m]."""
+
+    error: float
+    """Distance of samples from their socket's mean."""
+    noise: float
+    """Of the ball's seat and the encoders: it stays."""
+    want_of_data: float
+    """More samples and placements make it smaller."""
+    not_in_model: Interval
+    """The other errors, of which the model lacks the cause, with their 95 % interval."""
+
+    @property
+    def shares(self) -> tuple[float, float, float]:
+        """Shares of the three parts in the mean square, which add to 1."""
+        sizes = self.noise, self.want_of_data, self.not_in_model.value
+        noise, want, lacking = [size**2 / self.error**2 for size in sizes]
+        return noise, want, lacking
+
+    @property
+    def brief(self) -> str:
+        """The parts in one line."""
+        sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
+        error, noise, want, lacking = [f"{1e3 * size:.2f}" for size in sizes]
+        parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
+        return f"Held out {error} mm (rms): {parts}."
+
+    @property
+    def text(self) -> str:
+        """The same with the interval of what is not in the model."""
+        low = f"{1e3 * self.not_in_model.low:.2f}"
+        high = f"{1e3 * self.not_in_model.high:.2f}"
+        return f"{self.brief[:-1]} (95 %: {low} to {high}); the parts add in squares."
+
+
+class Improvement(Document, kw_only=True, frozen=True):
+    """Errors of distances before a calibration and after it: medians over pairs of poses."""
+
+    before: Interval
+    """By the nominal model with its ball refitted."""
+    now: Interval
+    """By ``calibrated.urdf``."""
+    corrected: Interval | None = None
+    """With joint positions corrected first; None where that is ``calibrated.urdf``."""
+    probability: float
+    """Probability that ``calibrated.urdf`` is better than the nominal model."""
+    corrected_probability: float | None = None
+    """The same with joint positions corrected first."""
+
+
+class Better(Document, kw_only=True, frozen=True):
+    """Improvement by a calibration."""
+
+    workspace: Improvement
+    """Distances between random poses of the workspace."""
+    recorded_places: Improvement | None = None
+    """Distances near the recorded places, at the worst of them; None where none is in reach."""
+
+    @property
+    def places(self) -> tuple[Improvement, ...]:
+        """Those of the workspace, and of the recorded places where there are any."""
+        return (self.workspace, *filter(None, [self.recorded_places]))
+
+    @property
+    def probability(self) -> float:
+        """Probability that ``calibrated.urdf`` is better, where that is the least sure."""
+        return min(place.probability for place in self.places)
+
+    @property
+    def corrected_probability(self) -> float | None:
+        """The same with joint positions corrected first; None where that is no other model."""
+        those = [place.corrected_probability for place in self.places]
+        return min((p for p in those if p is not None), default=None)
+
+
+class Apart(Document, kw_only=True, frozen=True):
+    """Mean distance of the balls of two calibrations, and what chance would make of it [m]."""
+
+    value: float
+    """After a rigid motion of the base frame."""
+    chance: float
+    """Its mean, if the arm is the same and all that the models lack is noise."""
+    deviation: float
+    """Its standard deviation by chance."""
+    largest: float
+    """By chance 19 of 20 are not larger."""
+    probability: float
+    """That chance alone makes it as large."""
+
+    @property
+    def beyond_chance(self) -> bool:
+        """True if it is larger than 19 of 20 would be by chance."""
+        return self.value > self.largest
+
+
+class Forecast(Document, kw_only=True, frozen=True):
+    """Gain of another placement, if it were trained on too."""
+
+    placement: str | None
+    """Its name; None for one that is not recorded yet, with 2 x 30 varied samples far from all."""
+    distance_deviation: float
+    """The predicted error of distances in the workspace would then be this [m]."""
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """Predicted errors of places, relative to those that were recorded."""
+
+    width: float
+    """Of a square cell [m]."""
+    cells: tuple[tuple[float, float, float], ...]
+    """For each cell that random poses reach, from above: x and y of its middle in the base frame,
+    and the standard deviation of its distance from what was trained on [m]."""
+
+
+@dataclass(frozen=True)
+class JointEffect:
+    """Displacement of the ball by a joint's calibrated numbers: root mean square over poses [m]."""
+
+    joint: str
+    recorded: float
+    """Over the samples that were trained on."""
+    workspace: float
+    """Over random poses of the workspace."""
+
+
+class Outlook(Document, kw_only=True, frozen=True):
+    """Predicted worth of a calibration."""
+
+    joints: tuple[JointEffect, ...]
+    """Effect of each joint."""
+    map: ErrorMap | None = None
+    """None by the paper's method, which does not say."""
+    forecasts: tuple[Forecast, ...] = ()
