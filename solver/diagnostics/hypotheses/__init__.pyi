@@ -14,12 +14,12 @@ from .flaws import unknowns_per_size as unknowns_per_size
 from .kinds import Kind as Kind
 from .kinds import Parameters as Parameters
 from .kinds import kind_of as kind_of
-from .scene import ARMS as ARMS
-from .scene import BALL as BALL
+from .nuisances import ARMS as ARMS
+from .nuisances import BALL as BALL
+from .nuisances import ROTATION as ROTATION
+from .nuisances import widths_of as widths_of
 from .scene import COARSE as COARSE
-from .scene import ROTATION as ROTATION
 from .scene import Scene as Scene
-from .scene import widths_of as widths_of
 from .seats import measured_points as measured_points
 from .seats import rotations as rotations
 from .seats import seats_of as seats_of

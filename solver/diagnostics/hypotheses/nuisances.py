@@ -9,8 +9,12 @@ import numpy as np
 
 from ...bayes.model import shifts_by, width_of
 from ...data import SEAT_DEVIATION, Known, Measurement
-from ...robot import Robot, cross_matrices
+from ...robot import Parameter, Robot, cross_matrices
 
+TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
+"""Widths of the priors [m], [rad]: as far as arms are from their models."""
+ARMS = 0.002
+"""Standard deviation of the scale of real arms about their models."""
 CENTRE, TURN = 0.3, 1.0
 """Widths of the priors of a socket's centre, and of a frame's turn, about the fit's [m], [rad]."""
 SIDES = 0.4
@@ -18,6 +22,20 @@ SIDES = 0.4
 DISTANCE_WEIGHT = 3.0
 """Weight of a distance relative to a sample: centres err by a third of a sample's noise, since the
 errors of samples are correlated."""
+
+
+def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
+    """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
+    return np.array(
+        [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
+    )
+
+
+def root_of_geometry(parameters: Sequence[Parameter], by_scale: np.ndarray) -> np.ndarray:
+    """Return a root of the covariance of a geometry whose size is held to that of arms, (n, n)."""
+    size = np.outer(by_scale, by_scale) / ARMS**2
+    precision = np.diag(1 / widths_of(parameters) ** 2) + size
+    return np.linalg.cholesky(np.linalg.inv(precision))
 
 
 def of_centres(

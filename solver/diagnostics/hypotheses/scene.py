@@ -3,7 +3,6 @@
 Nuisance parameters are the centres, the geometry, the effects beyond it, and the caliper.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, pairwise
@@ -17,19 +16,8 @@ from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
 from .seats import Seat, measured_points, seats_of
 
-TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
-"""Widths of the priors [m], [rad]: as far as arms are from their models."""
-ARMS = 0.002
-"""Standard deviation of the scale of real arms about their models."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
-
-
-def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
-    """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
-    return np.array(
-        [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
-    )
 
 
 @dataclass(frozen=True)
@@ -230,10 +218,8 @@ class Scene:
 
     @cached_property
     def usual(self) -> np.ndarray:
-        """Root of the covariance of the geometry, whose size is held to that of arms, (n, n)."""
-        size = np.outer(self.by_scale, self.by_scale) / ARMS**2
-        precision = np.diag(1 / widths_of(self.parameters) ** 2) + size
-        return np.linalg.cholesky(np.linalg.inv(precision))
+        """Root of the covariance of the geometry, shape (n, n)."""
+        return nuisances.root_of_geometry(self.parameters, self.by_scale)
 
     @cached_property
     def by_readings(self) -> np.ndarray:
