@@ -22,8 +22,7 @@ from ..data import (
 from ..diagnostics import Survey, next_placement, single_socket_diagnostics, where_of
 from ..robot import Robot, choose_parameters
 from .model_warnings import check_zeros, held_as_exact, locked_angles, weightless
-from .option import UsageError
-from .options import SolveOptions
+from .options import SolveOptions, UsageError
 from .setting_right import NOTHING_SEEN, checked, mended
 
 STEADY = "screw the base down, let the arm warm up, and record it again"
