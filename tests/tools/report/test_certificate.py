@@ -45,3 +45,18 @@ def test_a_sheet_without_held_out_places_is_refused(command, refused, session, t
 def test_other_files_than_pages_are_refused(refused, calibrated, tmp_path):
     words = (calibrated / "calibration.json", "--certificate", tmp_path / "sheet.pdf")
     refused("only a .html page is written; print it to PDF in a browser", "report", *words)
+
+
+def test_the_arm_and_who_recorded_it_are_said_where_they_were_noted(
+    run, document, written, tmp_path
+):
+    session = {"serial_number": "FR-7", "operator": "Ada"}
+    (tmp_path / "placement.json").write_text(json.dumps({"sessions": [session, session]}))
+    file = str(tmp_path / "hole_0.csv")
+    document["provenance"]["data_sha256"] = {file: "0" * 64}
+    document["data"][0]["files"] = [file]
+    calibration, sheet = written(document), tmp_path / "sheet.html"
+    run(calibration, "--certificate", sheet)
+    page = (calibration.parent / "report.html").read_text()
+    assert "; serial number FR-7; operator Ada; method paper" in page
+    assert "<th>Operator</th><td>Ada</td>" in sheet.read_text()

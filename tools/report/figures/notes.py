@@ -11,18 +11,18 @@ NOTED = {"serial_number": "Serial number", "operator": "Operator", "temperature"
 
 def session_notes(files: Iterable[str]) -> Mapping[str, str]:
     """Return notes by their titles, from where the recordings of some files still lie."""
-    values_by_title: dict[str, dict[str, None]] = {}
-    for folder in dict.fromkeys(Path(file).parent for file in files):
-        try:
-            sessions = read_json(folder / "placement.json")["sessions"]
-            notes = [
-                (NOTED[key], str(session[key]))
-                for session in sessions
-                for key in NOTED
-                if key in session
-            ]
-        except (OSError, ValueError, LookupError, TypeError):
-            continue
-        for title, value in notes:
-            values_by_title.setdefault(title, {})[value] = None
-    return {title: ", ".join(values) for title, values in values_by_title.items()}
+    folders = dict.fromkeys(Path(file).parent for file in files)
+    notes: dict[str, str] = {}
+    for key, title in NOTED.items():
+        values = dict.fromkeys(value for folder in folders for value in _noted_in(folder, key))
+        if values:
+            notes[title] = ", ".join(values)
+    return notes
+
+
+def _noted_in(folder: Path, key: str) -> list[str]:
+    try:
+        sessions = read_json(folder / "placement.json")["sessions"]
+        return [str(session[key]) for session in sessions if key in session]
+    except (OSError, ValueError, LookupError, TypeError):
+        return []
