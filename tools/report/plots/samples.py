@@ -41,7 +41,7 @@ def errors_in_3d(report: ReportDocument) -> Plot:
 
 
 def errors_in_2d(report: ReportDocument) -> Plot:
-    """Every sample round its socket, seen along two axes; for paper."""
+    """Every sample round its socket, seen along two axes."""
     large, small = (
         nice_above(1e3 * float(_lengths(report, m).max(initial=1e-6)), FINE) for m, _ in LOADED
     )
