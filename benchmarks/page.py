@@ -28,6 +28,8 @@ from mukca.tools.report.plots import Axis, named_rows
 
 ROOT = Path(__file__).parents[1]
 FIGURES, PAGE = ROOT / "docs" / "benchmarks.json", ROOT / "docs" / "benchmarks.md"
+BY_HAND = ROOT / "benchmarks" / "by_hand.md"
+"""Figures of benchmarks that are run by hand, each with its command."""
 PICTURE = ROOT / "docs" / "images" / "benchmarks.svg"
 ARMS = {
     "Franka Panda": ("panda_3", "frontcenter"),
@@ -200,7 +202,7 @@ def page(figures: Mapping[str, Any]) -> str:
             found = kept["found"] if kept["found"].startswith("|") else f"```\n{kept['found']}\n```"
             body = f"\n`python benchmarks/{words}` prints:\n\n{found}\n"
         parts.append(f"{text}{body}\nMeasured on {kept['date']}, {kept['machine']}.\n")
-    return "\n".join(parts)
+    return "\n".join([*parts, BY_HAND.read_text()])
 
 
 def machine() -> str:

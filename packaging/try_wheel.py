@@ -2,8 +2,9 @@
 
     python packaging/try_wheel.py mukca-*.whl [PYTHON ...]
 
-For each Python: a new environment, the wheel and what it names, `mukca --version`, and
-`try_installed.py`; by the last Python under -OO, too. The first that is ready runs `mukca demo`.
+For each Python: a new environment, the wheel and what it names, `mukca --version`, the same by
+`python -m mukca`, `try_installed.py`, and `pip uninstall`; by the last Python under -OO, too. The
+first that is ready runs `mukca demo`.
 Without PYTHON: each version that the project supports and that is found here.
 """
 
@@ -66,6 +67,7 @@ def try_with(python, wheel, shared, *, optimized):
         limits = ("--constraint", ROOT / "constraints.txt", "--quiet", "--no-compile")
         _run(name, *pip, "install", *limits, wheel)
         version = _run(name, mukca, "--version").strip()
+        assert _run(name, inside, "-m", "mukca", "--version").strip() == version
         with DEMO:
             if not (shared / "demo").exists():
                 _run(shared, mukca, "demo", "--out", "demo")
@@ -78,6 +80,10 @@ def try_with(python, wheel, shared, *, optimized):
         packages = json.loads(_run(name, *pip, "list", "--format", "json"))
         size = _run(name, "du", "-sm", environment).split()[0]
         lines.append(f"    {version}, {len(packages)} packages, {size} MB")
+        _run(name, *pip, "uninstall", "--quiet", "--yes", "mukca")
+        left = [*environment.rglob("mukca"), *environment.rglob("mukca-*")]
+        assert not left, left
+        lines.append("    uninstalled, and nothing of it stays")
         return "\n".join(lines)
 
 

@@ -37,6 +37,64 @@ def test_every_link_leads_to_a_file(page):
             assert anchor in slugs, f"{page.name}: {target}"
 
 
+SHOWN = re.compile(r"^ *```.*?^ *```|^[$]{2}.*?[$]{2}$|^(?:    |#|[|]|!\[|<)[^\n]*", re.M | re.S)
+"""What a page shows and does not say: code, formulas, titles, tables, pictures."""
+LONGEST = 30
+"""Words of a sentence of help, or of a message."""
+
+
+def sentences(text):
+    """The sentences of a text, as lists of words; code counts as a word."""
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", SHOWN.sub("", text))
+    text = re.sub(r"`[^`]*`", "x", text)
+    for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )", text):
+        for sentence in re.split(r"(?<=[.!?])\s+", block):
+            words = [word for word in sentence.split() if re.search(r"\w", word)]
+            if len(words) > 2:
+                yield words
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page for page in [*PAGES, *(ROOT / "docs/causes").glob("*.md"), *ROOT.glob("*.md")]
+     if page.name not in ("benchmarks.md", "CHANGELOG.md")],
+    ids=lambda page: page.stem,
+)  # fmt: skip
+def test_a_page_has_20_words_a_sentence_on_average(page):
+    lengths = [len(words) for words in sentences(page.read_text())]
+    assert not lengths or sum(lengths) / len(lengths) <= 20
+
+
+def test_no_sentence_of_help_has_over_30_words():
+    from mukca.tools.cli import VERBS, build_parser
+
+    for verb in VERBS:
+        helps = [action.help or "" for action in build_parser(verb)._actions]
+        long = [" ".join(words) for text in helps for words in sentences(text)]
+        assert not [text for text in long if len(text.split()) > LONGEST], verb
+    folder = ROOT / "tools/cli/commands"
+    pages = re.split(r"^# .*$", (folder / "verbs.txt").read_text(), flags=re.M)
+    prose = [re.sub(r"^(?:  |\w+:).*$", "", page, flags=re.M) for page in pages]
+    said = [words for page in prose for words in sentences(page)]
+    assert not [" ".join(words) for words in said if len(words) > LONGEST]
+
+
+def test_no_sentence_of_a_message_has_over_30_words():
+    pytest.importorskip("latex2mathml", reason="the extra docs is not installed")
+    hooks = script_of(ROOT / "docs/_site/hooks.py")
+    said = [words for line in hooks._messages() for words in sentences(line.lstrip("- "))]
+    assert len(said) > 500
+    assert not [" ".join(words) for words in said if len(words) > LONGEST]
+
+
+def script_of(path):
+    """A script, as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    return script
+
+
 def test_every_page_is_in_the_navigation():
     nav = (ROOT / "mkdocs.yml").read_text().split("\nnav:")[1]
     assert {page.name for page in PAGES} == set(re.findall(r"[\w-]+\.md", nav))
@@ -121,10 +179,7 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings):
 
 def test_figures_are_those_of_the_benchmarks():
     """After ``python benchmarks/page.py --measure ...`` the other pages take what it found."""
-    path = ROOT / "benchmarks" / "page.py"
-    spec = importlib.util.spec_from_file_location("benchmarks_page", path)
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    script = script_of(ROOT / "benchmarks" / "page.py")
     figures = json.loads((ROOT / "docs" / "benchmarks.json").read_text())
     assert script.page(figures) == (ROOT / "docs" / "benchmarks.md").read_text()
     rows = script.table_rows(figures["accuracy"]["found"])
@@ -139,5 +194,3 @@ def test_figures_are_those_of_the_benchmarks():
     assert [row for row in rows if row not in text] == []
     assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text
     assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text
-    costs = figures["costs"]["found"]
-    assert costs in (ROOT / "docs" / "use.md").read_text()

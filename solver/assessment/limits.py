@@ -71,7 +71,7 @@ TITLES = {
     "mean_absolute_error": "held-out error (MAE)",
     "distance_error": "held-out distance error",
     "held_out": "what was held out",
-    "distance_deviations": "held-out distance by its own deviation",
+    "distance_deviations": "held-out distance, in standard deviations",
     "between_placements": "distances between placements",
     "data_checks": "data checks",
     "drift": "steady drift where it was trained",

@@ -169,9 +169,9 @@ class Calibration(FittedModel):
         return any(_are_in(measured, row) for row in trained_rows)
 
     def as_read_now(self, measured: Measurement) -> Measurement:
-        """Return samples as the joints read them since their zeros changed.
+        """Samples with joint positions converted to the present zeros [rad].
 
-        Those that the calibration was made of, recorded before, are shifted.
+        Only samples that the calibration was made of are converted: they are older.
         """
         offset_by_joint = {zero.joint: zero.offset for zero in self.document.later_zeros}
         offsets = np.array([offset_by_joint.get(name, 0.0) for name in self.robot.joint_names])

@@ -95,9 +95,9 @@ def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
     is_far = np.abs(solutions.positions - rows).max(axis=1, initial=0) > FARTHEST
     for row in np.flatnonzero(is_far | ~solutions.reached)[:1].tolist():
         raise CommandError(
-            f"row {row}: the URDF has no joint positions nearby that put its flange where the "
-            f"full model has it, {1e3 * solutions.left[row, 0]:.3g} mm and "
-            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left: the arm is singular there, or has "
+            f"row {row}: no joint positions nearby put the URDF's flange where the full model has "
+            f"its flange. {1e3 * solutions.left[row, 0]:.3g} mm and "
+            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left. The arm is singular there, or has "
             "fewer than six joints",
             solutions,
             row,

@@ -123,7 +123,7 @@ def problems_of(
             )
             for name, robot_of_name in robot.items()
         }
-        # one arm's samples taken for another's as well would fit both
+        # The same samples given to two arms would fit both, so refuse them.
         check_distinct(
             list(chain.from_iterable((*p.measurements, *p.test) for p in problems.values()))
         )

@@ -42,7 +42,7 @@ def _kind(question: Question) -> str:
     if path.suffix in (".bag", ".db3", ".mcap") or (path / "metadata.yaml").exists():
         return "bags"
     raise ExtractError(
-        f"{path}: nothing that can be read: give a ROS bag (.bag, .db3, .mcap, or a folder with "
+        f"{path}: nothing that can be read. Give a ROS bag (.bag, .db3, .mcap, or a folder with "
         "metadata.yaml), a lerobot data set, a CSV log, or a recording with a kept stream"
     )
 

@@ -13,16 +13,16 @@ from ..inference import Posterior
 from .uncertainty import UNDECIDED
 
 UNOBSERVABLE = (
-    "the base frame: the sockets' places in it are not measured, only their distances",
+    "the base frame: you measured distances between sockets, not their positions in the base frame",
     "the flange's orientation and the last joint's offset: another tool needs its own TCP "
     "calibration",
 )
 """Unknowns that no recording of a ball in sockets can tell."""
 BASE_TURNS = (
-    "the base frame: the sockets measured in it leave it a turn; measure three or more that are "
-    "not on one line"
+    "the base frame: it can still turn about the sockets that you measured. Measure three or more "
+    "that are not on one line"
 )
-BASE_OF_POINTS = "the base frame: where the instrument stands in it was not measured"
+BASE_OF_POINTS = "the base frame: nobody measured where the instrument stands in it"
 BASE = "the base frame"
 SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
 
@@ -77,7 +77,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
-    """Return what recordings like these cannot tell, beside what these in particular do not."""
+    """Return what no recording of this kind can determine, in words."""
     base, flange = UNOBSERVABLE
     if posterior.data.anchored:
         return (

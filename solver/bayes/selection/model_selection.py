@@ -251,8 +251,10 @@ def _note(gain: float | None, probability: float, words: str) -> str:
     evidence = f"(log evidence {gain:+.1f})"
     if not probability:
         return f"not supported by the data {evidence}{words}"
-    much = "kept" if probability > 1 - LIKELY else f"kept by {100 * probability:.0f} %"
-    return f"{much} {evidence}{words}"
+    if probability > 1 - LIKELY:
+        return f"kept {evidence}{words}"
+    weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
+    return f"kept: {weight} {evidence}{words}"
 
 
 def _kept(models: Sequence[ExtendedModel]) -> tuple[tuple[str, ...], ...]:

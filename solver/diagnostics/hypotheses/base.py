@@ -24,8 +24,8 @@ FAR = 0.03
 SHARES = (0.01, 0.1, 1.0, 10.0)
 """Typical shares by which a distance is wrong."""
 SOURCES = {
-    "default": "nothing but the default: measure it, and give what you read by --distance MEASURED",
-    "given": "as given: measure it again, and give what you read by --distance MEASURED",
+    "default": "nothing but the default: measure it and pass the reading with --distance",
+    "given": "as given: measure it again and pass the reading with --distance",
     "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there",
 }

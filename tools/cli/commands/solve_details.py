@@ -47,7 +47,7 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
             f"Predicted error of distances in the workspace, 1 sigma: median "
             f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{of_urdf}."
         )
-        lines += [f"Not seen: {text}." for text in result.uncertainty.cannot_see]
+        lines += [f"Not observable: {text}." for text in result.uncertainty.cannot_see]
     return lines
 
 
