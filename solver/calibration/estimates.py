@@ -108,6 +108,9 @@ def known_of(
             measured_turn=turns and turns.space,
         ),
         "error_parts": _error_parts(posterior, calibrated, problem.test),
+        "error_patterns": bayes.error_patterns(
+            posterior, calibrated.robot, load, problem.measurements, problem.test
+        ),
         "log_evidence": posterior.log_evidence,
         "posterior": stored_posterior(selected.full, fit.index, problem),
         # frames are results of the first robot, in its base

@@ -48,6 +48,8 @@ from .files import read as read
 from .files import refuse_existing as refuse_existing
 from .files import write_files as write_files
 from .joint_rows import JointsError as JointsError
+from .patterns import ErrorPattern as ErrorPattern
+from .patterns import ErrorPatterns as ErrorPatterns
 from .placements import Consequence as Consequence
 from .placements import CostTerms as CostTerms
 from .placements import Diagnostic as Diagnostic

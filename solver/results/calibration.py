@@ -14,6 +14,7 @@ from ..robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError, read
+from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
     Hypothesis,
@@ -152,6 +153,8 @@ class FitResult(Document, kw_only=True, frozen=True):
     """Errors that the calibration improves; None by the paper's method, and in older files."""
     error_parts: worth.ErrorParts | None = None
     """None where nothing was held out in sockets, by the paper's method, and in older files."""
+    error_patterns: ErrorPatterns | None = None
+    """Where the rest of the error sits; None by the paper's method, and in older files."""
     scale: estimates.Scale | None = None
     frames: tuple[FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""

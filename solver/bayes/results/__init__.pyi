@@ -11,6 +11,7 @@ from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
+from .patterns import error_patterns as error_patterns
 from .pose_covariance import pose_covariances as pose_covariances
 from .predicted_errors import between as between
 from .predicted_errors import errors_near as errors_near

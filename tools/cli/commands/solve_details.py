@@ -15,6 +15,8 @@ def show_details(terminal: Terminal, calibrated: "calibration.Calibration") -> N
     if calibrated.document.scale is not None:
         terminal.say(f"Size: {assessment.scale_text(calibrated.document.scale)}.")
     show_errors(calibrated.errors, terminal)
+    if calibrated.document.error_patterns is not None:
+        terminal.say(calibrated.document.error_patterns.text)
     _show_parameters(calibrated.result.parameters, terminal)
     terminal.say(*_remarks(calibrated.document))
 

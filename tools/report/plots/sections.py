@@ -1,7 +1,7 @@
 """The plots of a report, by section: a new one is a function in this folder and a line here."""
 
 from ..figures import ReportDocument
-from . import fit, model, samples, workspace
+from . import fit, model, patterns, samples, workspace
 from .figure import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
@@ -22,6 +22,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
             workspace.arm_in_3d,
         ),
     ),
+    ("Where the rest sits", (patterns.patterns,)),
     ("The data", (samples.order, model.coverage)),
     (
         "The fit and the model",
@@ -29,7 +30,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ),
 )
 """The page shows the plot of the first section with the verdict, the next with the answers."""
-FOLDED = ("errors-2d", "history", "parameters", "curves", "groups")
+FOLDED = ("errors-2d", "patterns", "history", "parameters", "curves", "groups")
 """Plots that the page shows where somebody asks for them."""
 
 

@@ -1,0 +1,114 @@
+"""Evidence of a pattern in the errors that a fit leaves, beside all else that may change them.
+
+Samples are linear in all unknowns about the fit. With derivatives J of the model's unknowns,
+derivatives B by the places of sockets and frames, noise C, and a pattern of columns A and mean
+square m^2, errors y are::
+
+    y ~ N(0, n^2 C + J S J^T + B B^T + m^2 A A^T)
+
+Of samples held out S is the posterior covariance. Those trained on are compared beside all that the
+unknowns can explain: S is their prior covariance, made wider, and y is taken about the prior mean.
+The odds of a pattern are the evidence averaged over m > 0 and n, against that with m = 0.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..inference import Posterior
+from .held_out_error import NOISE_DEVIATION, NOISES
+from .uncertainty import covariance_of
+
+WIDE = 5.0
+"""Factor on the widths of the priors beside which samples trained on are compared."""
+SIZES = np.geomspace(0.05, 4.0, 16) ** 2
+"""m^2, by the mean square of the noise."""
+
+
+@dataclass(frozen=True)
+class PatternRows:
+    """Samples of all placements."""
+
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    errors: np.ndarray
+    """Errors about their sockets, or in their frames, shape (N, 3) [m]."""
+    J: np.ndarray
+    """Derivatives of the balls by the unknowns, shape (N, 3, n)."""
+    by_joints: np.ndarray
+    """Those by the joints, shape (N, 3, m)."""
+    seats: np.ndarray
+    """B, shape (3 N, k) [m]."""
+    balls: np.ndarray
+    """Shape (N, 3) [m]."""
+    time: np.ndarray
+    """From 0 at a placement's first sample to 1 at its last, shape (N,)."""
+    placement: np.ndarray
+    """Index, shape (N,)."""
+
+
+def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
+    """Return the evidence of patterns beside what the posterior leaves open."""
+    J = rows.J.reshape(3 * len(rows.q), -1)
+    return PatternEvidence(posterior, rows, rows.errors.ravel(), J @ covariance_of(posterior) @ J.T)
+
+
+def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
+    """Return the evidence of patterns beside all that the model's unknowns can explain."""
+    J, mean = rows.J.reshape(3 * len(rows.q), -1), np.zeros(len(posterior.x))
+    changes = np.zeros((len(J), len(J)))
+    for group in posterior.groups:
+        members = J[:, group.members]
+        changes += WIDE**2 * (members @ group.covariance(group.width) @ members.T)
+        mean[group.members] = group.mean
+    return PatternEvidence(posterior, rows, rows.errors.ravel() - J @ (posterior.x - mean), changes)
+
+
+class PatternEvidence:
+    """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes of them."""
+
+    def __init__(
+        self, posterior: Posterior, rows: PatternRows, y: np.ndarray, changes: np.ndarray
+    ) -> None:
+        noise, N = posterior.noise, len(rows.q)
+        normal = noise.as_gaussian(rows.by_joints)
+        squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
+        # The farther a sample is, the less it counts, as in the fit.
+        C = normal * np.maximum((noise.nu + squares) / (noise.nu + 3), 1.0)[:, None, None]
+        self.deviations: np.ndarray = np.sqrt(np.trace(C, axis1=1, axis2=2) / 3)
+        blocks = np.zeros((N, 3, N, 3))
+        blocks[np.arange(N), :, np.arange(N)] = C
+        whole = blocks.reshape(3 * N, 3 * N)
+        beside: np.ndarray = changes + rows.seats @ rows.seats.T
+        roots: list[np.ndarray] = [np.linalg.cholesky(n * whole + beside) for n in NOISES.tolist()]
+        self._size = float(np.trace(whole)) / N
+        self._whiten: list[np.ndarray] = [np.linalg.inv(L) for L in roots]
+        self._white: list[np.ndarray] = [W @ y for W in self._whiten]
+        fits = [-0.5 * float(z @ z) for z in self._white]
+        volumes = [float(np.log(np.diag(L)).sum()) for L in roots]
+        prior = np.log(NOISES) ** 2 / 8 / NOISE_DEVIATION**2
+        self._base: np.ndarray = np.array(fits) - np.array(volumes) - prior
+
+    def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m]."""
+        squares = max(float(np.sum(columns**2)), 1e-30)
+        A: np.ndarray = columns * (self._size * len(columns) / 3 / squares) ** 0.5
+        logs = np.zeros((len(NOISES), len(SIZES)))
+        means = np.zeros((*logs.shape, A.shape[1]))
+        for k, (W, z) in enumerate(zip(self._whiten, self._white, strict=True)):
+            white: np.ndarray = W @ A
+            d, V = np.linalg.eigh(white.T @ white)
+            d, along = d.clip(min=0.0), (white @ V).T @ z
+            for i, size in enumerate(SIZES.tolist()):
+                shrunk: np.ndarray = size / (1 + size * d)
+                gain = float(shrunk @ along**2) - float(np.log1p(size * d).sum())
+                logs[k, i], means[k, i] = 0.5 * gain, V @ (shrunk * along)
+        of_pattern: np.ndarray = self._base[:, None] + logs
+        weights = np.exp(of_pattern - of_pattern.max())
+        coefficients = np.einsum("ki,kij->j", weights / weights.sum(), means)
+        log_odds = _log_sum(of_pattern) - np.log(len(SIZES)) - _log_sum(self._base)
+        return float(log_odds), (A @ coefficients).reshape(-1, 3)
+
+
+def _log_sum(logs: np.ndarray) -> float:
+    return float(np.logaddexp.reduce(logs.ravel()))
