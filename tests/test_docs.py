@@ -192,5 +192,7 @@ def test_figures_are_those_of_the_benchmarks():
     means = [before, *(cell.split()[0] for cell in (urdf_alone, full_alone))]
     assert " ".join(means) in readme
     assert [row for row in rows if row not in text] == []
+    arms = figures["arms"]["found"].splitlines()[2:]
+    assert len(arms) == 4 and [row for row in arms if row not in text] == []
     assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text
     assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text
