@@ -133,11 +133,12 @@ TOUR_ENDS = {
     "An integrator with two UR under a tracker": ["cell/arms.urdf"],
     "An SO-101 owner with lerobot": ["my_arm_new.json"],
 }
+NUMBER = r"\d+\.\d+"
 SMALLER = {"range(1, 7)": "range(1, 3)", "samples=20": "samples=12", '"train", 80': '"train", 40'}
 
 
 @pytest.mark.parametrize("tour", TOURS, ids=lambda tour: tour.partition("\n")[0])
-def test_a_tour_runs_from_its_heading(tour, tmp_path, monkeypatch):
+def test_a_tour_runs_from_its_heading(tour, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for words, fewer in SMALLER.items():
         tour = tour.replace(words, fewer)
@@ -145,6 +146,16 @@ def test_a_tour_runs_from_its_heading(tour, tmp_path, monkeypatch):
     for kind, block in re.findall(r"^```(\w*)\n(.*?)^```", tour, re.M | re.S):
         if kind == "python":
             exec(block, names)
+            continue
+        if kind == "text":
+            printed = {
+                re.sub(NUMBER, "#", line): line for line in capsys.readouterr().out.split("\n")
+            }
+            for line in block.splitlines():
+                values = map(float, re.findall(NUMBER, printed[re.sub(NUMBER, "#", line)]))
+                assert list(map(float, re.findall(NUMBER, line))) == pytest.approx(
+                    list(values), abs=0.02
+                )
             continue
         for line in block.splitlines():
             assert main(shlex.split(line)[1:]) in (0, 3), line
