@@ -83,8 +83,9 @@ def calibrate(
         settings = replace(settings, known=problems[""].options.known)
     training = chain.from_iterable(problem.measurements for problem in problems.values())
     tested = chain.from_iterable(problem.test for problem in problems.values())
-    bases = [[base_name(m, len(problems)) for m in part] for part in (training, tested)]
-    settings = replace(settings, sockets_at=in_placements(settings.located, *bases))
+    bases = [base_name(m, len(problems)) for m in training]
+    bases_of_test = [base_name(m, len(problems)) for m in tested]
+    settings = replace(settings, sockets_at=in_placements(settings.located, bases, bases_of_test))
     fits = converged_fits([*problems.values()], settings, progress)
     calibrations = {
         name: Calibration(document_of(problem, fit), fit.calibrated)

@@ -174,7 +174,8 @@ def observe_all(
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
     """
     base_of = partial(base_name, robots=len(arms))
-    rows = [(base_of(m), m) for m in chain.from_iterable(arm.measurements for arm in arms)]
+    measurements = chain.from_iterable(arm.measurements for arm in arms)
+    rows = [(base_of(m), m) for m in measurements]
     in_sockets = [row for row in rows if row[1].kind == "sockets"]
     pairs_of = (product([name], m.sockets) for name, m in in_sockets)
     labels = list(dict.fromkeys(chain.from_iterable(pairs_of)))

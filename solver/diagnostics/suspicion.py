@@ -189,10 +189,10 @@ def _answer(
 ) -> Answer:
     """Return whether a flaw of its size explains the recordings, by the odds of all others."""
     strongest = tried.log_evidence + max(odds)
-    of_size = tried.log_evidence
+    evidence_of_size = tried.log_evidence
     of_any_size = likeliest.log_evidence - float(np.log(likeliest.kind.prior))
     clear = sound.log_evidence + CLEAR
-    if of_size > clear and of_size + ALIKE > max(strongest, of_any_size):
+    if evidence_of_size > clear and evidence_of_size + ALIKE > max(strongest, of_any_size):
         return "yes"
     if of_any_size > clear and of_any_size + ALIKE > strongest:
         return "size"

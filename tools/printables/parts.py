@@ -67,7 +67,9 @@ class Part:
     def making(self) -> str:
         """Its masses, settings of the printer and the time to print it, in a line."""
         masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items())
-        layer, infill, brim = (self.facts["print"][key] for key in ("layer", "infill", "brim"))
+        layer = self.facts["print"]["layer"]
+        infill = self.facts["print"]["infill"]
+        brim = self.facts["print"]["brim"]
         settings = f"layers of {1000 * layer:g} mm, {WALLS} walls, {100 * infill:.0f} % infill"
         if brim:
             settings += f", a brim of {1000 * brim:g} mm"

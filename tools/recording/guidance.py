@@ -81,7 +81,8 @@ class PoseSelector:
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
         alarms = self.alarms(samples, answers)
-        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        sockets = [sample.socket for sample in samples]
+        counts = [sockets.count(k) for k in range(self._sockets)]
         posterior = self._fitted(samples, counts)
         state = self._covariance(samples, posterior)
         where = design.workspace_of(self._model, state.x)
@@ -192,7 +193,8 @@ class PoseSelector:
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
-        counts = [sum(s.socket == k for s in samples) for k in range(self._sockets)]
+        sockets = [sample.socket for sample in samples]
+        counts = [sockets.count(k) for k in range(self._sockets)]
         if self._sockets != 2 or min(counts) == 0:
             return ()
         state = self._covariance(samples, self._fitted(samples, counts))

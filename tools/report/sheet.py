@@ -1,5 +1,6 @@
 """A certificate: one sheet to sign, on what was measured at places that the fit did not see."""
 
+from itertools import chain
 from pathlib import Path
 
 from ...errors import MukcaError
@@ -37,7 +38,7 @@ def certificate(document: CalibrationDocument, report: ReportDocument) -> bytes:
         raise CertificateError(
             "a certificate rests on held-out placements, and there is none: hold one out by --test"
         )
-    files = [file for data in document.data for file in data.files]
+    files = list(chain.from_iterable(data.files for data in document.data))
     notes = figures.session_notes(files)
     facts = [(title, notes.get(title, BLANK)) for title in figures.NOTED.values()]
     facts += [
@@ -67,8 +68,8 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     )
     rows: list[list[str]] = []
     for title, metrics, spread in models:
-        figures = (metrics.mean_absolute_error, spread.p95, spread.max)
-        rows.append([title, *(mm(figure, 3) for figure in figures)])
+        errors = (metrics.mean_absolute_error, spread.p95, spread.max)
+        rows.append([title, *(mm(error, 3) for error in errors)])
     return rows
 
 

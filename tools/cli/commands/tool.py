@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from .... import recorder
@@ -166,7 +167,7 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     doubt = JOINT_POSITION.doubt(start or ())
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
-    views = [view for path in options.data for view in _views(path, options, calibrated)]
+    views = list(chain.from_iterable(_views(path, options, calibrated) for path in options.data))
     views = [extract.joints_of(calibrated, view, start, options.camera) for view in views]
     limit = _limit(options.limit_mm)
     pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)

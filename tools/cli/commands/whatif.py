@@ -1,6 +1,7 @@
 """``mukca whatif``: would a suspected flaw of a suspected size explain what was recorded?"""
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 from ....solver import diagnostics
@@ -98,7 +99,7 @@ def _rows(result: WhatIf) -> list[tuple[str, str]]:
 
 def _next(result: WhatIf) -> str:
     """Return the step that follows from the answer."""
-    tell = next(k for kinds in FLAWS.values() for k in kinds if k.name == result.cause).tell
+    tell = next(k for k in chain(*FLAWS.values()) if k.name == result.cause).tell
     if result.answer in ("yes", "size"):
         return f"{tell} (docs: causes/{result.cause})"
     if result.answer == "unseen":

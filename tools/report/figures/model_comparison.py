@@ -144,8 +144,7 @@ def compare(
 ) -> ComparisonDocument:
     """Compare calibrations, and the nominal model of the first of them, on placements."""
     contestants = list(contenders.values())
-    calibrated = [contender.calibrated for contender in contestants]
-    models = [calibrated[0].nominal, *calibrated]
+    models = [contestants[0].calibrated.nominal, *(c.calibrated for c in contestants)]
     points = [[model.predict(m) for model in models] for m in data]
     by_model = [np.concatenate(column) for column in zip(*points, strict=True)]
     pairs = list(zip(points, data, strict=True))

@@ -1,6 +1,7 @@
 """Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
 
 from collections.abc import Sequence
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ def parameters(report: ReportDocument) -> Plot:
             name=row.name, unit=unit, value=factor * change, standard_deviation=deviation
         )
         kinds.setdefault((kind, unit), []).append(bar)
-    determined = [bar for bars in kinds.values() for bar in bars if bar.standard_deviation]
+    determined = [bar for bar in chain(*kinds.values()) if bar.standard_deviation]
     repeatability = 1e3 * (report.limits.repeatability or 0)
     return plot(
         "parameters",
@@ -98,8 +99,10 @@ def coverage(report: ReportDocument) -> Plot:
 def _positions(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a tick for each position, and the joints' limits."""
     rows = [covered.joints[i] for i in joint_names]
-    ends = [end for row in rows for end in (row.lower, row.upper) if end is not None]
-    ends += [end for s in covered.sockets for i in joint_names for end in (s.low[i], s.high[i])]
+    limits = chain(*((row.lower, row.upper) for row in rows))
+    ends = [end for end in limits if end is not None]
+    for s, i in product(covered.sockets, joint_names):
+        ends += [s.low[i], s.high[i]]
     low, high = factor * min(ends), factor * max(ends)
     title = f"positions, {unit}; socket 0 above, others below"
     axis = Axis(low, max(high, low + 1e-6), unit)
@@ -124,8 +127,7 @@ def _spans(covered: Coverage, joint_names: Sequence[int], factor: float, unit: s
     names = [covered.joints[i].name for i in joint_names]
     spans = [
         (k, factor * (s.high[i] - s.low[i]), s)
-        for k, i in enumerate(joint_names)
-        for s in covered.sockets
+        for (k, i), s in product(enumerate(joint_names), covered.sockets)
     ]
     axis = Axis(0, 1.05 * max(*(span for _, span, _ in spans), 1e-6), unit)
     panel = named_rows(f"how far it moved in each socket, {unit}", names, axis, pitch=34)
@@ -153,10 +155,8 @@ def groups(report: ReportDocument) -> Plot | None:
     for i, row in enumerate(rows):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
         panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
-    on, inactive = (
-        [name for name, row in zip(names, rows, strict=True) if row.active is active]
-        for active in (True, False)
-    )
+    on = [name for name, row in zip(names, rows, strict=True) if row.active is True]
+    inactive = [name for name, row in zip(names, rows, strict=True) if row.active is False]
     count = sum(row.count for row in groups_of_fit if row.name in _NOT_COUNTED)
     return plot("groups", panel, layout="half", rows=rows, on=on, off=inactive, others=count)
 
@@ -201,7 +201,8 @@ def error_curves(report: ReportDocument) -> Plot | None:
 def _angles(covered_range: Coverage, joint: str) -> list[float]:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
     k = [row.name for row in covered_range.joints].index(joint)
-    angles = [q[k] for s in covered_range.sockets if s.role == "train" for q in s.positions]
+    training = (s.positions for s in covered_range.sockets if s.role == "train")
+    angles = [q[k] for q in chain(*training)]
     return [(_DEGREES * angle + 180) % 360 - 180 for angle in angles]
 
 
@@ -209,9 +210,8 @@ def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float
     panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
     count = len(curve.values)
     angle = 360 / count * (np.arange(count) - count // 2)
-    values, band = (
-        _MRAD * np.roll(numbers, count // 2) for numbers in (curve.values, curve.deviations)
-    )
+    values = _MRAD * np.roll(curve.values, count // 2)
+    band = _MRAD * np.roll(curve.deviations, count // 2)
     edges = [
         *zip(angle, values + band, strict=True),
         *zip(angle[::-1], (values - band)[::-1], strict=True),

@@ -1,6 +1,7 @@
 """Plots of samples, flat, in space and in order, and of the use: by placement, on the table."""
 
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -59,8 +60,9 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         "errors-2d",
         *(
             _plane(report, model, axes, half, f"{view}: {title}")
-            for axes, view in (("xy", "from above"), ("xz", "from the side"))
-            for model, half, title in views
+            for (axes, view), (model, half, title) in product(
+                (("xy", "from above"), ("xz", "from the side")), views
+            )
         ),
         layout="thirds",
         quantiles=report.summary.judged[1].quantiles,
