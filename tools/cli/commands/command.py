@@ -38,13 +38,13 @@ class _PathOptions(PayloadOptions):
 
     def setup(self) -> "Setup":
         """Return the tool and the payload on the arm."""
-        from ....solver.calibration import one_pose, pose_of_numbers
-
         tool = self.tool
         if tool is not None and "," in tool:
             try:
-                tool = one_pose(
-                    pose_of_numbers([float(word) for word in tool.split(",")]), "pose", ON_FLANGE
+                tool = calibration.one_pose(
+                    calibration.pose_of_numbers([float(word) for word in tool.split(",")]),
+                    "pose",
+                    ON_FLANGE,
                 )
             except ValueError:
                 raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
