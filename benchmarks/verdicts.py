@@ -8,9 +8,10 @@ table below; every eighth case is a recording of ``../shared/recordings`` where 
 Case i takes row i of the table, again and again with other arms and seeds. Cases of even number are
 to develop with; those of odd number are run by ``--held-out`` alone. For each kind are counted: how
 many were stopped (no PASS), a PASS whose model is truly worse than the verdict allows, a right PASS
-lost, and of those stopped whether the cause named first was right, vague or wrong. Below the table
-stands how often the answer was right: whether what is told to be used is truly better than the
-nominal model with its ball refitted, and how often the stated interval holds the true error.
+lost, and of those that were stopped, or have a cause named, whether the first one was right, vague
+or wrong. Below the table stands how often the answer was right: whether what is told to be used is
+truly better than the nominal model with its ball refitted, and how often the stated interval holds
+the true error.
 """
 
 import argparse
@@ -582,7 +583,7 @@ def table(found: Sequence[Told]) -> str:
         some = [t for t in found if t.kind == name or (name[:3] == "all" and t.kind != "sound")]
         some = [t for t in found if t.kind == name] if name in KINDS else some
         stopped = [t for t in some if t.status != "pass"]
-        causes = Counter(t.judged for t in stopped)
+        causes = Counter(t.judged for t in some if t in stopped or t.judged != "vague")
         lost = sum(t.status == "right pass lost" for t in some)
         wrong = sum(t.wrong_pass for t in some)
         lines.append(

@@ -142,8 +142,8 @@ def scale_row(
     level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    mended = [c for c in checks or () if c.consequence is not None and c.level == "warning"]
-    mended = [c for c in mended if c.code in _OF_GEOMETRY]
+    mended = [c for c in checks or () if c.level == "warning" and c.code in _OF_GEOMETRY]
+    mended = [c for c in mended if c.code != "model" or c.consequence is not None]
     if status != "pass" and mended and not joints_wrong(checks):
         text += f"; the URDF explains it: {mended[0].text}"
         return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)

@@ -57,7 +57,8 @@ def correction_of(
     """Return what sets a placement's finding right; None where nothing does, or it hardly counts.
 
     A zero of the first joint that slipped is a base that turned about its axis. Before and after
-    another zero slipped, or the ball bent, the arm is not the same: the smaller part is left out.
+    another zero slipped, or the ball bent, the arm is not the same: the smaller part is left out,
+    unless the other one lacks a socket, without which nothing says how large the arm is.
     """
     name, p = finding.kind.name, finding.parameters
     if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
@@ -75,7 +76,16 @@ def correction_of(
         action, count = "leave out", len(measured.placement.samples)
         before = range(ranks[0])
         ranks = (*before,) if len(before) < count / 2 else (*range(ranks[0], count),)
+        if measured.kind == "sockets" and not _keeps_sockets(measured, ranks):
+            return None
     return Correction(diagnostic, action, ranks, seat, measured.kind == "points")
+
+
+def _keeps_sockets(measured: Measurement, ranks: Sequence[int]) -> bool:
+    """Tell whether each socket keeps samples where those of some ranks are left out."""
+    samples = measured.placement.samples
+    counts = Counter(sample.socket for i, sample in enumerate(samples) if i not in set(ranks))
+    return all(counts[socket] >= LEAST for socket in measured.sockets)
 
 
 def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:

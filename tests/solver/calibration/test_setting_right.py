@@ -110,6 +110,18 @@ def test_the_smaller_part_is_left_out_where_a_zero_slipped(panda, placements):
     assert found.document.summary.test.calibrated.mean_absolute_error < 5e-4
 
 
+def test_no_socket_is_left_out_where_a_zero_slipped_between_the_two(panda, placements):
+    slip = np.deg2rad(3) * np.eye(7)[3]
+    samples = [
+        replace(s, position=tuple(np.array(s.position) + s.socket * slip))
+        for s in sorted(placements[0].samples, key=lambda s: s.socket)
+    ]
+    found = mukca.calibrate(panda, replace(placements[0], samples=tuple(samples)), placements[1])
+    assert found.document.placements[0].samples == (12, 12)
+    assert found.verdict.use is False and found.verdict.better is None
+    assert "panda_joint4" in found.verdict.text
+
+
 def test_commands_name_the_folder_of_several_parts_once(panda, moved, tmp_path, command):
     for placement in moved:
         folder = tmp_path / placement.name
