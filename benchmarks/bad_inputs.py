@@ -1,10 +1,11 @@
-"""What `mukca solve` says to bad input: a table, one row for each mistake.
+"""What the verbs say to bad input: a table, one row for each mistake.
 
     python benchmarks/bad_inputs.py [--only WORD]
 
 A simulated Panda is recorded at two places; then one thing is spoilt, and it is calibrated on the
-first and tested on the second. Whatever comes out may be no PASS, no traceback and no NaN. Exit
-status 1 if something is.
+first and tested on the second. Other verbs get bad files beside a calibration of it. Whatever comes
+out may be no PASS, no status 0 of another verb, no traceback and no NaN. Exit status 1 if something
+is.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from worlds import bad_files
 
 import mukca
 from mukca.recorder import write_holes
@@ -193,6 +195,12 @@ def utf_16(folder: Path) -> None:
     file.write_bytes(file.read_text().encode("utf-16"))
 
 
+def utf_16_urdf(folder: Path) -> list[str]:
+    text_of_panda = shipped_robots()["panda"].read_text()
+    (folder / "arm.urdf").write_bytes(text_of_panda.encode("utf-16")[:5001])
+    return ["--robot", str(folder / "arm.urdf")]
+
+
 def tabled(header: list[str], *, scale: float = 1.0, extra: int = 0) -> Spoil:
     """Write all samples below a header, with columns of zeros behind the joints."""
 
@@ -259,6 +267,7 @@ PANDA = [f"panda_joint{k}" for k in range(1, 8)]
 MISTAKES: dict[str, Spoil] = {
     "an empty file": text(b""),
     "a header alone": text(b"q1,q2,q3,q4,q5,q6,q7\n"),
+    "eight samples three times": all_rows(lambda q: np.repeat(q[:8], 3, axis=0)),
     "one sample in a socket": all_rows(lambda q: q[:1], of="front"),
     "a file of socket 1 missing": delete("front/hole_1.csv"),
     "an empty folder": delete("front"),
@@ -348,6 +357,16 @@ MISTAKES: dict[str, Spoil] = {
     "--known in no form": options("--known", "0.4"),
     "--known 10 mm wrong": options("--known", "front:0-front:1=0.06"),
     "--payload -1": options("--payload", "-1"),
+    "--payload in grams": options("--payload", "5000"),
+    "--ball in millimetres": options("--flange", "panda_link8", "--ball", "0", "0", "70"),
+    "a ball 3 m from its flange": options("--flange", "panda_link8", "--ball", "0", "0", "3"),
+    "an xacro without its prefix": panda_urdf("<robot", '<robot xmlns="x"><macro/></robot><robot'),
+    "a URDF in UTF-16 that is cut off": utf_16_urdf,
+    "a URDF of 21 MB": broken_urdf(" " * 21_000_000),
+    "a link as often as there are": panda_urdf("</robot>", '<link name="panda_link8"/></robot>'),
+    "a placement.json nested without end": text(b"[" * 1_000_000, "front/placement.json"),
+    "an arm's log in the place of samples": text(b"0,0,0,0,0,0,0\n" * 200_000),
+    "the lines of two programs": first_line("17,100,base,elbow,wrist,0.5,0.7"),
     "--gravity 0 0 0": options("--gravity", "0", "0", "0"),
     "--repeatability-mm 0": options("--repeatability-mm", "0"),
     "--free nothing": options("--free", "elbow"),
@@ -375,6 +394,32 @@ def said(folder: Path, spoil: Spoil) -> tuple[int, str, bool]:
     given = spoil(folder) or []
     robot = [] if "--robot" in given else ["--robot", "panda"]
     words = ["solve", str(folder / "front"), "--test", str(folder / "left"), *robot, *FAST, *given]
+    status, told = run(words, folder)
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    verdict = [line for line in lines if line.startswith("Verdict:")]
+    reasons = [line for line in lines if re.match(r"(warning|error|mukca|Fail|Not enough)", line)]
+    short = "; ".join([*verdict, *(reasons or lines[-1:])[:2]])
+    passed = any("PASS" in line and "FAIL" not in line for line in verdict)
+    return status, short, passed or broken(status, told)
+
+
+def answered(folder: Path, mistake: bad_files.Mistake) -> tuple[int, str, bool]:
+    """Return the same of another verb, which may not end with status 0."""
+    status, told = run(mistake(folder), folder)
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    reasons = [line for line in lines if re.match(r"(warning|mukca|NOT|No |[\d.]+ to )", line)]
+    return status, "; ".join((reasons or lines[-1:])[:2]), status == 0 or broken(status, told)
+
+
+def broken(status: int, told: str) -> bool:
+    """Return whether an answer is a defect of the program, or holds no number."""
+    numbers = re.sub("distance nan|is nan, not", "", told)
+    nan = re.search(r"\bnan\b", numbers, re.IGNORECASE)
+    return status == 70 or bool(nan) or "Traceback" in told
+
+
+def run(words: list[str], folder: Path) -> tuple[int, str]:
+    """Return the exit status of a command, and what it says, or the last line of a traceback."""
     out = io.StringIO()
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
@@ -382,15 +427,8 @@ def said(folder: Path, spoil: Spoil) -> tuple[int, str, bool]:
     except SystemExit as stop:
         status = int(stop.code or 0)
     except Exception:
-        return 70, traceback.format_exc().splitlines()[-1], True
-    told = out.getvalue().replace(f"{folder}/", "")
-    lines = [line.strip() for line in told.splitlines() if line.strip()]
-    verdict = [line for line in lines if line.startswith("Verdict:")]
-    reasons = [line for line in lines if re.match(r"(warning|error|mukca|Fail|Not enough)", line)]
-    short = "; ".join([*verdict, *(reasons or lines[-1:])[:2]])
-    passed = any("PASS" in line and "FAIL" not in line for line in verdict)
-    nan = re.search(r"\bnan\b", re.sub("distance nan|is nan, not", "", told), re.IGNORECASE)
-    return status, short, passed or bool(nan) or "Traceback" in told
+        return 70, traceback.format_exc().splitlines()[-1]
+    return status, out.getvalue().replace(f"{folder}/", "")
 
 
 def main() -> int:
@@ -406,17 +444,20 @@ def main() -> int:
             base = Base(name, np.array(place), ALONG_Y)
             placement = record(ARM, base, np.random.default_rng(1), samples=20, noise=5e-5)
             write_holes(placement, sound / name)
+        run(["solve", str(sound), "--robot", "panda", "--out", str(sound / "calibrated")], sound)
         print("| what was done | status | what was said |\n|---|---|---|")
-        for i, (mistake, spoil) in enumerate(MISTAKES.items()):
+        rows = [(mistake, said, spoil) for mistake, spoil in MISTAKES.items()]
+        rows += [(mistake, answered, spoil) for mistake, spoil in bad_files.MISTAKES.items()]
+        for i, (mistake, answer, spoil) in enumerate(rows):
             if arguments.only not in mistake:
                 continue
             folder = Path(shutil.copytree(sound, Path(start) / str(i)))
-            status, short, bad = said(folder, spoil)
+            status, short, bad = answer(folder, spoil)
             wrong += bad
             print(
                 f"| {mistake} | {status} | {'WRONG: ' * bad}{short.replace('|', '/')} |", flush=True
             )
-    print(f"\n{len(MISTAKES)} mistakes, {wrong} answered wrongly", file=sys.stderr)
+    print(f"\n{len(rows)} mistakes, {wrong} answered wrongly", file=sys.stderr)
     return 1 if wrong else 0
 
 

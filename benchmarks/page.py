@@ -189,8 +189,8 @@ Least of five runs in CPU time, beside Pinocchio's forward kinematics of the URD
 """,
     "faults": """## Bad input
 
-Recordings with something spoilt, and what `mukca solve` says. None may pass, and none may end in a
-traceback.
+Recordings with something spoilt, and what `mukca solve` says; then bad files, and what other verbs
+say. None may pass, and none may end in a traceback.
 """,
 }
 

@@ -27,7 +27,9 @@ def read_payloads(words: float | str | Sequence[float | str] | None) -> dict[str
             masses[name] = -1.0
         if not 0 <= masses[name] <= PAYLOAD.largest:
             text = item if isinstance(item, str) else f"{item:g}"
-            raise UsageError(f"--payload {text}: give kilograms, zero or more")
+            doubt = PAYLOAD.doubt([masses[name]]) if masses[name] > 0 else None
+            reason = doubt or "give kilograms, zero or more"
+            raise UsageError(f"--payload {text}: {reason}")
     return masses
 
 

@@ -72,6 +72,7 @@ def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path
         ("bare=-1", "--payload bare=-1: give kilograms, zero or more"),
         (["bare=2", "much"], "--payload much: give kilograms"),
         (float("nan"), "--payload nan: give kilograms"),
+        ("bare=2500", r"--payload bare=2500: 2500: kilograms are expected \(are these grams"),
     ],
 )
 def test_payloads_that_cannot_be_are_refused(placements, payload, words):
