@@ -16,6 +16,7 @@ MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
 LONGEST_LINE = 1_000_000
 """Size that no line of a table exceeds [bytes]."""
+_LIST = re.compile(r"[ \t]*p?[\[(]+[ \t]*([+-]?[\d.][^\[\]()]*)[\])]+[,;]?[ \t]*")
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?", re.IGNORECASE
 )
@@ -77,6 +78,9 @@ def require_columns(text: str, file: Path) -> None:
 def uncommented(text: str) -> str:
     """Return a text whose comment lines are blank; ``# a,b`` before two numbers is a header."""
     lines = text.splitlines()
+    lists = _of_lists(lines)
+    if lists:
+        lines = [_LIST.sub(r"\1", line) for line in lines]
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
     data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     separator = next(
@@ -92,7 +96,13 @@ def uncommented(text: str) -> str:
         if not separator:
             same = len(words.split()) == len(data.split()) > 1
         lines[i] = words if same and i == comments[-1] else ""
-    return "\n".join(lines) + "\n" if comments else text
+    return "\n".join(lines) + "\n" if comments or lists else text
+
+
+def _of_lists(lines: Sequence[str]) -> bool:
+    """Return whether each line is a list in brackets, as ``[0.1, 0.2]``."""
+    rows = [line for line in lines if line.strip() and not line.startswith("#")]
+    return bool(rows) and all(map(_LIST.fullmatch, rows))
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:

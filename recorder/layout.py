@@ -15,6 +15,8 @@ from .tables import Table, read_table
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""
 _TURNED = {*QUATERNION, *VECTOR, *RPY, *MATRIX}
+_OTHER_TURNS = ({"a", "b", "c"}, {"w", "p", "r"})
+"""Angles of makers' own conventions, which are not read, but are not passed over either."""
 _EVENTS = ("event", "sample", "socket")
 
 
@@ -103,7 +105,8 @@ def _find(
 def _leftover(table: Table, form: Sequence[str], forms: Sequence[Sequence[str]]) -> bool:
     """Return whether columns belong to a richer form that is not complete."""
     richer = set(chain.from_iterable(forms)) - set(form)
-    return any((column.words or ("",))[-1] in richer for column in table.columns)
+    names = {(column.words or ("",))[-1] for column in table.columns}
+    return bool(names & richer) or any(turn <= names for turn in _OTHER_TURNS)
 
 
 def find_joints(

@@ -96,6 +96,8 @@ LOOKS = {
     "degrees at the end": named("{}_deg", scale=180 / math.pi),
     "degrees in capitals": named("{}_DEG", scale=180 / math.pi),
     "degrees and .pos": named("{}.pos [deg]", scale=180 / math.pi),
+    "lists": "".join(f"{row}\n" for row in Q.tolist()),
+    "tuples": "".join(f"({str(row)[1:-1]}),\n" for row in Q.tolist()),
     "unit row": named("{}").replace("\n", "\nrad,rad,rad,rad,rad,rad\n", 1),
     "unit row in degrees": named("{}", scale=180 / math.pi).replace("\n", f"\n{'[deg],' * 6}\n", 1),
     "q1": text_of([f"q{k}" for k in range(1, 7)], Q.tolist()),

@@ -20,7 +20,13 @@ _MARKS = {
 """Encoding by the first bytes; UTF-32 before UTF-16, whose mark it begins with."""
 _LIKE_UTF8 = ("utf", "ucs", "us-ascii", "ascii")
 """Beginnings of declared encodings under which a declaration in ASCII is followed by UTF-8."""
-_LFS = b"version https://git-lfs"
+_OTHERS = {
+    rb"version https://git-lfs": "Git LFS keeps this file, here is its address: run git lfs pull",
+    rb"\s*(?i:<!doctype html|<html)": "a web page, not a URDF; download the raw file",
+    rb"404: Not Found": "what a server says of a file that it lacks; look at the address",
+    rb"\x1f\x8b|PK\x03\x04": "an archive; unpack it, and give the URDF in it",
+}
+"""What other files begin with, and what is said of them."""
 
 
 class ModelError(MukcaError):
@@ -34,12 +40,11 @@ def in_utf8(data: bytes, source: str) -> bytes:
 
     Raises:
         ModelError: The text is not in the encoding that it declares, or in UTF-8; or the file
-            stands for one that Git LFS keeps.
+            is a web page, an archive, or stands for one that Git LFS keeps.
     """
-    if data.startswith(_LFS):
-        raise ModelError(
-            f"{source}: Git LFS keeps this file, here is only its address: run git lfs pull"
-        )
+    for beginning, words in _OTHERS.items():
+        if re.match(beginning, data):
+            raise ModelError(f"{source}: {words}")
     mark = next((mark for mark in _MARKS if data.startswith(mark)), b"")
     wide = _MARKS.get(mark) or _without_mark(data)
     if wide is not None:

@@ -40,6 +40,8 @@ ALONE = (
     "numpy",
     "trailing",
     "RTDE",
+    "lists",
+    "tuples",
 )
 """Looks whose lines have no place for another column."""
 
@@ -173,6 +175,8 @@ def test_poses_are_read_alike(tmp_path, look):
         "x,y,z,qx,qy,qz",
         "x,y,z,roll,pitch",
         "x,y",
+        "x,y,z,a,b,c",
+        "X,Y,Z,W,P,R",
         "a_x,a_y,a_z,b_x,b_y,b_z",
         "x,x,y,z",
         "x [in],y,z",
