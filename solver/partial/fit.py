@@ -231,6 +231,8 @@ def _noise(system: System) -> NoiseBelief:
     now = system.state.noise
     turns = STEPS if system.task.rows.turns else (1.0,)
     tried = [replace(now, place=a * now.place, turn=b * now.turn) for a, b in product(STEPS, turns)]
+    least = [SMALLEST * scale for scale in (system.task.noise.place, system.task.noise.turn)]
+    tried = [noise for noise in tried if noise.place >= least[0] and noise.turn >= least[1]]
     return max(tried, key=system.log_evidence)
 
 
@@ -239,3 +241,7 @@ def _weights(system: System) -> np.ndarray:
     e, noise = system.residuals, system.state.noise
     whitened = np.linalg.solve(np.linalg.cholesky(system.noise_blocks(noise)), e[:, :, None])
     return (noise.nu + e.shape[1]) / (noise.nu + np.sum(whitened[:, :, 0] ** 2, axis=1))
+
+
+SMALLEST = 1e-2
+"""Least noise, as a share of its prior scale: exact data leave none, and no inverse."""

@@ -28,8 +28,8 @@ MOUNTED = pose(turn(np.array([0.1, -0.3, 0.4])), [0.05, -0.02, 0.08])
 STANDING = pose(turn(np.array([2.8, 0.3, 0.1])), [0.5, 0.1, 1.6])
 
 
-def views(simulated, camera, count=15, seed=0):
-    """Return joints and the board's poses in the camera, 0.2 mm and 0.5 mrad noisy."""
+def views(simulated, camera, count=15, seed=0, noise=1.0):
+    """Return joints and the board's poses in the camera, times 0.2 mm and 0.5 mrad noisy."""
     generator = np.random.default_rng(seed)
     robot = simulated.calibration.robot
     q = simulated.later.positions[:count] + generator.normal(0, 0.1, (count, 7))
@@ -39,8 +39,8 @@ def views(simulated, camera, count=15, seed=0):
     if camera == "beside":
         board = np.linalg.inv(STANDING) @ F @ MOUNTED
     for B in board:
-        B[:3, 3] += generator.normal(0, 2e-4, 3)
-        B[:3, :3] = turn(generator.normal(0, 5e-4, 3)) @ B[:3, :3]
+        B[:3, 3] += noise * generator.normal(0, 2e-4, 3)
+        B[:3, :3] = turn(noise * generator.normal(0, 5e-4, 3)) @ B[:3, :3]
     return np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
 
 
@@ -74,6 +74,14 @@ def test_a_board_seen_elsewhere_stays_where_it_is(simulated, camera):
     assert off < 1e-3
     assert off == pytest.approx(found.held_out[0], rel=0.5)
     assert 1e-4 < found.noise[0] < 4e-4
+
+
+@pytest.mark.parametrize("camera", ["on-arm", "beside"])
+def test_exact_views_leave_little_noise(simulated, camera):
+    found = mukca.handeye(
+        simulated.calibration, recorded(views(simulated, camera, noise=0)), camera
+    )
+    assert found.noise[0] < 1e-5 and not found.untold
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
