@@ -164,6 +164,7 @@ PROGRAMS = {
     "dates": "times as text",
     "image names": "names of images",
     "q1": "numbers of joints; taken in order, which is said",
+    "lists": "lists as Python prints them; taken in order",
     "plain": "no header; taken in order",
 }
 """Looks that the documentation shows, and what writes them."""
@@ -180,6 +181,6 @@ def page():
     rows = ["| written by | first line, and one below |", "|---|---|"]
     for look, program in PROGRAMS.items():
         first, *_, last = LOOKS[look].splitlines()
-        header = "" if look in ("plain", "ros2 topic echo --csv") else f"{shown(first)}<br>"
+        header = "" if look in ("lists", "plain", "ros2 topic echo --csv") else f"{shown(first)}<br>"
         rows.append(f"| {program} | {header}{shown(last)} |")
     return "\n".join(rows) + "\n"
