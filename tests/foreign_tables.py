@@ -181,6 +181,8 @@ def page():
     rows = ["| written by | first line, and one below |", "|---|---|"]
     for look, program in PROGRAMS.items():
         first, *_, last = LOOKS[look].splitlines()
-        header = "" if look in ("lists", "plain", "ros2 topic echo --csv") else f"{shown(first)}<br>"
+        header = (
+            "" if look in ("lists", "plain", "ros2 topic echo --csv") else f"{shown(first)}<br>"
+        )
         rows.append(f"| {program} | {header}{shown(last)} |")
     return "\n".join(rows) + "\n"
