@@ -20,7 +20,7 @@ CLEAR = 3.0
 """Logarithm of the odds from which a pattern is named."""
 SEAT, TURN = 0.3, 1.0
 """Widths of the priors of the places of sockets and frames [m], and of the turns of these [rad]."""
-GRID, NEIGHBOURS = 31, 0.08
+GRID, NEIGHBOURS = 41, 0.04
 """Places of the running mean, and the deviation of its weights as a share of the axis."""
 DRAWN = 160
 """Samples that are drawn, at most, evenly chosen."""
