@@ -147,9 +147,16 @@ def _quaternion(turn: list[float], form: tuple[str, ...], where: str) -> list[fl
     ]
     largest = max(range(4), key=lambda k: columns[k][k])
     length = math.hypot(*columns[largest])
-    if abs(length**2 / (4 * columns[largest][largest]) - 1) > 2 * _ROUNDED:
+    x, y, z, w = (value / (length or 1.0) for value in columns[largest])
+    rotation = [
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        *(2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        *(2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    ]
+    errors = [abs(value - number) for value, number in zip(rotation, turn, strict=True)]
+    if max(errors) > 2 * _ROUNDED:
         raise RecordingError(f"{where}: r11 to r33 are no rotation; are these its rows?")
-    return [value / length for value in columns[largest]]
+    return [x, y, z, w]
 
 
 def _unit(quaternion: list[float], where: str) -> tuple[float, float, float, float]:

@@ -216,3 +216,14 @@ def test_the_documentation_shows_what_is_read():
     if os.environ.get("MUKCA_KEEP_PAGES"):
         file.write_text(text)
     assert file.read_text() == text
+
+
+@pytest.mark.parametrize(
+    "matrix", [np.ones((3, 3)), 1.1 * np.eye(3), np.diag([1, 1, -1]), 0 * Q[:3]]
+)
+def test_a_matrix_that_is_no_rotation_is_refused(matrix):
+    from mukca.recorder import unit_quaternion
+
+    turn = matrix.ravel()[:9].tolist()
+    with pytest.raises(mukca.MukcaError, match=r"v.csv:2: r11 to r33 are no rotation"):
+        unit_quaternion(turn, [f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)], "v.csv:2")
