@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..data import Known, Measurement
+from ..data import Known, Load, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
@@ -88,6 +88,19 @@ def scene_of(
         zeros=model.zeros,
         sample_numbers=np.concatenate([numbers for _, numbers in thin]),
     )
+
+
+def scene_loaded(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    lengths: Sequence[Known[int]],
+    load: Load,
+    repeatability: float | None,
+) -> Scene:
+    """Return recordings of an arm under a load as a linear model; see :func:`scene_of`."""
+    floors = list(fitted_alone(model.robot, measurements).values())
+    scene = scene_of(model, measurements, lengths, repeatability, floors)
+    return replace(scene, load=load)
 
 
 def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:

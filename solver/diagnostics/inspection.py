@@ -17,8 +17,8 @@ from .configurations import (
 )
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT, Correction, correction_of
-from .explain import explain, fitted_alone, scene_of
-from .hypotheses import KINDS, Candidate, Scene
+from .explain import explain, scene_loaded
+from .hypotheses import KINDS, Candidate
 from .robust_fit import RigidModel
 
 SEATED = 0.03
@@ -150,7 +150,8 @@ def inspect_all(
     if not measurements:
         return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
-    scene = scene_given(model, measurements, given, repeatability)
+    known = known_distances(measurements, given.known, given.deviation)
+    scene = scene_loaded(model, measurements, known, given.load, repeatability)
     floors = dict(zip([m.name for m in measurements], scene.floors, strict=True))
     findings, hypotheses = explain(model, scene)
     told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
@@ -175,19 +176,6 @@ def inspect_all(
     hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
     return Survey(tuple(inspections), shared, hypotheses, causes)
-
-
-def scene_given(
-    model: RigidModel,
-    measurements: Sequence[Measurement],
-    given: Given,
-    repeatability: float | None,
-) -> Scene:
-    """Return recordings as a linear model, by what was said of them; see :func:`inspect_all`."""
-    known = known_distances(measurements, given.known, given.deviation)
-    floors = list(fitted_alone(model.robot, measurements).values())
-    scene = scene_of(model, measurements, known, repeatability, floors)
-    return replace(scene, load=given.load)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:

@@ -16,8 +16,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..data import Measurement
+from ..data import STANDARD_LOAD, Measurement
 from ..robot import Robot
+from .configurations import known_distances
+from .explain import scene_loaded
 from .hypotheses import (
     INDEPENDENT,
     KINDS,
@@ -34,7 +36,7 @@ from .hypotheses import (
     these,
     unknowns_per_size,
 )
-from .inspection import Given, scene_given
+from .inspection import Given
 from .robust_fit import RigidModel
 
 CLEAR, ALIKE = 3.0, 5.0
@@ -104,9 +106,9 @@ def what_if(
         FlawError: These recordings can have none of it.
         KnownError: A known distance names a socket that is not there.
     """
-    scene = scene_given(
-        RigidModel(robot, zeros=zeros), measurements, given or Given(), repeatability
-    )
+    given, model = given or Given(), RigidModel(robot, zeros=zeros)
+    known = known_distances(measurements, given.known, given.deviation)
+    scene = scene_loaded(model, measurements, known, given.load, repeatability)
     free = Comparison(scene, flaw.possible(scene)).candidates
     likeliest = max(free, key=lambda candidate: candidate.log_evidence)
     estimate = _estimate(scene, likeliest)
@@ -240,7 +242,7 @@ def shift_by(
 
     Of several joints it takes one amid the chain; what is free besides is random.
     """
-    scene = scene_given(RigidModel(robot), [measured], Given(), None)
+    scene = scene_loaded(RigidModel(robot), [measured], (), STANDARD_LOAD, None)
     kind = flaw.possible(scene)[0]
     (block, *_) = kind.blocks(scene)
     single = block.only([len(block.parameters) // 2])
