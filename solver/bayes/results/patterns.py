@@ -22,6 +22,8 @@ SEAT, TURN = 0.3, 1.0
 """Widths of the priors of the places of sockets and frames [m], and of the turns of these [rad]."""
 GRID, NEIGHBOURS = 41, 0.04
 """Places of the running mean, and the deviation of its weights as a share of the axis."""
+EXACT = 1e-6
+"""Noise below which nothing is left in errors but rounding [m]."""
 DRAWN = 160
 """Samples that are drawn, at most, evenly chosen."""
 BAND = 1.96
@@ -36,8 +38,10 @@ def error_patterns(
 ) -> ErrorPatterns | None:
     """Return the patterns of what a fit leaves, in placements trained on and held out.
 
-    Of the two the larger odds count. None for too few samples.
+    Of the two the larger odds count. None for too few samples, or without noise.
     """
+    if posterior.noise.space < EXACT:
+        return None
     parts = [
         _rows(posterior, robot, load, placements) for placements in (train, test) if placements
     ]
