@@ -72,7 +72,7 @@ def try_with(python, wheel, shared, *, optimized):
             if not (shared / "demo").exists():
                 _run(shared, mukca, "demo", "--out", "demo")
         lines = []
-        for options in ([], ["-OO"])[: 1 + optimized]:
+        for options in ([], ["-OO", "-B"])[: 1 + optimized]:  # pip leaves files of -OO
             folder = Path(name, *options, "results")
             folder.mkdir(parents=True)
             told = _run(folder, inside, *options, SCRIPT, shared / "demo/recordings")
