@@ -15,6 +15,7 @@ from ..results import (
     Better,
     Diagnostic,
     DistanceDeviation,
+    Hypothesis,
     Improvement,
     Scale,
     Uncertainty,
@@ -146,6 +147,7 @@ def rows_of_the_fit(
         assumed=assumed_distances(document),
         readings=most_readings(document.placements),
         tied=bool(document.settings.get("known")),
+        causes=document.hypotheses or (),
     )
     rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
     rows += [*drift_rows(predictions, limits), distortion_row(document)]
@@ -170,6 +172,8 @@ class Recordings:
     """Readings that agree on the distance that the arm's size hangs on."""
     tied: bool = False
     """True where distances between placements were given."""
+    causes: Sequence[Hypothesis] = ()
+    """Explanations of the recordings."""
 
 
 def recording_rows(
@@ -180,7 +184,8 @@ def recording_rows(
     distances = (m.distance for m in recordings.trained if m.has_distance)
     if recordings.scale is not None:
         distance, readings = next(distances, 0.0), recordings.readings
-        rows.append(scale_row(recordings.scale, distance, checks, readings=readings))
+        causes = recordings.causes
+        rows.append(scale_row(recordings.scale, distance, checks, causes, readings=readings))
     held_out = recordings.held_out
     return [*rows, samples_row(recordings.trained, held_out, tied=recordings.tied)]
 

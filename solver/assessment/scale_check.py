@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..diagnostics import OF_JOINTS, size_level
-from ..results import CalibrationDocument, Diagnostic, PlacementErrors, Scale
+from ..results import CalibrationDocument, Diagnostic, Hypothesis, PlacementErrors, Scale
 from .formatting import joined, short_names
 from .limits import LimitResult, Status, limit_row
 from .verdict import Premise
@@ -14,6 +14,9 @@ _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
 """Diagnostics that leave the distance of the sockets, and so the size, unknown."""
 _OF_GEOMETRY = ("length", "angle", "zero", "model")
 """Diagnostics of the URDF's numbers; where the fit has these right, they explain the size."""
+_OF_DISTANCE = ("distance", "scaled", "known", "base_between")
+DOUBTED = 0.01
+"""Probability of such a cause from which it is no small one."""
 _TYPED = {
     "given": "typed",
     "recording": "as placement.json says",
@@ -131,12 +134,14 @@ def scale_row(
     scale: Scale,
     distance: float,
     checks: Sequence[Diagnostic] | None = None,
+    causes: Sequence[Hypothesis] = (),
     *,
     readings: int = 1,
 ) -> LimitResult:
     """Return whether the arm's size is believable, and what else may explain it where it is not.
 
-    It hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
+    What is wrong in the URDF explains it, unless a wrong distance is a probable cause as well. It
+    hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
     instrument measured points.
     """
     level = size_level(scale.value, scale.deviation, distance, readings)
@@ -144,7 +149,9 @@ def scale_row(
     text = scale_text(scale)
     mended = [c for c in checks or () if c.level == "warning" and c.code in _OF_GEOMETRY]
     mended = [c for c in mended if c.code != "model" or c.consequence is not None]
-    if status != "pass" and mended and not joints_wrong(checks):
+    doubtful = [c for c in causes if c.fits_as_well or c.probability > DOUBTED]
+    doubted = any(cause.name in _OF_DISTANCE for cause in doubtful) or joints_wrong(checks)
+    if status != "pass" and mended and not doubted:
         text += f"; the URDF explains it: {mended[0].text}"
         return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)
     codes = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]

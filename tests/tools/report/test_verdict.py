@@ -12,7 +12,7 @@ from cases import by_table
 import mukca
 from mukca.solver.assessment import worst
 from mukca.solver.assessment.scale_check import scale_row
-from mukca.solver.results import Diagnostic, Scale
+from mukca.solver.results import Diagnostic, Hypothesis, Scale
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -447,3 +447,14 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
 def test_no_size_is_called_right_by_a_base_that_moved(code, status):
     checks = [Diagnostic(level="error", code=code, where="front", text="", advice="")]
     assert scale_row(Scale(value=1e-3, deviation=5e-4), 0.05, checks).status == status
+
+
+@pytest.mark.parametrize(
+    ("level", "distance", "status"),
+    [("warning", 0.001, "warning"), ("warning", 0.4, "fail"), ("error", 0.001, "fail")],
+)
+def test_a_length_explains_the_size_unless_a_distance_may(level, distance, status):
+    checks = [Diagnostic(level=level, code="length", where="all", text="x is off", advice="")]
+    odds = {"length": 1 - distance, "distance": distance}
+    causes = [Hypothesis(name, p, {}, "", "", "") for name, p in odds.items()]
+    assert scale_row(Scale(value=0.02, deviation=5e-4), 0.05, checks, causes).status == status

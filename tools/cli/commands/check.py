@@ -66,8 +66,9 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
     readings = max((m.distance_readings for m in in_sockets), default=1)
+    causes, tied = survey.hypotheses, bool(lengths)
     recordings = assessment.Recordings(
-        placements, (), scale, assumed=assumed, readings=readings, tied=bool(lengths)
+        placements, (), scale, assumed=assumed, readings=readings, tied=tied, causes=causes
     )
     rows = assessment.recording_rows(findings, recordings)
     verdict = assessment.judge(rows, survey.hypotheses)
