@@ -26,41 +26,45 @@ POINT = {**EXAMPLE, "point": 18}
 LOOKS = {
     "distance": "Every fit is as good as ever, and the arm comes out too long or too short: its "
     "size follows the distance that was typed. It looks the same as a model that is scaled.",
-    "scaled": "As a wrong distance does: no recording tells the two apart.",
+    "scaled": "As with a wrong distance, the arm comes out too long or too short: no recording "
+    "tells the two apart.",
     "one_socket": "The centres of both sockets come out at one place.",
     "known": "One of the distances given by `--known` does not fit the model and all others.",
-    "length": "The samples scatter in a pattern that one length explains, in all placements alike; "
-    "the arm often comes out of another size, too.",
-    "angle": "As one length does. An angle about a joint's own axis is that joint's zero.",
-    "version": "Large errors that no single number of the model explains, but many together do.",
-    "other_arm": "Placements are sound, each by itself, and together they are not.",
+    "length": "The samples scatter in a pattern that one length explains, in all placements alike. "
+    "The arm often comes out too long or too short, too.",
+    "angle": "The samples scatter in a pattern that one angle of the model explains. An angle "
+    "about a joint's axis is the zero of that joint.",
+    "version": "Errors are large. No single number of the model explains them, but many together "
+    "do.",
+    "other_arm": "Each placement fits well by itself. Together they do not fit.",
     "zero": "The samples scatter in a pattern that one joint's offset explains, in all placements.",
-    "zero_lost": "Sound up to one sample, and from it on one joint is off: it lost steps, slipped, "
-    "or was homed again.",
+    "zero_lost": "All samples fit up to one, and from that sample on one joint is off: it lost "
+    "steps, slipped, or was homed again.",
     "gain": "One joint's error grows with its angle: a gear ratio, or a wrong unit.",
     "uneven": "One joint's error is a wave of its angle: an encoder or a gear off its axis.",
-    "soft_base": "Errors are those of a base that tilts with the arm's weight, to each side.",
+    "soft_base": "Errors grow as the arm reaches out, to each side: its base tilts under its "
+    "weight.",
     "repeated": "Most samples of a placement are in a few postures, recorded again and again.",
     "stuck": "One joint reads the same to the last digit while the others move.",
     "lag": "Each sample is off towards the one before it: it was taken before the arm stood still.",
     "base_moved": "From one sample on all balls are displaced alike in space.",
-    "base_between": "Samples are sound, and the sockets of one base are not as far apart as they "
-    "were said to be, unlike those of the others.",
+    "base_between": "The samples fit, but the sockets of one base come out at another distance "
+    "than stated. Those of the other bases do not.",
     "drift": "Errors grow steadily in the order of recording: a base that creeps, a table that "
     "gives way, an arm that warms up.",
     "ball_sample": "One sample is far from all others of its socket.",
     "ball_bent": "From one sample on the ball sits elsewhere on its flange: errors turn with it.",
     "ball_loose": "All samples scatter more than the arm repeats, alike in every direction.",
     "socket": "Samples lie at the centre of another socket than their file or column says.",
-    "mounting": "Errors are those of an arm that gives way under loads that it does not have: the "
-    "model's masses pull where gravity was said to be, and elasticity would have to be negative.",
+    "mounting": "Errors look as if the arm bent against its loads: gravity was stated along a "
+    "wrong axis, so the fit would need negative elasticity.",
     "copies": "The samples of one socket are those of another, as good as digit by digit.",
     "quantised": "The file holds few digits: all angles of a joint are multiples of one step.",
     "pushed": "All samples scatter more than the arm repeats, and most where joints have long "
     "levers: a hand held the arm against its gears.",
-    "unexplained": "Large errors, and no explanation of this list is likely.",
+    "unexplained": "Errors are large, and no other cause of this list is likely.",
     "sign": "One joint counts the other way round than the model.",
-    "swap": "Two columns stand in the other's place.",
+    "swap": "The columns of two joints are exchanged.",
     "order": "The columns come in another order than the chain's joints: turned round, shifted.",
 }
 """How each looks in recordings."""
@@ -93,9 +97,9 @@ def main() -> None:
         tell = " Or: ".join(_sentence(one) for one in tells)
         (HERE / f"{name}.md").write_text(
             f"# {title}\n\nThe program says, for example:\n\n{told}\n\n"
-            f"**It looks so.** {LOOKS[name]}\n\n**To tell it from others.** {tell}\n\n"
+            f"**How it looks.** {LOOKS[name]}\n\n**To tell it from others.** {tell}\n\n"
             f"**What to do.** {' '.join(_sentence(one) for one in todo)}\n\n"
-            f"Before anything is seen it has a probability of {prior:.2g} %. "
+            f"Before the data are seen, its probability is {prior:.2g} %. "
             "[All causes](index.md)\n"
         )
         rows.append(f"| [{title}]({name}.md) | {LOOKS[name].partition(': ')[0].rstrip('.')} |")
