@@ -12,10 +12,10 @@ from mukca.solver.diagnostics import CAUSES
 
 HERE = Path(__file__).parent
 EXAMPLE = {
-    "joint": "joint_4", "turn": "once", "postures": 5,
+    "joint": "joint_4", "turn": "once", "postures": 2,
     "component": "z", "placement": "front", "socket": 0, "sample": 17,
     "place": 18, "last": 19, "last_place": 20,
-    "samples": 3, "other": 1, "of": "", "of_socket": 0, "noise": 1.2e-3,
+    "samples": 3, "other": 1, "of": "left", "of_socket": 0, "noise": 1.2e-3,
     "noise_here": 2.1e-3, "size": 2e-3, "share": 0.02, "given": 0.051, "expected": 0.05,
     "likely": 0.05, "offset": 0.02, "error": 8e-3, "sense": "too large", "step": 0.01,
     "known": "front:0-left:0=0.4",
