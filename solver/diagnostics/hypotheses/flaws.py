@@ -96,9 +96,11 @@ class Flaw:
                 kinds.append(replace(kind, blocks=partial(these, blocks)) if blocks else kind)
         if not kinds:
             joints, placements = scene.robot.joint_names, [m.name for m in scene.measurements]
+            words = " ".join(self.names)
+            reason = f"these recordings can have none of {words!r}" if words else "none is possible"
             raise FlawError(
-                f"fault {self.text!r}: these recordings can have none of it; the joints are "
-                f"{', '.join(joints)}, the placements {', '.join(placements)}"
+                f"fault {self.text!r}: {reason}; a size has its unit, as in 3{self.unit or 'mm'}; "
+                f"the joints are {', '.join(joints)}, the placements {', '.join(placements)}"
             )
         return tuple(kinds)
 

@@ -84,6 +84,7 @@ def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
     assert main([*words, "--fault", "bent 4mm", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["answer"] == "no"
     for fault, said in [
+        ("drift 3kg", "these recordings can have none of '3kg'; a size has its unit, as in 3mm"),
         ("sagg 3mm", "did you mean sag?; the words are"),
         ("sag 3deg", "as in 'sag 3mm'"),
         ("base nowhere 3mm", "the joints are panda_joint1"),
