@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 
 HEAVY = ("yourdfpy", "trimesh", "scipy", "networkx", "lxml", "shapely", "matplotlib", "PIL")
 EXTRAS = (*HEAVY, "manifold3d", "rtde_receive", "roslibpy", "mujoco", "pinocchio", "OCP", "dask",
-          "distributed", "isotp")  # fmt: skip
+          "distributed", "isotp", "fpdf")  # fmt: skip
 DRIVERS = ("serial", "can")
 POSIX = ("termios", "tty", "pty", "fcntl", "resource", "pwd", "grp", "syslog", "readline")
 
@@ -106,3 +106,10 @@ def test_parts_without_their_kernel_name_the_extra(tmp_path):
     result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1
     assert "pip install 'mukca[print]'" in result.stderr
+
+
+def test_a_certificate_without_its_library_names_the_extra(tmp_path):
+    words = ("report", "calibration.json", "--certificate", "sheet.pdf")
+    result = run_without(("fpdf",), (), *words, cwd=tmp_path)
+    assert result.returncode == 2 and result.stderr.count("\n") == 1
+    assert "pip install 'mukca[pdf]'" in result.stderr

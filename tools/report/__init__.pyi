@@ -8,5 +8,5 @@ from .console import show as show
 from .console import show_answer as show_answer
 from .console import show_limits as show_limits
 from .console import show_steps as show_steps
-from .sheet import certificate as certificate
-from .sheet import check_certificate as check_certificate
+from .sheet_file import certificate as certificate
+from .sheet_file import check_certificate as check_certificate

@@ -1,61 +1,106 @@
-"""A certificate: one sheet to sign, on what was measured at places that the fit did not see."""
+"""Content of a sheet to sign: what was measured at places that the fit did not see."""
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import chain
-from pathlib import Path
 
 from ...errors import MukcaError
-from ...solver.assessment import RoleSummaries, mm
+from ...solver.assessment import RoleSummaries, mm, plural
 from ...solver.results import CalibrationDocument
 from . import figures
-from .build import render
 from .figures import ReportDocument
 
 BLANK = "_" * 24
 """What nobody noted is filled in by hand."""
 BAND = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
+MOST_HASHES = 12
+"""Hashes on the sheet; the others are in calibration.json."""
 
 
 class CertificateError(MukcaError):
     """A certificate that cannot be."""
 
 
-def check_certificate(file: Path | None) -> None:
-    """Refuse a file that is no HTML page; a browser prints the page to PDF."""
-    if file is not None and file.suffix != ".html":
-        raise CertificateError(
-            f"--certificate {file}: only a .html page is written; print it to PDF in a browser"
-        )
+@dataclass(frozen=True)
+class Section:
+    """A part of the sheet, from top to bottom."""
+
+    title: str = ""
+    lead: str = ""
+    heads: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+    """Cells of a table; without heads the first cell of a row is its head."""
+    paragraphs: Sequence[str] = ()
+    small: Sequence[str] = ()
+    """Lines in small letters."""
 
 
-def certificate(document: CalibrationDocument, report: ReportDocument) -> bytes:
-    """Return the sheet of a calibration.
+@dataclass(frozen=True)
+class Sheet:
+    """The content of a certificate, whatever it is written as."""
+
+    title: str
+    created: str
+    """When the calibration was made."""
+    sections: Sequence[Section]
+    kind: str = "Certificate of calibration"
+    signatures: Sequence[str] = ("Measured by, date", "Accepted by, date")
+
+
+def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
+    """Return the content of the sheet of a calibration.
 
     Raises:
         CertificateError: Nothing was held out.
     """
-    if report.summary.test is None:
+    held_out, verdict, provenance = report.summary.test, report.verdict, report.provenance
+    if held_out is None:
         raise CertificateError(
             "a certificate rests on held-out placements, and there is none: hold one out by --test"
         )
+    amount = f"{plural(held_out.placements, 'placement')}, {plural(held_out.samples, 'sample')}"
+    errors = Section(
+        title="Errors at held-out places",
+        lead=f"{amount}, which the calibration did not see.",
+        heads=("model", "mean", "95 % below", "largest"),
+        rows=_rows(report.summary),
+        paragraphs=[] if report.error_parts is None else [report.error_parts.text],
+    )
+    limits = Section(
+        title="Limits",
+        heads=("on", "measured, 95 % interval", "at most", ""),
+        rows=_limits(report),
+    )
+    premises = [f"It rests on this: {premise.text}." for premise in report.rests_on]
+    answer = Section(title=f"Verdict: {verdict.title}", paragraphs=[*verdict.answer, *premises])
+    versions = Section(
+        title="Versions and SHA-256",
+        lead=", ".join(f"{name} {version}" for name, version in provenance.versions.items()),
+        small=_hashes([("model", provenance.model_sha256), *provenance.data_sha256.items()]),
+    )
+    sections = (Section(rows=_facts(document, report)), errors, limits, answer, versions)
+    return Sheet(title=report.robot_name, created=provenance.created, sections=sections)
+
+
+def _facts(document: CalibrationDocument, report: ReportDocument) -> list[tuple[str, str]]:
+    """Return what is known of the arm and of the recording, a title and a text each."""
     files = list(chain.from_iterable(data.files for data in document.data))
     notes = figures.session_notes(files)
-    facts = [(title, notes.get(title, BLANK)) for title in figures.NOTED.values()]
-    facts += [
+    return [
+        *((title, notes.get(title, BLANK)) for title in figures.NOTED.values()),
         ("Calibrated on", report.provenance.created[:10]),
         ("Payload at the ball", f"{document.load.payload:g} kg"),
         ("Measured with", report.distance_text),
     ]
-    page = render(
-        "certificate.html.j2",
-        report,
-        report=report,
-        facts=facts,
-        rows=_rows(report.summary),
-        limits=_limits(report),
-        hashes=[("model", report.provenance.model_sha256), *report.provenance.data_sha256.items()],
-    )
-    return page.encode("utf-8", "replace")
+
+
+def _hashes(hashes: Iterable[tuple[str, str]]) -> list[str]:
+    """Return a line for each file that the calibration was made of."""
+    lines = [f"{digest} {name}" for name, digest in hashes]
+    more = len(lines) - MOST_HASHES
+    rest = [f"and {more} more, in calibration.json"] if more > 0 else []
+    return [*lines[:MOST_HASHES], *rest]
 
 
 def _rows(summary: RoleSummaries) -> list[list[str]]:

@@ -1,11 +1,15 @@
 """A sheet to sign, which rests on held-out places."""
 
+import html
 import json
+import re
+import zlib
 from functools import partial
 
 import pytest
 
 pytestmark = pytest.mark.slow
+A4 = b"/MediaBox [0 0 595.28 841.89]"
 
 
 @pytest.fixture
@@ -42,9 +46,55 @@ def test_a_sheet_without_held_out_places_is_refused(command, refused, session, t
     assert not (tmp_path / "sheet.html").exists()
 
 
+def texts(pdf):
+    """The words that a PDF shows, in their order."""
+    streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, re.S)
+    content = b"".join(zlib.decompress(stream) for stream in streams if stream[:1] == b"\x78")
+    shown = b" ".join(re.findall(rb"\(((?:\\.|[^\\)])*)\) Tj", content)).decode("cp1252")
+    return re.sub(r"\\(.)", r"\1", shown).split()
+
+
+@pytest.fixture
+def pdf_of(run, tmp_path):
+    """Write a calibration's sheet as a PDF."""
+    pytest.importorskip("fpdf", reason="the extra pdf is not installed")
+
+    def write(calibration):
+        run(calibration, "--out", tmp_path, "--force", "--certificate", tmp_path / "sheet.pdf")
+        return (tmp_path / "sheet.pdf").read_bytes()
+
+    return write
+
+
+def test_a_pdf_has_the_words_of_the_page_on_one_a4(run, pdf_of, calibrated, tmp_path):
+    calibration = calibrated / "calibration.json"
+    pdf = pdf_of(calibration)
+    assert pdf.startswith(b"%PDF-") and pdf.count(b"/Type /Page\n") == 1 and A4 in pdf
+    run(calibration, "--out", tmp_path, "--force", "--certificate", tmp_path / "sheet.html")
+    body = (tmp_path / "sheet.html").read_text().partition("<body>")[2]
+    words = html.unescape(re.sub(r"<[^>]*>", " ", body)).split()
+    assert len(words) > 100 and "".join(sorted(texts(pdf))) == "".join(sorted(words))
+    assert pdf_of(calibration) == pdf  # so that a sheet that is up to date stays
+
+
+def test_much_to_say_is_still_one_page(pdf_of, document, written):
+    names = {f"a/rather/long/folder/of/recordings/{i}/samples.csv": "0" * 64 for i in range(30)}
+    document["provenance"]["data_sha256"] = names
+    document["provenance"]["versions"] = {f"package{i}": "1.2.3" for i in range(150)}
+    assert pdf_of(written(document)).count(b"/Type /Page\n") == 1
+
+
+def test_letters_that_no_pdf_font_has_are_refused(refused, document, written, tmp_path):
+    pytest.importorskip("fpdf", reason="the extra pdf is not installed")
+    document["provenance"]["versions"] = {"Łukasz": "1"}
+    words = (written(document), "--certificate", tmp_path / "sheet.pdf")
+    refused("the fonts of a PDF lack the letter 'Ł': name a .html file", "report", *words)
+    assert not (tmp_path / "sheet.pdf").exists()
+
+
 def test_other_files_than_pages_are_refused(refused, calibrated, tmp_path):
-    words = (calibrated / "calibration.json", "--certificate", tmp_path / "sheet.pdf")
-    refused("only a .html page is written; print it to PDF in a browser", "report", *words)
+    words = (calibrated / "calibration.json", "--certificate", tmp_path / "sheet.doc")
+    refused("end its name in .pdf or .html", "report", *words)
 
 
 def test_the_arm_and_who_recorded_it_are_said_where_they_were_noted(

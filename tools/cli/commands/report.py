@@ -50,7 +50,10 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     result = assessment.assess(document, str(options.calibration), limits)
     document_of_report, files = report.build_report(result)
     sheet = options.certificate
-    signed = {} if sheet is None else {sheet.name: report.certificate(document, document_of_report)}
+    signed: dict[str, bytes] = {}
+    if sheet is not None:
+        content = report.certificate(document, document_of_report, sheet.suffix)
+        signed[sheet.name] = content
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)
     report.show(terminal.console, document_of_report)

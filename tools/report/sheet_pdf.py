@@ -1,0 +1,129 @@
+"""A sheet to sign as a PDF of one A4 page, by fpdf2."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from importlib.util import find_spec
+from typing import Any
+
+from .sheet import Section, Sheet
+
+SIZES = (10, 9, 8, 7, 6)
+"""Sizes of the letters [pt]: the largest with which all is on one page."""
+MARGIN = 14
+"""Around the page [mm]."""
+GREY = 190
+"""Of the lines of a table, 0 to 255."""
+THIN = 0.1
+"""Width of a line [mm]."""
+LETTERS = "cp1252"
+"""Encoding of the fonts that each PDF reader has."""
+
+
+def has_library() -> bool:
+    """Tell whether fpdf2 is installed."""
+    return find_spec("fpdf") is not None
+
+
+def draw(sheet: Sheet) -> bytes:
+    """Return a sheet as a PDF.
+
+    Raises:
+        UnicodeEncodeError: The fonts of a PDF lack a letter.
+    """
+    page = _Page(sheet, SIZES[0])
+    for size in SIZES[1:]:
+        if page.pdf.page_no() > 1:
+            page = _Page(sheet, size)
+    return page.file()
+
+
+class _Page:
+    """Draws a sheet from top to bottom, letters of one size [pt]."""
+
+    def __init__(self, sheet: Sheet, size: float) -> None:
+        from fpdf import FPDF
+
+        self.size = size
+        self.pdf: Any = FPDF(format="A4")
+        self.pdf.core_fonts_encoding = LETTERS
+        self.pdf.set_margin(MARGIN)
+        self.pdf.set_auto_page_break(True, MARGIN)
+        self.pdf.set_creation_date(datetime.fromisoformat(sheet.created))
+        self.pdf.set_title(f"Certificate, {sheet.title}")
+        self.pdf.add_page()
+        self.text(sheet.kind)
+        self.text(sheet.title, 1.7, "B")
+        for section in sheet.sections:
+            self.section(section)
+        self.signatures(sheet.signatures)
+
+    def file(self) -> bytes:
+        """Return the PDF."""
+        return bytes(self.pdf.output())
+
+    def font(self, scale: float = 1.0, style: str = "", family: str = "Helvetica") -> float:
+        """Choose letters; return the height of a line of them [mm]."""
+        self.pdf.set_font(family, style, self.size * scale)
+        return 1.25 * self.pdf.font_size
+
+    def text(
+        self, text: str, scale: float = 1.0, style: str = "", family: str = "Helvetica"
+    ) -> None:
+        """Write a paragraph over the whole width."""
+        text.encode(LETTERS)
+        height = self.font(scale, style, family)
+        self.pdf.multi_cell(0, height, text, align="L", new_x="LMARGIN", new_y="NEXT")
+
+    def section(self, section: Section) -> None:
+        """Write a section: title, lead, table, paragraphs, small lines."""
+        self.pdf.ln(0.15 * self.size)
+        if section.title:
+            self.text(section.title, 1.1, "B")
+        if section.lead:
+            self.text(section.lead)
+        self.table(section)
+        for paragraph in section.paragraphs:
+            self.text(paragraph)
+        for line in section.small:
+            self.text(line, 0.6, family="Courier")
+
+    def table(self, section: Section) -> None:
+        """Write a table with a line below each row; heads are bold, above or at the left."""
+        rows = [section.heads, *section.rows] if section.heads else section.rows
+        if not rows:
+            return
+        height = self.font()
+        self.pdf.set_draw_color(GREY)
+        self.pdf.set_line_width(THIN)
+        columns = {"headings_style": self.heads()} if section.heads else {"col_widths": (1, 2)}
+        with self.pdf.table(
+            align="L",
+            text_align="L",
+            borders_layout="HORIZONTAL_LINES",
+            first_row_as_headings=bool(section.heads),
+            line_height=height,
+            **columns,
+        ) as table:
+            for cells in rows:
+                row = table.row()
+                for cell in cells:
+                    cell.encode(LETTERS)
+                    row.cell(cell)
+
+    def heads(self) -> Any:
+        """Bold letters, for the heads of a table."""
+        from fpdf import FontFace
+
+        return FontFace(emphasis="B")
+
+    def signatures(self, titles: Sequence[str]) -> None:
+        """Draw a line for each signature, beside each other."""
+        gap, height = 12, self.font()
+        width = (self.pdf.epw - gap * (len(titles) - 1)) / len(titles)
+        self.pdf.set_draw_color(0)
+        self.pdf.ln(MARGIN)
+        if self.pdf.will_page_break(height):
+            self.pdf.add_page()
+        for number, title in enumerate(titles):
+            self.pdf.set_x(self.pdf.l_margin + number * (width + gap))
+            self.pdf.cell(width, height, title, border="T")
