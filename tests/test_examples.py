@@ -130,7 +130,11 @@ TOURS = (EXAMPLES.parent / "docs" / "tours.md").read_text().split("\n## ")[1:]
 TOUR_ENDS = {
     "A student with a Panda": ["panda-calibrated/report.html"],
     "A lab with six arms": ["fleet-report/fleet.html"],
-    "An integrator with two UR under a tracker": ["cell/arms.urdf"],
+    "An integrator with two UR under a tracker": [
+        "cell/arms.urdf",
+        "sheet_left.html",
+        "sheet_right.html",
+    ],
     "An SO-101 owner with lerobot": ["my_arm_new.json"],
 }
 NUMBER = r"\d+\.\d+"
@@ -163,8 +167,6 @@ def test_a_tour_runs_from_its_heading(tour, tmp_path, monkeypatch, capsys):
     assert all(file.exists() for file in kept)
     if "truth" in names:
         assert names["calibrated"] < 0.1 * names["nominal"]
-    if "cell" in names:
-        assert names["errors"].mean() < 0.2
 
 
 def test_the_notebook_runs_from_top_to_bottom(tmp_path, monkeypatch):

@@ -37,3 +37,6 @@ from .problem import CalibrationProblem as CalibrationProblem
 from .problem import as_list as as_list
 from .problem import problems_of as problems_of
 from .setting_right import placements_set_right as placements_set_right
+from .tool_to_tool import Spread as Spread
+from .tool_to_tool import ToolToTool as ToolToTool
+from .tool_to_tool import tool_distances as tool_distances

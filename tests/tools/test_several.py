@@ -24,16 +24,25 @@ def cell(true_panda, shared):
 
     def make(folder):
         generator = np.random.default_rng(11)
-        arms = [true_panda, perturb(load_robot("ur5e"), generator, 2e-3, 5e-3)]
-        recorded = recorded_face_to_face(arms, generator, noise=1e-4)
-        for name, placements in zip(("left", "right"), recorded, strict=True):
-            for placement in placements:
-                write_holes(placement, folder / name / placement.name)
+        recorded = recorded_face_to_face(two_arms(true_panda), generator, noise=1e-4)
+        written_by_arm(recorded, folder)
 
     return shared("cell", make)
 
 
-def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused):
+def two_arms(true_panda):
+    """The true arms of the cell."""
+    return [true_panda, perturb(load_robot("ur5e"), np.random.default_rng(5), 2e-3, 5e-3)]
+
+
+def written_by_arm(recorded, folder):
+    """Write what each arm recorded to its folder."""
+    for name, placements in zip(("left", "right"), recorded, strict=True):
+        for placement in placements:
+            write_holes(placement, folder / name / placement.name)
+
+
+def test_two_arms_are_written_each_and_together(cell, true_panda, tmp_path, command, refused):
     for name in ("left", "right"):  # one by its own word, the other by the command's
         for folder in (cell / name).iterdir():
             text = json.dumps({"robot_name": "right"} if name == "right" else {})
@@ -61,6 +70,12 @@ def test_two_arms_are_written_each_and_together(cell, tmp_path, command, refused
     again = shlex.split(json.loads(report)["command"])
     assert json.loads(command(*again[1:], "--json")[1])["left_to_right"]["xyz"] == pose["xyz"]
     used_again(out, cell, command)
+    tools_meet(out, tmp_path / "again", true_panda, command)
+    trained = (f"left:{cell / 'left'}", f"right:{cell / 'right'}", "--tool-to-tool")
+    status, _, told = command("validate", out, *trained)
+    assert status == 2 and told.count("trained on, so left out") == 4
+    assert "placements that the calibration was not trained on, of two arms" in told
+    refused("calibrated together", "validate", out / "left", cell / "left", "--tool-to-tool")
     for verb in ("poses", "rezero", "tool", "handeye --camera on-arm"):
         refused(f"name one of {out / 'left'}, {out / 'right'}", *verb.split(), out, "q.csv")
 
@@ -72,6 +87,33 @@ def test_arms_that_shared_one_base_are_written_without_where_they_stand(cell, tm
     assert json.loads(text)["left_to_right"]["xyz"] is None
     assert f"Wrote {out / 'arms.json'}, and a folder for each robot" in told
     assert not (out / "arms.urdf").exists() and (out / "right" / "report.html").is_file()
+
+
+def tools_meet(out, later, true_panda, command):
+    """Where both arms have the ball in one socket, their tools are predicted at one place."""
+    arms, generator = two_arms(true_panda), np.random.default_rng(12)
+    recorded = recorded_face_to_face(arms, generator, samples=4, noise=1e-4)
+    written_by_arm(recorded, later)
+    words = (out, f"left:{later / 'left'}", f"right:{later / 'right'}", "--tool-to-tool", "--json")
+    status, text, told = command("validate", *words, "--limit-mm", "1")
+    (row,) = json.loads(text)["tool_to_tool"]
+    assert status == 0 and row["samples"] == [16, 16] and row["pairs"] == 64
+    assert "PASS: 95 % of the distances" in told
+    calibration, errors = mukca.load_calibration(out), []
+    left, right = recorded
+    for a, b in zip(left, right, strict=True):
+        balls = calibration["left"].ball(a.positions)
+        others = calibration.pose("right").apply(calibration["right"].ball(b.positions))
+        errors += [
+            np.linalg.norm(balls[i] - others[k])
+            for i, socket in enumerate(a.sockets)
+            for k in np.flatnonzero(b.sockets == socket)
+        ]
+    spread = row["calibrated"]
+    assert [spread["mean"], spread["max"]] == pytest.approx([np.mean(errors), max(errors)])
+    assert spread["mean"] < spread["p95"] < spread["max"] < 1e-3
+    status, _, told = command("validate", *words, "--limit-mm", "0.05")
+    assert status == 1 and "FAIL: 95 %" in told
 
 
 def used_again(out, cell, command):

@@ -233,6 +233,10 @@ def one_arm(file: Path) -> Path:
     return files[""]
 
 
+OUTPUTS = ("out", "certificate")
+"""Options that name what is written; of several robots each has its own."""
+
+
 def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:
     """Verb that runs for each robot of a calibration, and returns the worst exit status.
 
@@ -244,13 +248,15 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         files = calibration.calibration_files(options.calibration)
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
-        output, statuses, out = _Kept(terminal), list[int](), getattr(options, "out", None)
+        output, statuses = _Kept(terminal), list[int]()
+        outputs = {name: getattr(options, name, None) for name in OUTPUTS}
         recordings = _by_robot(options.data, files) if hasattr(options, "data") else None
         for output.name, file in files.items():
             settings: dict[str, Any] = {"calibration": file}
-            if out is not None:
-                file_out = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
-                settings["out"] = file_out if out.suffix else out / output.name
+            for name, out in outputs.items():
+                if out is not None:
+                    file_out = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
+                    settings[name] = file_out if out.suffix else out / output.name
             if recordings is not None:
                 settings["data"] = recordings[output.name]
             if recordings is None or settings["data"]:

@@ -1,17 +1,17 @@
-"""``mukca check`` and ``validate``: recordings by themselves, and a calibration on others."""
+"""``mukca check``: recordings by themselves."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields, replace
-from functools import partial as partial_of
+from dataclasses import asdict, fields
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from .... import recorder
-from ....solver import assessment, calibration, data, design, diagnostics, partial, results
+from ....solver import assessment, calibration, data, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
-from .report import emit_with_page, metres, show_errors
+from .report import emit_with_page
+from .validate import ValidateOptions, run_validate
 
 _SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
 _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
@@ -20,8 +20,6 @@ _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravi
 POINTS = "points that an instrument measured"
 
 NOTHING_WRONG = "Nothing wrong was seen."
-MOST_PLACEMENTS = 3
-"""Placements whose largest errors and distances are shown; of more it is the mean errors."""
 
 
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
@@ -40,9 +38,9 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
-        names = [field.name for field in fields(_ValidateOptions)]
-        same = {name: getattr(options, name) for name in names}
-        return run_validate(_ValidateOptions(**same), terminal)
+        names = [field.name for field in fields(ValidateOptions)]
+        same = {name: getattr(options, name) for name in names if hasattr(options, name)}
+        return run_validate(ValidateOptions(**same), terminal)
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
     robot, settings = options.load_robot(), options.settings.validated()
@@ -140,55 +138,3 @@ def _amount(
         )
     why = "mend the errors first" if broken else "a fit to them does not settle"
     return f"{text}; what a calibration would know by them cannot be told: {why}."
-
-
-class _ValidateOptions(cli.OutputOptions):
-    calibration: Path = cli.argument()
-    data: Sequence[Path] = cli.argument()
-    stood: str = ""
-    settings: SolveOptions = cli.part(
-        SolveOptions, "distance payload repeatability_mm flange_poses as_recorded leave_out"
-    )
-
-
-@cli.for_each_arm
-def run_validate(options: _ValidateOptions, terminal: cli.Terminal) -> int:
-    """Show errors on placements, those trained on marked; then what changed, and the next step."""
-    options.check_out()
-    calibrated = calibration.load_calibration(options.calibration)
-    document, robot = calibrated.document, calibrated.robot
-    settings = options.settings
-    placements = settings.carrying(cli.read_data(options.data, settings), others=True)
-    load = calibrated.load
-    settings = replace(settings, payload=load.payload, gravity=load.gravity)
-    for placement in placements:
-        m = data.measure(placement, robot, settings.distance, sockets=1)
-        beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
-        terminal.warn(*beyond)
-    allowed = metres(settings.validated().repeatability_mm)
-    judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
-    validity = judge(placements, options.stood, settings.distance)
-    if validity.verdict.status != "pass" and not settings.as_recorded:
-        mending, done = calibration.placements_set_right(robot, placements, settings)
-        terminal.warn(*map(str, done))
-        validity = judge(mending, options.stood, settings.distance) if done else validity
-    terminal.warn(*validity.warnings)
-    errors, lines = validity.errors, [*validity.odds, *validity.not_shown]
-    terminal.say(validity.text)
-    show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
-    if errors.summary.train is not None:
-        lines.append(
-            "The calibration was trained on some of these placements: their errors prove little."
-        )
-    terminal.say(*lines)
-    fit = calibrated.result.as_dict()
-    keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
-    result = {
-        **{key: fit[key] for key in keys},
-        **errors.as_dict(),
-        "probabilities": validity.probabilities,
-        "likeliest": validity.likeliest,
-        "verdict": validity.as_dict(),
-    }
-    emit_with_page(options, terminal, (validity.text, *lines, repr(errors)), result)
-    return validity.verdict.exit_status

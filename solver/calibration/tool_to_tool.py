@@ -1,0 +1,116 @@
+"""Distances between the tools of two arms, predicted and measured, at places held out."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ..data import Measurement, Pose
+from ..results import CalibratedRobot, Document
+from .multi_robot_calibration import MultiRobotCalibration
+from .option import UsageError
+
+
+class Spread(Document, kw_only=True, frozen=True):
+    """Absolute errors of distances [m]."""
+
+    mean: float
+    p95: float
+    """95 % of the errors are below."""
+    max: float
+
+
+class ToolToTool(Document, kw_only=True, frozen=True):
+    """How far predicted distances of two tools are from measured ones."""
+
+    robots: tuple[str, str]
+    samples: tuple[int, int]
+    """Samples of each robot at the places that both touched."""
+    pairs: int
+    """Distances that were compared."""
+    loaded: Spread
+    """By ``calibrated.urdf`` of both arms."""
+    calibrated: Spread
+    """With corrected joint positions."""
+
+
+def tool_distances(
+    arms: MultiRobotCalibration, data: Mapping[str, Sequence[Measurement]]
+) -> ToolToTool:
+    """Compare predicted and measured distances between the tools of two arms.
+
+    Each sample of one arm is taken with each sample of the other at the same place. In one socket
+    the tools are at distance 0; in an instrument's frame the coordinates have their distance,
+    wherever the instrument stood. The error of a pair is ``| |p - p'| - |x - x'| |`` with predicted
+    balls p in the first robot's base, and measured points x.
+
+    Args:
+        arms: Robots that were calibrated together.
+        data: Checked placements of two of them, which the calibration did not see.
+
+    Raises:
+        UsageError: The two share no place, or the recordings do not tell where a base stands.
+    """
+    first, second = data
+    both = [_at_places(arms[name].calibrated, arms.pose(name), data[name]) for name in data]
+    places = [place for place in both[0] if place in both[1]]
+    if not places:
+        raise UsageError(
+            f"{first} and {second}: nothing is held out at one place; record both arms in the same "
+            "sockets (folders of one name), or by one instrument (one frame)"
+        )
+    urdfs = [
+        _at_places(arms[name].calibrated.geometric, arms.pose(name), data[name]) for name in data
+    ]
+    errors = _errors(both, places)
+    return ToolToTool(
+        robots=(first, second),
+        samples=(_count(both[0], places), _count(both[1], places)),
+        pairs=len(errors),
+        loaded=_spread(_errors(urdfs, places)),
+        calibrated=_spread(errors),
+    )
+
+
+_AtPlaces = dict[tuple[str, int], np.ndarray]
+"""By frame, or base and socket: predicted ball and measured point of each sample, (N, 2, 3) [m]."""
+
+
+def _at_places(robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]) -> _AtPlaces:
+    """Return predicted balls in the first robot's base beside what was measured."""
+    samples: _AtPlaces = {}
+    for measured in data:
+        balls = pose.apply(robot.predict(measured))
+        for place, rows, points in _measured(measured):
+            pairs = np.stack([balls[rows], points], axis=1)
+            samples[place] = np.concatenate([samples.get(place, pairs[:0]), pairs])
+    return samples
+
+
+def _measured(measured: Measurement) -> Iterator[tuple[tuple[str, int], slice, np.ndarray]]:
+    """Return each place of a placement, its rows, and their points; a socket is its own origin."""
+    if measured.kind == "points":
+        yield (measured.frame, -1), slice(None), measured.points
+        return
+    for socket, rows in zip(measured.sockets, measured.slices, strict=True):
+        yield (measured.placement.place, socket), rows, np.zeros((rows.stop - rows.start, 3))
+
+
+def _errors(robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]) -> np.ndarray:
+    """Return the error of each pair of samples at the same place [m]."""
+    errors: list[np.ndarray] = []
+    for place in places:
+        apart = robots[0][place][:, None] - robots[1][place]
+        predicted, true = np.moveaxis(np.linalg.norm(apart, axis=-1), -1, 0)
+        errors.append(np.abs(predicted - true).ravel())
+    return np.concatenate(errors)
+
+
+def _count(samples: _AtPlaces, places: Sequence[tuple[str, int]]) -> int:
+    return sum(len(samples[place]) for place in places)
+
+
+def _spread(errors: np.ndarray) -> Spread:
+    """Return the mean, the 95th percentile and the largest of some errors."""
+    return Spread(
+        mean=float(errors.mean()), p95=float(np.quantile(errors, 0.95)), max=float(errors.max())
+    )

@@ -1,0 +1,83 @@
+"""``mukca validate``: a calibration on other recordings, and the tools of two arms."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial as partial_of
+from pathlib import Path
+
+from ....solver import calibration, data, partial, results
+from ....solver.calibration import SolveOptions
+from ... import cli
+from .report import emit_with_page, metres, show_errors
+from .tool_to_tool import compare_tools, document_of, lines_of, status_of
+
+MOST_PLACEMENTS = 3
+"""Placements whose largest errors and distances are shown; of more it is the mean errors."""
+
+
+class ValidateOptions(cli.OutputOptions):
+    """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
+
+    calibration: Path = cli.argument()
+    data: Sequence[Path] = cli.argument()
+    stood: str = ""
+    tool_to_tool: bool = cli.option(False, unless="stood")
+    limit_mm: float | None = cli.option(between=cli.MILLIMETRES, needs="tool_to_tool")
+    settings: SolveOptions = cli.part(
+        SolveOptions, "distance payload repeatability_mm flange_poses as_recorded leave_out"
+    )
+
+
+def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
+    """Validate each arm by itself, or the distance of two arms' tools."""
+    if not options.tool_to_tool:
+        return _validate(options, terminal)
+    options.check_out()
+    rows = compare_tools(options.calibration, options.data, options.settings, terminal)
+    limit = metres(options.limit_mm)
+    terminal.say(*lines_of(rows, limit))
+    emit_with_page(options, terminal, lines_of(rows, limit), document_of(rows, limit))
+    return 1 if status_of(rows, limit) == "fail" else 0
+
+
+@cli.for_each_arm
+def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
+    """Show errors on placements, those trained on marked; then what changed, and the next step."""
+    options.check_out()
+    calibrated = calibration.load_calibration(options.calibration)
+    document, robot = calibrated.document, calibrated.robot
+    settings = options.settings
+    placements = settings.carrying(cli.read_data(options.data, settings), others=True)
+    load = calibrated.load
+    settings = replace(settings, payload=load.payload, gravity=load.gravity)
+    for placement in placements:
+        m = data.measure(placement, robot, settings.distance, sockets=1)
+        beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+        terminal.warn(*beyond)
+    allowed = metres(settings.validated().repeatability_mm)
+    judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
+    validity = judge(placements, options.stood, settings.distance)
+    if validity.verdict.status != "pass" and not settings.as_recorded:
+        mending, done = calibration.placements_set_right(robot, placements, settings)
+        terminal.warn(*map(str, done))
+        validity = judge(mending, options.stood, settings.distance) if done else validity
+    terminal.warn(*validity.warnings)
+    errors, lines = validity.errors, [*validity.odds, *validity.not_shown]
+    terminal.say(validity.text)
+    show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
+    if errors.summary.train is not None:
+        lines.append(
+            "The calibration was trained on some of these placements: their errors prove little."
+        )
+    terminal.say(*lines)
+    fit = calibrated.result.as_dict()
+    keys = ("robot", "method", "optimizer", "iterations", "converged", "solve_seconds")
+    result = {
+        **{key: fit[key] for key in keys},
+        **errors.as_dict(),
+        "probabilities": validity.probabilities,
+        "likeliest": validity.likeliest,
+        "verdict": validity.as_dict(),
+    }
+    emit_with_page(options, terminal, (validity.text, *lines, repr(errors)), result)
+    return validity.verdict.exit_status
