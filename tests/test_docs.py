@@ -65,6 +65,18 @@ def test_a_page_has_20_words_a_sentence_on_average(page):
     assert not lengths or sum(lengths) / len(lengths) <= 20
 
 
+def test_no_sentence_of_a_caption_has_over_30_words():
+    """Words under pictures, and those of the report's plots with what is put in left out."""
+    pictures = [page.read_text() for page in [*PAGES, *ROOT.glob("*.md")]]
+    said = [c for text in pictures for c in re.findall(r'!\[([^\]]*)\]|alt="([^"]*)"', text)]
+    captions = (ROOT / "tools/report/templates/captions.txt.j2").read_text()
+    prose = re.sub(r"^- .*$|{%.*?%}|{#.*?#}", "", captions, flags=re.M | re.S)
+    said += re.findall(r"^.+$", re.sub(r"{{.*?}}", "x", prose), re.M)
+    said = ["".join(caption) for caption in said]
+    long = [" ".join(words) for caption in said for words in sentences(caption)]
+    assert len(said) > 40 and not [text for text in long if len(text.split()) > LONGEST]
+
+
 def test_no_sentence_of_help_has_over_30_words():
     from mukca.tools.cli import VERBS, build_parser
 

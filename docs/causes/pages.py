@@ -92,13 +92,13 @@ def main() -> None:
         if of_points:
             told += "\n\nOf points that an instrument measured:\n\n"
             told += "\n".join(f"- `{line}`" for line in of_points)
-        todo = list(dict.fromkeys(c.advice.format(**EXAMPLE) for c in own))
+        todo = list(dict.fromkeys(_step(c) for c in own))
         tells = list(dict.fromkeys(c.tell for c in own if c.tell))
         tell = " Or: ".join(_sentence(one) for one in tells)
         (HERE / f"{name}.md").write_text(
             f"# {title}\n\nThe program says, for example:\n\n{told}\n\n"
             f"**How it looks.** {LOOKS[name]}\n\n**To tell it from others.** {tell}\n\n"
-            f"**What to do.** {' '.join(_sentence(one) for one in todo)}\n\n"
+            f"**What to do.** {' '.join(todo)}\n\n"
             f"Before the data are seen, its probability is {prior:.2g} %. "
             "[All causes](index.md)\n"
         )
@@ -107,6 +107,12 @@ def main() -> None:
     head, mark, rest = page.read_text().partition("|---|---|\n")
     after = rest[rest.index("\n\n") :]
     page.write_text(head + mark + "\n".join(rows) + after)
+
+
+def _step(kind) -> str:
+    """What to do; of one placement that scatters more than others, it says so."""
+    step = kind.advice.format(**EXAMPLE)
+    return _sentence(f"If it is one placement alone: {step}" if "noise_here" in kind.form else step)
 
 
 def _sentence(words: str) -> str:

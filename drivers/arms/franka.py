@@ -62,7 +62,7 @@ class Franka(ValidatingDriver):
             state, self.status = decode_state(datagram)
             return state
         if self._tcp.ended:
-            raise Reason.UNREACHABLE(f"{self._where} closed the connection")
+            raise Reason.UNREACHABLE(f"{self._where} closed the connection: see what Desk says")
         hint = "does a firewall here block UDP from it?"
         if self.status:
             hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"

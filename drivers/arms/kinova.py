@@ -115,14 +115,18 @@ class Kortex(KinovaArm):
                 return answers
             self.rejected += 1
             if clock.now() >= deadline:
-                raise Reason.SILENT(f"the arm at {self._where} sends no numbers")
+                raise Reason.SILENT(
+                    f"the arm at {self._where} answers without numbers: is it still starting?"
+                )
 
     def _refresh(self, timeout: float) -> Answers:
         self._options.timeout_ms = math.ceil(1000 * timeout)
         try:
             feedback = self._cyclic.RefreshFeedback(options=self._options)
         except (TimeoutError, FutureTimeoutError):
-            raise Reason.SILENT(f"the arm at {self._where} does not answer") from None
+            raise Reason.SILENT(
+                f"the arm at {self._where} does not answer: is it switched on?"
+            ) from None
         except Exception as error:
             raise self._failed(error) from error
         actuators = feedback.actuators

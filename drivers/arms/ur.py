@@ -79,7 +79,7 @@ class Ur(ValidatingDriver):
             raise Reason.PROTOCOL(f"{self._where} does not speak RTDE version 2: {TRIED}")
         version = self._ask(CONTROLLER_VERSION)
         if len(version) != 16:
-            raise Reason.PROTOCOL(f"{self._where} sends a malformed version")
+            raise Reason.PROTOCOL(f"{self._where} sends no version that can be read: {TRIED}")
         return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
 
     def _start(self, rate: float, effort: str | None) -> "Recipe":

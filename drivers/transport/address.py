@@ -86,7 +86,7 @@ def parse_endpoint(
     if not host:
         raise bad_address(address, "a host is missing")
     if parts.path.strip("/") or parts.username is not None:
-        raise bad_address(address, "it has parts that mean nothing here")
+        raise bad_address(address, "leave out the path or the user name")
     return Endpoint(host, port, parse_options(parts.query, options))
 
 

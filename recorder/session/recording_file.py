@@ -125,8 +125,8 @@ class Recording:
             )
         if not self.file.exists() and (inside := placements_in(self.folder)):
             raise RecordingError(
-                f"{self.folder}: holds placements ({', '.join(p.name for p in inside[:3])}), which "
-                f"samples beside them would hide; name the new one, as in {self.folder / 'next'}"
+                f"{self.folder}: holds placements ({', '.join(p.name for p in inside[:3])}), so it "
+                f"cannot be one; name a folder for the new one, as in {self.folder / 'next'}"
             )
         stored = read_metadata(self.folder / METADATA)
         for key, value in metadata.fixed().items():

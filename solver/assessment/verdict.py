@@ -13,7 +13,9 @@ from .limits import LIMITS, LimitResult, Status
 Outcome = Literal["pass", "fail", "incomplete"]
 Kind = Literal["better", "no_better", "not_enough", "not_validated"]
 Scope = Literal["workspace", "recorded_places"]
-INSTRUMENT = "the held-out error is one of measured coordinates, which no small model can feign"
+INSTRUMENT = (
+    "an instrument measured the held-out points, so a wrong size of the arm shows in their errors"
+)
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
 STAMPS: dict[tuple[str, str | None], str] = {

@@ -97,8 +97,8 @@ def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
         raise CommandError(
             f"row {row}: no joint positions nearby put the URDF's flange where the full model has "
             f"its flange. {1e3 * solutions.left[row, 0]:.3g} mm and "
-            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left. The arm is singular there, or has "
-            "fewer than six joints",
+            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left. Change this row or leave it out: "
+            "the arm is singular there, or has fewer than six joints",
             solutions,
             row,
         )

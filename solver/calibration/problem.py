@@ -162,7 +162,9 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
     for name, placement in pairs:
         where = placement.path or placement.name
         if name is None:
-            raise UsageError(f"{where}: whose is it? Write NAME:{where}; the robots are {listing}")
+            raise UsageError(
+                f"{where}: which robot recorded it? Write NAME:{where}; the robots are {listing}"
+            )
         if name not in by_robot:
             raise UsageError(f"{where}: of robot {name!r}, but the robots are {listing}")
         if any(p.place == placement.place for p in by_robot[name]):

@@ -205,9 +205,9 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     samples = "the sample is" if count == 1 else samples
     done = {
         "split": "what follows is taken for a placement of its own" + of_frame,
-        "relabel": "taken so" if correction.seat[0] in names else "left out",
+        "relabel": "counted for that socket" if correction.seat[0] in names else "left out",
         "leave out": f"{samples} left out",
-        "set apart": "it has an unknown of its own there",
+        "set apart": "fitted by itself in that placement",
     }[correction.action]
     prefix = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""

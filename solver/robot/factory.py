@@ -54,7 +54,9 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
         except ValueError:
             numbers = np.zeros(0)
         if numbers.shape != (6,) or not np.isfinite(numbers).all():
-            raise ModelError(f"{file}: no calibration.conf: it needs six numbers delta_{name}")
+            raise ModelError(
+                f"{file}: give the controller's calibration.conf: six numbers delta_{name} lack"
+            )
         deltas.append(numbers)
     moving = robot.actuated
     before = robot.joints.index(moving[0])
@@ -112,6 +114,6 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
     if gap >= OF_FACTORY:
         raise ModelError(
             f"controller {what}: its flange stands up to {1e3 * gap:.0f} mm from that of "
-            f"{robot.name} in the same posture, and a factory's calibration moves it by "
-            "millimetres: this is another arm's"
+            f"{robot.name} in the same posture. A factory's calibration moves it by "
+            "millimetres: give that of this arm, not another arm's"
         )

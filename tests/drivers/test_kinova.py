@@ -116,7 +116,7 @@ def test_kortex_errors(failure, reason):
 def test_kortex_numbers_that_are_none_are_asked_for_again():
     with kortex_arm() as arm, open_driver("kinova", arm.address) as driver:
         arm.degrees = [math.nan, 0.0]
-        with refused("SILENT", match="sends no numbers"):
+        with refused("SILENT", match="answers without numbers"):
             driver.read(0.3)
         assert driver.rejected > 0
 

@@ -147,7 +147,7 @@ def _by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict[str,
             owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
             if owner not in sources:
                 names, example = ", ".join(sources), next(iter(sources))
-                problem = f"of robot {owner!r}" if owner else "whose is it?"
+                problem = f"of robot {owner!r}" if owner else "which robot recorded it?"
                 raise UsageError(
                     f"{folder}: {problem}; write {example}:{folder}; the robots are {names}"
                 )

@@ -156,7 +156,10 @@ def _shifted(
         motor = motors[zero.motor]
         offset = motor.homing_offset + SIGNS[make] * zero.ticks
         if abs(offset) > LARGEST_OFFSET[make]:
-            raise ExportError(f"{zero.motor}: no servo takes a homing offset of {offset}")
+            raise ExportError(
+                f"{zero.motor}: no servo takes a homing offset of {offset}: "
+                "mount its horn nearer to the middle, and calibrate the arm in lerobot again"
+            )
         shifted[zero.motor] = replace(motor, homing_offset=offset)
     return shifted
 

@@ -106,11 +106,13 @@ def _joints(request: Request) -> MjcfJoints:
         if model.body_jntnum[body] != 1 or model.qpos0[model.jnt_qposadr[j]] != 0:
             raise ExportError(f"{request.like}: {name!r} shares its body, or has a `ref`")
         if np.any(model.jnt_pos[j]):
-            raise ExportError(f"{request.like}: {name!r} has a `pos`; put its body there instead")
+            raise ExportError(
+                f"{request.like}: {name!r} has a `pos`; set it to 0, and move its body there"
+            )
         if parent != before and model.body_weldid[parent] != before:
             raise ExportError(
-                f"{request.like}: body {model.body(body).name!r} does not hang where the joint "
-                "before it is; the joints stand in another order"
+                f"{request.like}: body {model.body(body).name!r} does not hang on the joint "
+                "that is before it in the URDF's chain; put the bodies in that order"
             )
     poses = cast("Any", np.stack([np.eye(4)] * model.nbody))
     poses[:, :3, :3], poses[:, :3, 3] = data.xmat.reshape(-1, 3, 3), data.xpos

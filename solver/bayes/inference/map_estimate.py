@@ -81,8 +81,12 @@ def estimate(
             else:
                 return posterior(state, iterates)
     except np.linalg.LinAlgError:
-        raise NotConverged("auto diverged; see mukca check, or try --method paper") from None
-    raise NotConverged(f"auto did not settle in {MAX_ITERATIONS} iterations; see mukca check")
+        raise NotConverged(
+            "the fit diverged: run mukca check on the recordings, or try --method paper"
+        ) from None
+    raise NotConverged(
+        f"the fit did not settle in {MAX_ITERATIONS} iterations: run mukca check on the recordings"
+    )
 
 
 def refit(

@@ -69,7 +69,7 @@ def test_samples_of_another_socket_are_taken_so(panda, placements):
     wrong = replace(placements[0], samples=tuple(samples))
     found = mukca.calibrate(panda, wrong, placements[1])
     assert found.document.placements[0].samples == (12, 12)
-    assert all("taken so" in one.advice for one in remarks(found)) and remarks(found)
+    assert all("counted for that socket" in one.advice for one in remarks(found)) and remarks(found)
 
 
 def test_what_is_left_out_by_hand(panda, placements):

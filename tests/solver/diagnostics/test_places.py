@@ -47,7 +47,7 @@ def test_samples_of_the_other_socket_are_told(look, record_at, placements, begin
     seen = look([replace(placements[0], samples=tuple(samples)), *placements[1:]])
     assert {f.code for f in seen.diagnostics} == {"mislabelled"}
     told = " ".join(map(str, seen.diagnostics))
-    assert "wrong socket number" in told
+    assert "the socket number is wrong" in told
     if len(seen.diagnostics) == 1:
         assert f"samples {begin + 1} to {begin + many} of socket 1 lie in socket 0" in told or (
             many == 1 and f"sample {begin + 1} of socket 1:" in told

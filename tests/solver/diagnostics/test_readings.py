@@ -37,5 +37,5 @@ def test_postures_that_repeat_are_told(look, placements, change):
     again = change(again, lambda q: q + 1e-4 * generator.normal(size=7))
     survey = look([again, *others])
     assert survey.hypotheses[0].name == "repeated"
-    assert "its 40 samples are of 8 postures" in survey.hypotheses[0].text
+    assert "its 40 samples are in only 8 postures" in survey.hypotheses[0].text
     assert look(placements).hypotheses[0].name == "sound"

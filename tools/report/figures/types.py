@@ -159,7 +159,7 @@ class CrossPlacement(Document, kw_only=True, frozen=True):
 
 
 class PlotCaption(Document, kw_only=True, frozen=True):
-    """A plot of a page, in one sentence."""
+    """A plot of a page, in short sentences."""
 
     id: str
     title: str

@@ -288,7 +288,7 @@ def plot(
 ) -> Plot:
     """Return a plot whose caption is a block of the captions, written with these values.
 
-    A caption is a title; lines of the legend, ``- mark: words; mark: words``; and a sentence.
+    A caption is a title; lines of the legend, ``- mark: words; mark: words``; and short sentences.
     """
     title, *details = lines("captions.txt.j2", name.replace("-", "_"), **values)
     marks = list(
