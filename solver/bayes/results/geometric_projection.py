@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...data import Load
+from ...data import IDENTITY, Load
 from ...robot import BallModel, workspace
 from ..inference import Posterior
 from ..model.effects import CURVE, JOINT_OFFSET
@@ -19,11 +19,15 @@ PAIRS = 300
 """Number of distances in the workspace."""
 AWAY = 0.15
 """Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
-ROUNDS, WEIGHTINGS = 2, 12
-"""Times that balls are made linear, and that the loss's weights are found then."""
+ROUNDS = 2
+"""Times that balls are made linear."""
+PARTNERS = 2
+"""Number of other measured balls to which the distances of each one count."""
 HELD = 1e-3
 """Part of a use's square that a change by one deviation of the prior counts as, so that what no use
 shows stays as the fit has it."""
+SAME = 1e-3
+"""Balls as near to each other as this have no direction [m]."""
 Difference = Callable[[np.ndarray], np.ndarray]
 """Makes errors that count, shape (R, ...), of errors of balls, shape (N, 3, ...); linear."""
 
@@ -71,38 +75,45 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
 
 
 def _least(forms: list[np.ndarray]) -> np.ndarray:
-    """Return the x that makes the sum of log [x, 1]^T F [x, 1] least, over forms F.
+    """Return the x of the least sum of uses' squares, each as a share of its own least, (A12).
 
-    Each form weighs by the inverse of its value, which never raises the sum (the logarithm is
-    concave), until nothing changes.
+    The square of a use is [x, 1]^T F [x, 1], with its form F.
     """
-    x = np.append(np.zeros(len(forms[0]) - 1), 1.0)
-    for _ in range(WEIGHTINGS):
-        F = sum((form / float(x @ form @ x) for form in forms), np.zeros_like(forms[0]))
-        H = F[:-1, :-1] + HELD * np.eye(len(F) - 1)
-        x[:-1] = -np.linalg.solve(H, F[:-1, -1])
-    return x[:-1]
+    total = np.zeros_like(forms[0])
+    for form in forms:
+        ends = np.append(_minimum(form / form[-1, -1]), 1.0)
+        total += form / float(ends @ form @ ends)
+    return _minimum(total)
+
+
+def _minimum(form: np.ndarray) -> np.ndarray:
+    """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
+    H, g = form[:-1, :-1], form[:-1, -1]
+    return -np.linalg.solve(H + HELD * np.eye(len(g)), g)
 
 
 def _uses(posterior: Posterior, load: Load) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
-    neighbourhood, places = poses_near(robot, posterior.data.positions, (PLACES, POSTURES), margin)
+    nearby, places = poses_near(robot, posterior.data.positions, (PLACES, POSTURES), margin)
+    anywhere = workspace(robot, 2 * PAIRS)
 
     def point(errors: np.ndarray) -> np.ndarray:
         return _rows(without_mean(errors, places))
 
+    moments = load.moments(robot, nearby, None)
     uses = [
-        *_recorded(posterior),
-        _simulated(posterior, load, neighbourhood, point),
-        _distances(posterior, load, neighbourhood),
-        _distances(posterior, load, workspace(robot, 2 * PAIRS)),
+        *_in_sockets(posterior),
+        *_measured(posterior),
+        _use(posterior, nearby, moments, point),
+        _distances(posterior, nearby, moments),
+        _distances(posterior, anywhere, load.moments(robot, anywhere, None)),
     ]
     return [use for use in uses if use.variance]
 
 
-def _recorded(posterior: Posterior) -> list[Use]:
+def _in_sockets(posterior: Posterior) -> list[Use]:
     """Return the uses that samples in sockets are: a point, and distances between bases."""
     data, rows = posterior.data, np.flatnonzero(posterior.data.sockets >= 0)
     rows = rows[np.argsort(data.sockets[rows], kind="stable")]
@@ -127,26 +138,51 @@ def _recorded(posterior: Posterior) -> list[Use]:
     return [replace(use, targets=posterior.centres[sockets]) for use in uses]
 
 
-def _distances(posterior: Posterior, load: Load, q: np.ndarray) -> Use:
+def _measured(posterior: Posterior) -> list[Use]:
+    """Return the uses that measured balls are: points in an instrument's frame, and distances."""
+    data, uses = posterior.data, list[Use]()
+    generator = np.random.default_rng(0)
+    for frame in np.unique(data.measured_in[data.measured_in >= 0]).tolist():
+        rows = np.flatnonzero((data.measured_in == frame) & ~data.turned)
+        firsts = np.tile(rows, PARTNERS)
+        seconds = np.concatenate([generator.permutation(rows) for _ in range(PARTNERS)])
+        pairs = np.concatenate([firsts, seconds])
+        uses += [
+            _in_frame(posterior, data.positions[rows], data.torques[rows]),
+            _distances(posterior, data.positions[pairs], data.torques[pairs]),
+        ]
+    return uses
+
+
+def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
+    """Return the use that balls are in a frame that no arm knows: errors less its best motion."""
+    motions = IDENTITY.slopes(posterior.predict(q, torques)).reshape(-1, 6)
+    Q: np.ndarray = np.linalg.qr(motions)[0]
+
+    def point(errors: np.ndarray) -> np.ndarray:
+        rows = _rows(errors)
+        return rows - Q @ (Q.T @ rows)
+
+    return _use(posterior, q, torques, point)
+
+
+def _distances(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
-    points = posterior.predict(q, load.moments(posterior.model.robot, q, None))
+    points = posterior.predict(q, torques)
     first, second = np.arange(len(q) // 2 * 2).reshape(2, -1)
     directions = _directions(points, first, second)
 
     def difference(errors: np.ndarray) -> np.ndarray:
         return np.einsum("ni,ni...->n...", directions, errors[second] - errors[first])
 
-    return _simulated(posterior, load, q, difference)
+    return _use(posterior, q, torques, difference)
 
 
 def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the directions from points to others, shape (N, 3)."""
+    """Return the directions from points to others, shape (N, 3); zero from a point to itself."""
     offsets = points[second] - points[first]
-    return offsets / np.linalg.norm(offsets, axis=1)[:, None]
-
-
-def _simulated(posterior: Posterior, load: Load, q: np.ndarray, difference: Difference) -> Use:
-    return _use(posterior, q, load.moments(posterior.model.robot, q, None), difference)
+    lengths = np.linalg.norm(offsets, axis=1)[:, None]
+    return np.where(lengths > SAME, offsets, 0) / np.maximum(lengths, SAME)
 
 
 def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
