@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import mukca
+from mukca.recorder import Placement, Sample
+from mukca.solver.data import IDENTITY, fit_pose
 from mukca.solver.robot import workspace
 
 pytestmark = pytest.mark.slow
@@ -59,3 +61,48 @@ def test_a_distance_that_is_hardly_known_does_not_set_the_size(panda, flaws):
         for points in (truth.ball(q), found.geometric_ball(q))
     )
     assert exported / true == pytest.approx(1, abs=4e-3)
+
+
+def near_a_table(truth, name, generator):
+    """Balls that an instrument measured, in postures as above one table."""
+    q = np.array([0, -0.4, 0, -2, 0, 1.8, 0.8]) + generator.uniform(-0.6, 0.6, (60, 7))
+    rows = zip(
+        q.tolist(), (truth.ball(q) + generator.normal(0, 3e-5, (60, 3))).tolist(), strict=True
+    )
+    samples = tuple(Sample(tuple(row), 0, point=tuple(point)) for row, point in rows)
+    return Placement(name, samples, truth.robot.joint_names)
+
+
+def rigid_fit(ball, q, points):
+    """The rigid geometry of least squares at measured balls, and next to nominal beyond them."""
+    values = ball.nominal.copy()
+    for _ in range(6):
+        linear = ball.linearise(values, q)
+        Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
+        rows = np.column_stack(
+            [(linear.points - points).ravel(), linear.by_parameters.reshape(len(Q), -1)]
+        )
+        r, J = np.split(rows - Q @ (Q.T @ rows), [1], axis=1)
+        values -= np.linalg.solve(J.T @ J + 0.1 * np.eye(J.shape[1]), J.T @ r)[:, 0]
+    return values
+
+
+def test_where_balls_were_measured_no_rigid_geometry_is_much_better(panda):
+    truth, _ = mukca.simulate_recordings(panda, 1, samples=10, seed=1, noise=7e-5, **ELASTIC)
+    generator = np.random.default_rng(0)
+    train, test = (near_a_table(truth, name, generator) for name in ("train", "test"))
+    found = mukca.calibrate(panda, train)
+    (q, points), (q_test, points_test) = (
+        (np.array([s.position for s in p.samples]), np.array([s.point for s in p.samples]))
+        for p in (train, test)
+    )
+    ball = found.posterior.model.ball
+    balls = (
+        found.calibrated.geometric_ball(q_test),
+        ball.points(rigid_fit(ball, q, points), q_test),
+    )
+    exported, best = (
+        np.linalg.norm(b - fit_pose(points_test, b).apply(points_test), axis=1).mean()
+        for b in balls
+    )
+    assert exported < 1.2 * best

@@ -62,12 +62,15 @@ def _steps(result: Assessment) -> Iterator[Step]:
         name, short = placements[best].name, whole_name(result.predictions.names[best])
         text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
         yield _forecast(document, name, text, solve_command(document, moves={name: "train"}))
+    yield from _corrected_joints(result)
     if all(row.kind == "points" for row in placements):
         if result.limits.repeatability is None:
             yield _repeatability(document)
-        text = "Measure more points, in poses as varied as can be, and hold some of them out by"
-        words = "an error that nothing was fitted to"
-        yield Step(f"{text} --test", solve_command(document), words)
+        text, words = "Measure more points, in poses as varied as can be", ""
+        if not held_out:
+            text += ", and hold some of them out by --test"
+            words = "an error that nothing was fitted to"
+        yield Step(text, solve_command(document), words)
         return
     if result.limits.repeatability is None and held_out and verdict.use:
         yield _repeatability(document)
@@ -76,6 +79,22 @@ def _steps(result: Assessment) -> Iterator[Step]:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too" if held_out else ", and hold it out by --test"
     yield _forecast(document, None, text, record_command(document))
+
+
+def _corrected_joints(result: Assessment) -> Iterator[Step]:
+    """Yield the step to correct joint positions, where the full model keeps all limits."""
+    verdict = result.verdict
+    missed = [row for row in verdict.limits if row.status in ("fail", "not enough")]
+    if not verdict.use or not missed or any(row.full_status != "pass" for row in missed):
+        return
+    first = missed[0]
+    before, after = cast("float", first.found), cast("float", first.full)
+    text = (
+        "Where the limits matter, command corrected joint positions: no rigid URDF keeps them"
+    )
+    words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
+    command = "mukca command calibrated poses.csv --out joints.csv"
+    yield Step(text, command, words, before, after)
 
 
 def _repeatability(document: CalibrationDocument) -> Step:
