@@ -89,9 +89,7 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
         return
     first = missed[0]
     before, after = cast("float", first.found), cast("float", first.full)
-    text = (
-        "Where the limits matter, command corrected joint positions: no rigid URDF keeps them"
-    )
+    text = "Command corrected joint positions where the limits matter; no rigid URDF keeps them"
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
     command = "mukca command calibrated poses.csv --out joints.csv"
     yield Step(text, command, words, before, after)
