@@ -1,15 +1,14 @@
 """Options of a verb: from a dataclass to ``argparse``, and from the command line to the dataclass.
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
-takes several values, a tuple so many, ``Literal`` a choice. Placeholder, help and group stand in
-``options.txt``; the options of a calibration have them in their fields.
+takes several values, a tuple so many, ``Literal`` a choice. Its metadata have help, placeholder and
+group.
 """
 
 import argparse
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
-from functools import cache
 from inspect import get_annotations
 from itertools import chain
 from pathlib import Path
@@ -35,21 +34,32 @@ MILLIMETRES = (1e-4, 1e4)
 """Range of a length in millimetres."""
 
 
-def option(default: Any = None, **more: Any) -> Any:
-    """Field of a dataclass that is an option with more to it than its type and its default.
+def option(
+    default: Any = None,
+    text: str = "",
+    metavar: str | tuple[str, ...] | None = None,
+    *,
+    group: str | None = None,
+    **more: Any,
+) -> Any:
+    """Field of a dataclass that is an option of a verb.
 
     Args:
         default: Value where the option is not given; ``...`` if it must be given.
+        text: Its help: the value, its unit, its default.
+        metavar: Placeholder of the value; as many as there must be values.
+        group: Title under which the help lists it.
         **more: ``choices``; ``between``, the lowest and the highest number; ``repeated``, for a
             value each time the option is given; ``usual``, what stands in its help for ``{}``;
             ``needs``, options without which it has no effect; ``unless``, options that exclude it.
     """
-    return field(default=MISSING if default is ... else default, metadata=more)
+    metadata = {"text": text, "metavar": metavar, "group": group}
+    return field(default=MISSING if default is ... else default, metadata=metadata | more)
 
 
-def argument(**more: Any) -> Any:
+def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
     """Field of a dataclass that is an argument without a name; of several if it is a sequence."""
-    return option(..., positional=True, **more)
+    return option(..., text, metavar, positional=True, **more)
 
 
 def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
@@ -71,14 +81,24 @@ class Options:
 class JsonOption(Options):
     """Option of each verb that scripts read."""
 
-    json: bool = False
+    json: bool = option(False, "print one JSON object, SI units", group="output")
 
 
 class PayloadOptions(Options):
     """Options of the payload."""
 
-    payload: float | None = option(between=NOT_NEGATIVE)
-    payload_at: tuple[float, float, float] = option((0, 0, 0), needs="payload")
+    payload: float | None = option(
+        None,
+        "mass on the flange in kilograms (default: as while recording)",
+        "KG",
+        between=NOT_NEGATIVE,
+    )
+    payload_at: tuple[float, float, float] = option(
+        (0, 0, 0),
+        "with --payload: the centre of that mass in the flange's frame, in metres",
+        ("X", "Y", "Z"),
+        needs="payload",
+    )
 
     @property
     def carried(self) -> tuple[float, tuple[float, float, float]] | None:
@@ -89,8 +109,8 @@ class PayloadOptions(Options):
 class OutputOptions(JsonOption):
     """Options of a verb that writes files."""
 
-    out: Path | None = None
-    force: bool = option(False, needs="out")
+    out: Path | None = option(None, "write the results to this folder", "DIR", group="output")
+    force: bool = option(False, "overwrite what is there", group="output", needs="out")
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
@@ -101,7 +121,7 @@ class OutputOptions(JsonOption):
 class DetailsOptions(OutputOptions):
     """Options of a verb whose screen is its answer alone."""
 
-    details: bool = False
+    details: bool = option(False, "show all figures below the answer, too")
 
 
 def option_names(options: Any) -> list[str]:
@@ -177,10 +197,8 @@ def _described(
     options: type[Any], names: Sequence[str] = (), group: str | None = None
 ) -> Iterator[tuple["Field[Any]", Any, Mapping[str, Any]]]:
     """Yield fields, types and descriptions, those of the class before those of its bases."""
-    texts = _option_texts()
     hints = get_type_hints(options)
     by_name = {entry.name: entry for entry in fields(options)}
-    owners = {name: base for base in options.__mro__[::-1] for name in get_annotations(base)}
     order = dict.fromkeys(chain.from_iterable(get_annotations(base) for base in options.__mro__))
     for name in order:
         if name not in by_name or (names and name not in names):
@@ -189,29 +207,8 @@ def _described(
         if "names" in entry.metadata:
             yield from _described(kind, entry.metadata["names"], entry.metadata["group"])
             continue
-        text = texts.get((owners[name].__name__.lstrip("_"), name), {})
-        about = {**text, **entry.metadata}
-        about |= {"text": _help(about, entry.default), "group": group or about["group"]}
-        yield entry, kind, about
-
-
-@cache
-def _option_texts() -> Mapping[tuple[str, str], Mapping[str, Any]]:
-    """Placeholder, help and group of each option in ``options.txt``, by its class and its name."""
-    texts: dict[tuple[str, str], Mapping[str, Any]] = {}
-    owner, group = "", None
-    file = Path(__file__).with_name("options.txt")
-    for line in file.read_text(encoding="utf-8").replace("\n  ", " ").splitlines():
-        if line.startswith("# "):
-            owner, group = line[2:], None
-        elif line.startswith("["):
-            group = line[1:-1]
-        elif line:
-            head, _, text = f"{line} ".partition(": ")
-            name, *words = head.split()
-            metavar = tuple(words) if len(words) > 1 else "".join(words) or None
-            texts[owner, name] = {"metavar": metavar, "text": text.strip(), "group": group}
-    return texts
+        about = {**entry.metadata, "group": group or entry.metadata["group"]}
+        yield entry, kind, about | {"text": _help(about, entry.default)}
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:

@@ -26,11 +26,18 @@ SPREADS = (1e-9, 0.1)
 class RobotOptions(Options):
     """Options of one robot: its model, and the two ends of its chain."""
 
-    robot: str
-    base: str | None = None
-    tip: str = "ball_link"
-    flange: str | None = None
-    ball: tuple[float, float, float] | None = None
+    robot: str = option(..., "a shipped robot's name, or a URDF file", "R", group="robot")
+    base: str | None = option(None, "the base link (default: the root)", "LINK", group="robot")
+    tip: str = option("ball_link", "the ball's link", "LINK", group="robot")
+    flange: str | None = option(
+        None, "for a URDF without a ball: the link that carries it", "LINK", group="robot"
+    )
+    ball: tuple[float, float, float] | None = option(
+        None,
+        "with --flange: the ball's centre in that link's frame, in metres",
+        ("X", "Y", "Z"),
+        group="robot",
+    )
 
     def load_robot(self) -> "robots.Robot":
         """Read the model of the robot; a ModelError names a missing link."""
@@ -44,11 +51,40 @@ class RobotOptions(Options):
 class RobotsOptions(Options):
     """Options of one robot, or of several by their names."""
 
-    robot: Sequence[str] = option(..., repeated=True)
-    base: Sequence[str] = option((), repeated=True)
-    tip: Sequence[str] = option((), repeated=True)
-    flange: Sequence[str] = option((), repeated=True)
-    ball: tuple[float, float, float] | None = None
+    robot: Sequence[str] = option(
+        ...,
+        "a shipped robot's name, or a URDF file; several as NAME=R, each by an option of its own",
+        "R",
+        group="robot",
+        repeated=True,
+    )
+    base: Sequence[str] = option(
+        (),
+        "the base link (default: the root; of several robots NAME=LINK)",
+        "LINK",
+        group="robot",
+        repeated=True,
+    )
+    tip: Sequence[str] = option(
+        (),
+        "the ball's link (default: ball_link; of several robots NAME=LINK)",
+        "LINK",
+        group="robot",
+        repeated=True,
+    )
+    flange: Sequence[str] = option(
+        (),
+        "for a URDF without a ball: the link that carries it; of several robots NAME=LINK",
+        "LINK",
+        group="robot",
+        repeated=True,
+    )
+    ball: tuple[float, float, float] | None = option(
+        None,
+        "with --flange: the ball's centre in that link's frame, in metres",
+        ("X", "Y", "Z"),
+        group="robot",
+    )
 
     def load_robots(self) -> "dict[str, robots.Robot]":
         """Read the models of the robots by their names; the name of a single robot is empty."""
@@ -202,8 +238,20 @@ def measured_of(
 class WorkerOptions(Options):
     """Options of a verb whose work is shared out."""
 
-    processes: int = option(os.cpu_count() or 1, between=(1, 4096))
-    cluster: str | None = option(unless="processes")
+    processes: int = option(
+        os.cpu_count() or 1,
+        "number of processes (default: all cores)",
+        "N",
+        group="workers",
+        between=(1, 4096),
+    )
+    cluster: str | None = option(
+        None,
+        "address of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
+        "ADDRESS",
+        group="workers",
+        unless="processes",
+    )
 
     @property
     def workers(self) -> "parallel.Workers":

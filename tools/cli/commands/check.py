@@ -23,10 +23,25 @@ NOTHING_WRONG = "Nothing wrong was seen."
 
 
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
-    robot: str = ""
-    calibration: Path | None = cli.option(unless=_OF_THE_MODEL)
-    stood: str = cli.option("", needs="calibration")
-    data: Sequence[Path] = cli.argument()
+    robot: str = cli.option(
+        "",
+        "a shipped robot's name, or a URDF file; needed without --calibration",
+        "R",
+        group="robot",
+    )
+    calibration: Path | None = cli.option(
+        None,
+        "tell what changed since this calibration, as mukca validate does; in place of --robot",
+        "CALIBRATION",
+        unless=_OF_THE_MODEL,
+    )
+    stood: str = cli.option(
+        "",
+        "with --calibration: its placement whose base still stands where it stood",
+        "PLACEMENT",
+        needs="calibration",
+    )
+    data: Sequence[Path] = cli.argument("placements", "DATA")
     settings: SolveOptions = cli.part(
         SolveOptions,
         "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses "

@@ -32,9 +32,14 @@ ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
 class _PathOptions(PayloadOptions):
-    tool: str | None = None
-    out: Path | None = None
-    force: bool = option(False, needs="out")
+    tool: str | None = option(
+        None,
+        "a link that stands still on the flange; or its place there in metres and turn in "
+        "radians, as in 0,0,0.12,0,0,1.57 (default: the flange)",
+        "TOOL",
+    )
+    out: Path | None = option(None, "the CSV file to write (default: -, standard output)", "FILE")
+    force: bool = option(False, "overwrite it", needs="out")
 
     def setup(self) -> "Setup":
         """Return the tool and the payload on the arm."""
@@ -54,10 +59,14 @@ class _PathOptions(PayloadOptions):
 
 
 class _CommandOptions(_PathOptions):
-    calibration: Path = argument()
-    poses: Path = argument()
-    start: Sequence[float] | None = None
-    prefer: Sequence[float] | None = None
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    poses: Path = argument("poses or points, one a line; - for standard input", "POSES.csv")
+    start: Sequence[float] | None = option(
+        None, "joint positions before the first pose (default: any that reach it)", "RAD"
+    )
+    prefer: Sequence[float] | None = option(
+        None, "posture to stay near where a pose leaves a choice (default: the start)", "RAD"
+    )
 
 
 def run_command(options: _CommandOptions, terminal: Terminal) -> int:
@@ -189,9 +198,15 @@ def written(
 
 
 class _PosesOptions(_PathOptions):
-    calibration: Path = argument()
-    joints: Path = argument()
-    deviation: bool = False
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    joints: Path = argument(
+        "joint positions, one configuration a line; - for standard input", "JOINTS.csv"
+    )
+    deviation: bool = option(
+        False,
+        "also write how well each pose is known: standard deviations of its place [m], and of "
+        "its turn about the axes of the base [rad]",
+    )
 
 
 def run_poses(options: _PosesOptions, terminal: Terminal) -> int:

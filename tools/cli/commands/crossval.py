@@ -17,8 +17,10 @@ _NOTHING = {"mean_absolute_error": None, "max_error": None, "distance_error": No
 
 
 class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
-    data: Sequence[Path] = cli.argument()
-    bootstrap: int = 0
+    data: Sequence[Path] = cli.argument("placements, 2 or more", "DATA")
+    bootstrap: int = cli.option(
+        0, "fit N times to samples drawn anew, for the spread of the errors", "N"
+    )
     settings: SolveOptions = cli.part(
         SolveOptions, "method distance known distance_deviation zeros type_prior payload gravity"
     )

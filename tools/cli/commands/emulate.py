@@ -22,19 +22,23 @@ LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 
 
 class _EmulateOptions(Options):
-    controller: str = argument(choices=sorted(EMULATORS))
-    version: str | None = None
-    address: str = ""
-    recording: Path | None = None
-    hold: float = option(1.0, between=NOT_NEGATIVE)
-    move: float = option(1.0, between=POSITIVE)
-    wait: bool = False
-    noise: float = option(2e-5, between=NOT_NEGATIVE)
-    rate: float | None = option(between=POSITIVE)
-    fault: Sequence[str] = option((), repeated=True)
-    seed: int = 0
-    journal: Path | None = None
-    json: bool = False
+    controller: str = argument("the controller to play", choices=sorted(EMULATORS))
+    version: str | None = option(None, "version of the protocol or the controller", "V")
+    address: str = option("", "address to listen at (default: the real ports on loopback)")
+    recording: Path | None = option(None, "move through a placement, then rest", "DIR")
+    hold: float = option(1.0, "seconds to rest at each pose", "S", between=NOT_NEGATIVE)
+    move: float = option(1.0, "seconds to move to the next pose", "S", between=POSITIVE)
+    wait: bool = option(False, "rest at the first pose until Enter is pressed")
+    noise: float = option(
+        2e-5, "standard deviation of the encoders' noise", "RAD", between=NOT_NEGATIVE
+    )
+    rate: float | None = option(None, "states per second", "HZ", between=POSITIVE)
+    fault: Sequence[str] = option(
+        (), "a fault, as below; may be repeated", "KIND...", repeated=True
+    )
+    seed: int = option(0, "seed of the faults (default: 0)")
+    journal: Path | None = option(None, "note what comes in and out", "FILE")
+    json: bool = option(False, "tell the address as a JSON object")
 
 
 def run_emulate(options: _EmulateOptions, terminal: Terminal) -> int:

@@ -17,16 +17,40 @@ LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.item
 
 
 class _ExportOptions(PayloadOptions, JsonOption):
-    calibration: Path = argument()
-    to: str = option(..., choices=FORMATS)
-    out: Path
-    flange: str | None = None
-    tool: Sequence[str] = option((), repeated=True)
-    like: Path | None = None
-    joints: str | None = None
-    servos: Literal["feetech", "dynamixel"] | None = None
-    serial_number: str | None = None
-    force: bool = False
+    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    to: str = option(..., "one of the formats below", "FORMAT", choices=FORMATS)
+    out: Path = option(..., "file to write", "FILE")
+    flange: str | None = option(
+        None,
+        "(c, urdf) the link whose pose C gives, or that carries tools (default: the one that "
+        "carries the ball)",
+        "LINK",
+    )
+    tool: Sequence[str] = option(
+        (),
+        "(urdf) add a link, fixed to the flange: metres and radians; may be repeated",
+        "NAME=X,Y,Z,R,P,Y",
+        repeated=True,
+    )
+    like: Path | None = option(
+        None,
+        "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf) the model to "
+        "correct; (lerobot) the arm's present calibration file",
+        "FILE",
+    )
+    joints: str | None = option(
+        None,
+        "(mjcf) how the model calls the joints: names in chain order, between commas; or one "
+        "word in which * is the URDF's name, as in left/*",
+        "NAMES",
+    )
+    servos: Literal["feetech", "dynamixel"] | None = option(
+        None, "(lerobot) the make of the arm's servos"
+    )
+    serial_number: str | None = option(
+        None, "serial number of the arm (default: as noted while recording)", "TEXT"
+    )
+    force: bool = option(False, "overwrite FILE")
 
 
 @for_each_arm

@@ -21,16 +21,47 @@ NO_SAMPLES = (
 
 
 class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
-    log: Path = cli.argument()
-    distance: float = cli.option(0.05, between=cli.DISTANCES)
-    assign: Sequence[str] = cli.option((), repeated=True)
-    topic: str | None = None
-    joints: str | None = None
-    units: str | None = None
-    efforts: bool = False
-    window: float = cli.option(WINDOW, between=cli.WINDOWS)
-    still: float | None = cli.option(between=cli.SPREADS, usual=STILL)
-    out: Path | None = None
+    log: Path = cli.argument("a bag, a data set, a CSV file, or a recording", "LOG")
+    distance: float = cli.option(
+        0.05,
+        "distance of the centres of sockets 0 and 1 in metres, measured with a caliper",
+        "M",
+        between=cli.DISTANCES,
+    )
+    assign: Sequence[str] = cli.option(
+        (),
+        "placement and socket of rests, by their numbers; replaces the proposal, may be repeated",
+        "NAME:SOCKET=RESTS",
+        repeated=True,
+    )
+    topic: str | None = cli.option(
+        None, "(bags) topic of the joint states (default: that with most states)", "T"
+    )
+    joints: str | None = cli.option(
+        None,
+        "how the log calls the joints: names in chain order, between commas; or one word in "
+        "which * is the model's name, as in left_*",
+        "NAMES",
+    )
+    units: str | None = cli.option(
+        None,
+        "(lerobot, CSV) radians, degrees, or lerobot's calibration file of the arm, for values"
+        " from -100 to 100",
+        "U",
+    )
+    efforts: bool = cli.option(False, "(bags) also read efforts, which must be in N m")
+    window: float = cli.option(WINDOW, "seconds that a sample averages", "S", between=cli.WINDOWS)
+    still: float | None = cli.option(
+        None,
+        "an arm whose standard deviation over the window is larger is not still (default: {}, "
+        "or the step of its encoders)",
+        "RAD",
+        between=cli.SPREADS,
+        usual=STILL,
+    )
+    out: Path | None = cli.option(
+        None, "write a folder for each placement here", "DIR", group="output"
+    )
 
 
 def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:

@@ -19,8 +19,8 @@ HEADS = ("arm", "last session", "before", "now", "verdict")
 
 
 class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.DetailsOptions):
-    folder: Path = cli.argument()
-    out: Path = cli.option(...)
+    folder: Path = cli.argument("folder with a folder for each arm", "DIR")
+    out: Path = cli.option(..., "folder to write to", "DIR", group="output")
     calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
 
 

@@ -19,12 +19,19 @@ from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
 class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
-    placements: int = option(3, between=(1, 8))
-    samples: int = option(12, between=(3, 100))
-    distance: Sequence[float] = option((0.1, 0.15, 0.05), between=(0.01, 1))
-    turn: float | None = option(between=(30, 360))
-    out: Path | None = None
-    force: bool = option(False, needs="out")
+    placements: int = option(3, "predict up to so many placements", "N", between=(1, 8))
+    samples: int = option(12, "samples in each socket", "K", between=(3, 100))
+    distance: Sequence[float] = option(
+        (0.1, 0.15, 0.05), "distance of the base's sockets, in metres", "M", between=(0.01, 1)
+    )
+    turn: float | None = option(
+        None,
+        "turn no joint farther than this from where a session begins, and say what that costs",
+        "DEG",
+        between=(30, 360),
+    )
+    out: Path | None = option(None, "write a picture of the placements", "FILE.svg", group="output")
+    force: bool = option(False, "overwrite the picture", group="output", needs="out")
 
 
 def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
@@ -97,24 +104,78 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
 
 
 class _PrintPartsOptions(OutputOptions):
-    out: Path = option(...)
-    mount: Sequence[str] | None = None
-    format: Sequence[str] = option(("stl", "3mf", "svg"), choices=printables.FORMATS)
-    author: str = "mukca"
-    sockets: int = 2
-    distance: float = 0.1
-    height_mm: float = 30.0
-    clearance_mm: float = 0.5
-    anchor: str | None = option(choices=printables.ARMS, needs="plate_mm")
-    plate_mm: tuple[float, float] | None = option(needs="anchor")
-    ball_diameter_mm: float = 20.0
-    bought_ball: bool = False
-    neck_mm: float | None = None
-    reach_mm: float | None = None
-    bolt_circle_mm: float | None = None
-    bolts: int | None = option(needs="bolt_circle_mm")
-    screw: str | None = option(choices=printables.SCREWS, needs="bolt_circle_mm")
-    grip_mm: tuple[float, float, float] | None = None
+    out: Path = option(..., "folder to write to", "DIR", group="output")
+    mount: Sequence[str] | None = option(
+        None,
+        "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, "
+        "or one of the list below (default: all of that)",
+        "NAME",
+    )
+    format: Sequence[str] = option(
+        ("stl", "3mf", "svg"),
+        "formats of the files (default: stl 3mf svg, a drawing); step needs mukca[step]",
+        choices=printables.FORMATS,
+    )
+    author: str = option("mukca", "the author's name in 3MF files", "NAME")
+    sockets: int = option(2, "number of sockets: 2, or 3 in a triangle", "N", group="socket base")
+    distance: float = option(
+        0.1, "distance of the sockets' centres, in metres", "M", group="socket base"
+    )
+    height_mm: float = option(
+        30.0, "height of the sockets' centres above the table", "MM", group="socket base"
+    )
+    clearance_mm: float = option(
+        0.5, "gap between ball and seat, beside the pads", "MM", group="socket base"
+    )
+    anchor: str | None = option(
+        None,
+        "add a clip for the base plate of this arm",
+        group="socket base",
+        choices=printables.ARMS,
+        needs="plate_mm",
+    )
+    plate_mm: tuple[float, float] | None = option(
+        None,
+        "two measures of the arm's plate: its width at the front edge, and the distance from "
+        "that edge to the first joint's axis",
+        ("WIDTH", "FRONT"),
+        group="socket base",
+        needs="anchor",
+    )
+    ball_diameter_mm: float = option(20.0, "diameter of the ball, in all parts", "MM", group="ball")
+    bought_ball: bool = option(
+        False, "make a cup, into which you glue a bearing ball", group="ball"
+    )
+    neck_mm: float | None = option(
+        None, "diameter of the neck at the ball (default: 0.45 of the ball's)", "MM", group="ball"
+    )
+    reach_mm: float | None = option(
+        None, "distance from the flange to the ball's centre, for one mount", "MM", group="ball"
+    )
+    bolt_circle_mm: float | None = option(
+        None, "a plate with holes on a circle of this diameter", "MM", group="a mount of your own"
+    )
+    bolts: int | None = option(
+        None,
+        "number of holes in it (default: 4)",
+        "N",
+        group="a mount of your own",
+        needs="bolt_circle_mm",
+    )
+    screw: str | None = option(
+        None,
+        "screws for the holes (default: M6)",
+        group="a mount of your own",
+        choices=printables.SCREWS,
+        needs="bolt_circle_mm",
+    )
+    grip_mm: tuple[float, float, float] | None = option(
+        None,
+        "a block for a gripper: between its fingers, along their width, along their length; "
+        "the ball's place then counts from the fingertips",
+        ("WIDTH", "DEPTH", "LENGTH"),
+        group="a mount of your own",
+    )
 
 
 def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:

@@ -22,8 +22,13 @@ from .. import POSITIVE, JsonOption, Options, Terminal, argument, option
 
 
 class _InfoOptions(JsonOption):
-    paths: Sequence[Path] = argument()
-    set_distance: float | None = option(between=(1e-3, 10))
+    paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
+    set_distance: float | None = option(
+        None,
+        "correct the distance between the sockets' centres first; what it was is kept",
+        "M",
+        between=(1e-3, 10),
+    )
 
 
 def run_info(options: _InfoOptions, terminal: Terminal) -> int:
@@ -257,12 +262,24 @@ FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points
 
 
 class _ConvertOptions(Options):
-    path: Path = argument()
-    to: str = option(..., choices=FORMS)
-    columns: Sequence[str] = ()
-    out: Path
-    force: bool = False
-    distance: float | None = option(between=POSITIVE)
+    path: Path = argument("a placement, or a folder of them; with --columns a table", "PATH")
+    to: str = option(
+        ..., "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument", choices=FORMS
+    )
+    columns: Sequence[str] = option(
+        (),
+        "what the columns of another program's table are, as in 'q=joint_1..6 [deg]' "
+        "'x=x_t+x_dif [mm]'; also y, z, socket, effort",
+        "NAME=COLUMNS",
+    )
+    out: Path = option(..., "where to write", "DIR")
+    force: bool = option(False, "overwrite files in DIR")
+    distance: float | None = option(
+        None,
+        "distance of the sockets' centres in metres, where the recording does not say",
+        "M",
+        between=POSITIVE,
+    )
 
 
 def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:

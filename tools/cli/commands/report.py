@@ -19,18 +19,60 @@ LONGEST = 26
 
 
 class _ReportOptions(cli.OutputOptions):
-    calibration: Path = cli.argument()
-    repeatability_mm: float | None = cli.option(between=cli.MILLIMETRES)
-    limit_mae_mm: float | None = cli.option(between=cli.MILLIMETRES)
-    limit_distance_mm: float | None = cli.option(between=cli.MILLIMETRES)
-    limit_between_mm: float | None = cli.option(between=cli.MILLIMETRES)
-    known: Sequence[str] = ()
-    tolerance_mm: float | None = cli.option(between=cli.MILLIMETRES)
-    certificate: Path | None = None
-    out: Path | None = None
-    force: bool = False
-    open: bool = False
-    json: bool = False
+    calibration: Path = cli.argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    repeatability_mm: float | None = cli.option(
+        None,
+        "the arm's repeatability, from its data sheet",
+        "MM",
+        group="limits (default: by the arm's repeatability)",
+        between=cli.MILLIMETRES,
+    )
+    limit_mae_mm: float | None = cli.option(
+        None,
+        "mean absolute error at held-out placements",
+        "MM",
+        group="limits (default: by the arm's repeatability)",
+        between=cli.MILLIMETRES,
+    )
+    limit_distance_mm: float | None = cli.option(
+        None,
+        "error of the sockets' distance there, mean of absolute values",
+        "MM",
+        group="limits (default: by the arm's repeatability)",
+        between=cli.MILLIMETRES,
+    )
+    limit_between_mm: float | None = cli.option(
+        None,
+        "error of distances between placements, likewise",
+        "MM",
+        group="limits (default: by the arm's repeatability)",
+        between=cli.MILLIMETRES,
+    )
+    known: Sequence[str] = cli.option(
+        (),
+        "distances between sockets of different placements, measured from outside, in metres: "
+        "A:0-B:0=0.175 or A:0-B:0=0.175+-0.0001, or a file with one a line",
+        "K",
+        group="limits (default: by the arm's repeatability)",
+    )
+    tolerance_mm: float | None = cli.option(
+        None,
+        "the error that your task allows; the page asks for it, too",
+        "MM",
+        between=cli.MILLIMETRES,
+    )
+    certificate: Path | None = cli.option(
+        None,
+        "also write a sheet to sign: errors at held-out places, limits and verdict",
+        "FILE.pdf|.html",
+        group="output",
+    )
+    out: Path | None = cli.option(
+        None, "folder to write to (default: beside CALIBRATION)", "DIR", group="output"
+    )
+    force: bool = cli.option(False, "overwrite another report in DIR", group="output")
+    open: bool = cli.option(False, "show it in the web browser", group="output")
+    json: bool = cli.option(False, "print report.json, SI units", group="output")
 
 
 @cli.for_each_arm
@@ -120,11 +162,16 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
 
 
 class _CompareOptions(cli.OutputOptions):
-    calibrations: Sequence[Path] = cli.argument()
-    data: Sequence[Path] = ()
-    distance: float | None = cli.option(needs="data")
-    out: Path | None = None
-    open: bool = cli.option(False, needs="out")
+    calibrations: Sequence[Path] = cli.argument("calibration.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = cli.option((), "placements to compare on", "DATA")
+    distance: float | None = cli.option(
+        None,
+        "distance of the sockets' centres in --data, in metres (default: the recording's)",
+        "M",
+        needs="data",
+    )
+    out: Path | None = cli.option(None, "write compare.html and .json here", "DIR", group="output")
+    open: bool = cli.option(False, "show the page in the web browser", group="output", needs="out")
 
 
 def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:

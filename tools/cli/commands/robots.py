@@ -9,14 +9,14 @@ from typing import Any
 from ....drivers import DriverInfo, list_drivers, try_plugin
 from ....solver import assessment
 from ....solver import robot as models
-from .. import JsonOption, Terminal
+from .. import JsonOption, Terminal, option
 
 KNOWN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("robots.json").read_bytes())
 """Driver of each robot; and how far its ball comes from its second joint, about [m]."""
 
 
 class _RobotsListOptions(JsonOption):
-    licences: bool = False
+    licences: bool = option(False, "the sources of each model, and their licences")
 
 
 def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:

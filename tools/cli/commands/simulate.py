@@ -25,11 +25,18 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 
 
 class _ExperimentOptions(JsonOption):
-    model: str = "calibrated"
-    arm: int | None = option(between=SEEDS)
-    seed: int = option(0, between=SEEDS)
-    out: Path | None = None
-    force: bool = option(False, needs="out")
+    model: str = option("calibrated", "nominal, calibrated, true, or a URDF file")
+    arm: int | None = option(
+        None, "number of the simulated arm (default: the demo's)", "SEED", between=SEEDS
+    )
+    seed: int = option(0, "seed of recordings, teaching and starts (default: 0)", between=SEEDS)
+    out: Path | None = option(
+        None,
+        "try the nominal model too (with --model nominal, the calibrated one), and write a "
+        "report with both side by side",
+        "DIR",
+    )
+    force: bool = option(False, "overwrite results in DIR", needs="out")
 
 
 class InsertionOptions(_ExperimentOptions):
@@ -37,9 +44,16 @@ class InsertionOptions(_ExperimentOptions):
 
     experiment: ClassVar = "insertion"
     line: ClassVar = "put a peg into a hole from other postures than that in which it was taught"
-    hole_mm: float = option(10.4, between=(10.1, 40))
-    cross: int = option(0, between=(0, 24))
-    trials: int = option(20, between=(1, 10_000))
+    hole_mm: float = option(
+        10.4, "diameter of the hole; the peg has 10 mm", "MM", between=(10.1, 40)
+    )
+    cross: int = option(
+        0,
+        "then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
+        "N",
+        between=(0, 24),
+    )
+    trials: int = option(20, "number of trials", "N", between=(1, 10_000))
 
 
 class DrawingOptions(_ExperimentOptions):
@@ -49,7 +63,7 @@ class DrawingOptions(_ExperimentOptions):
     line: ClassVar = "retrace a drawing from other postures than that in which it was shown"
     hole_mm: ClassVar = None
     cross: ClassVar = 0
-    trials: int = option(6, between=(2, 10_000))
+    trials: int = option(6, "number of lines that must hold together", "N", between=(2, 10_000))
 
 
 Experiment = InsertionOptions | DrawingOptions
@@ -167,8 +181,8 @@ KEYS = "keys.txt"
 
 
 class _DemoOptions(Options):
-    out: Path = Path("demo")
-    force: bool = False
+    out: Path = option(Path("demo"), "folder to write to", "DIR")
+    force: bool = option(False, "overwrite results in DIR")
 
 
 def run_demo(options: _DemoOptions, terminal: Terminal) -> int:

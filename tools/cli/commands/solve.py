@@ -8,7 +8,7 @@ from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
-from .. import DetailsOptions, RobotsOptions, Terminal, argument, part, split_by_robot
+from .. import DetailsOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot
 from .report import show_errors
 from .solve_details import show_details
 
@@ -17,8 +17,8 @@ MORE = "--details shows limits, joints and choices; the report has all."
 
 
 class _CalibrateOptions(RobotsOptions, DetailsOptions):
-    train: Sequence[Path] = argument()
-    test: Sequence[Path] = ()
+    train: Sequence[Path] = argument("placements to fit", "TRAIN")
+    test: Sequence[Path] = option((), "placements held out", "HELD_OUT")
     settings: SolveOptions = part(SolveOptions)
 
 

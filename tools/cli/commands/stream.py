@@ -35,10 +35,14 @@ COUNTS = ("missed", "rejected", "drops", "status")
 
 
 class _StreamOptions(Options):
-    driver: str
-    count: int | None = option(between=POSITIVE)
-    seconds: float | None = option(between=POSITIVE)
-    json: bool = False
+    driver: str = option(
+        ...,
+        "the arm's driver and address, as in franka:172.16.0.2; mukca drivers lists them",
+        "NAME[:ADDRESS]",
+    )
+    count: int | None = option(None, "end after so many states", "N", between=POSITIVE)
+    seconds: float | None = option(None, "end after so long", "S", between=POSITIVE)
+    json: bool = option(False, "print one JSON object a state")
 
 
 def run_stream(options: _StreamOptions, terminal: Terminal) -> int:

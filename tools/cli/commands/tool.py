@@ -11,7 +11,7 @@ from ....errors import JOINT_POSITION, LENGTH
 from ....solver import calibration, partial, robot
 from ....solver.calibration import UsageError
 from ... import extract
-from .. import DetailsOptions, Terminal, argument, one_arm
+from .. import DetailsOptions, Terminal, argument, one_arm, option
 from .report import emit_with_page
 
 _LIMIT = 2.0
@@ -20,13 +20,29 @@ BELOW = 5
 
 
 class _ToolOptions(DetailsOptions):
-    calibration: Path = argument()
-    data: Sequence[Path] = argument()
-    name: str = "tool"
-    axis: Sequence[Path] = ()
-    face: tuple[Path, Path] | None = None
-    stood: str = ""
-    limit_mm: float = _LIMIT
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = argument("placements, or CSV files of joint positions", "DATA")
+    name: str = option("tool", "name of the tool's link", "LINK")
+    axis: Sequence[Path] = option(
+        (),
+        "touches by a second point up the tool's shaft: z of the link points from there to the tip",
+        "DATA",
+    )
+    face: tuple[Path, Path] | None = option(
+        None,
+        "touches by two more points of a flat tool: z is normal to the three",
+        ("DATA", "DATA"),
+    )
+    stood: str = option(
+        "",
+        "placement of the calibration that was touched; its sockets must stand where they stood",
+        "PLACEMENT",
+    )
+    limit_mm: float = option(
+        _LIMIT,
+        "standard deviation in any direction, above which the touches are not enough (default: 2)",
+        "MM",
+    )
 
 
 def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
@@ -105,12 +121,21 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
 
 
 class _RezeroOptions(DetailsOptions):
-    calibration: Path = argument()
-    data: Sequence[Path] = argument()
-    joint: Sequence[str] = ()
-    stood: str = ""
-    ball_moved: bool = False
-    distance: float | None = None
+    calibration: Path = argument(
+        "calibration.json, or its folder; of one never calibrated its name or URDF", "CALIBRATION"
+    )
+    data: Sequence[Path] = argument("placements recorded since", "DATA")
+    joint: Sequence[str] = option(
+        (), "joints whose zero changed (default: those that the evidence names)", "NAME"
+    )
+    stood: str = option(
+        "",
+        "placement of the calibration whose base still stands where it stood. One socket is "
+        "enough then, and the first joint is told, too",
+        "PLACEMENT",
+    )
+    ball_moved: bool = option(False, "say that the ball was taken off since the calibration")
+    distance: float | None = option(None, "distance of the sockets' centres in metres", "M")
 
 
 def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
@@ -145,15 +170,37 @@ _MARKERS = "5X5_100"
 
 
 class _HandeyeOptions(DetailsOptions):
-    calibration: Path = argument()
-    data: Sequence[Path] = argument()
-    camera: "partial.Camera"
-    name: str = "camera"
-    near: str = ""
-    board: tuple[float, float, float, float] = _BOARD
-    dictionary: str = _MARKERS
-    intrinsics: str = ""
-    limit_mm: float = _LIMIT
+    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = argument(
+        "CSV files of joints and poses, or folders of images with joints.csv", "POSES.csv"
+    )
+    camera: "partial.Camera" = option(..., "the camera is on the arm, or beside it")
+    name: str = option("camera", "name of the camera's link", "LINK")
+    near: str = option(
+        "",
+        "posture near which the views were taken [rad], with poses of the flange in place of "
+        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw); as in --near=-0.3,1.2,..",
+        "Q1,Q2,..",
+    )
+    board: tuple[float, float, float, float] = option(
+        _BOARD,
+        "of images: the ChArUco board's squares in a row and a column, and the sides of a "
+        "square and a marker (default: the board of the documentation, 9 6 30 21)",
+        ("COLUMNS", "ROWS", "MM", "MM"),
+    )
+    dictionary: str = option(
+        _MARKERS, "of images: the board's markers; none for a plain chessboard", "NAME"
+    )
+    intrinsics: str = option(
+        "",
+        "of images: the camera, in pixels (default: found from the images)",
+        "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]",
+    )
+    limit_mm: float = option(
+        _LIMIT,
+        "standard deviation in any direction, above which the views are not enough (default: 2)",
+        "MM",
+    )
 
 
 def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:

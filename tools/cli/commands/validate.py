@@ -18,11 +18,24 @@ MOST_PLACEMENTS = 3
 class ValidateOptions(cli.OutputOptions):
     """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
 
-    calibration: Path = cli.argument()
-    data: Sequence[Path] = cli.argument()
-    stood: str = ""
-    tool_to_tool: bool = cli.option(False, unless="stood")
-    limit_mm: float | None = cli.option(between=cli.MILLIMETRES, needs="tool_to_tool")
+    calibration: Path = cli.argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    data: Sequence[Path] = cli.argument("placements", "DATA")
+    stood: str = cli.option(
+        "", "placement of the calibration whose base still stands where it stood", "PLACEMENT"
+    )
+    tool_to_tool: bool = cli.option(
+        False,
+        "of arms calibrated together: compare distances between their tools, where both "
+        "touched the same sockets or points in one frame; DATA are placements held out",
+        unless="stood",
+    )
+    limit_mm: float | None = cli.option(
+        None,
+        "error that 95 % of these distances must keep",
+        "MM",
+        between=cli.MILLIMETRES,
+        needs="tool_to_tool",
+    )
     settings: SolveOptions = cli.part(
         SolveOptions, "distance payload repeatability_mm flange_poses as_recorded leave_out"
     )

@@ -18,8 +18,10 @@ LIST = "\n".join(
 
 
 class _WhatifOptions(cli.RobotOptions, cli.JsonOption):
-    data: Sequence[Path] = cli.argument()
-    fault: str
+    data: Sequence[Path] = cli.argument("placements", "DATA")
+    fault: str = cli.option(
+        ..., "KIND [NAME] [@SAMPLE] [SIZE], as 'sag 3mm' or 'base@6 5mm'", "FAULT"
+    )
     settings: SolveOptions = cli.part(
         SolveOptions,
         "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses "
