@@ -38,7 +38,8 @@ class DataSheet:
     """The maker's table: rows of theta, d, a and alpha [deg, m]; its convention, ``dh`` or ``mdh``,
     Craig's modified one; by what its base is turned about z [deg], and the tool behind it [m].
     Franka's FCI documentation; Universal Robots' article on DH parameters; Kinova's user guide,
-    "Classical DH parameters", to the interface module; of the iiwa14 the data sheet's drawing."""
+    "Classical DH parameters", to the interface module; of the iiwa14 the data sheet's drawing; of
+    the iiwa7 the same with its lengths, of which no data sheet was at hand."""
     bodies: list[list[float]] | None = None
     "Masses and centres of mass of links 1 to 6 in the frames of that table, same source [kg, m]."
     landmarks: list[dict[str, Any]] = field(default_factory=list)
