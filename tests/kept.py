@@ -5,6 +5,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 PAGES = Path(__file__).parent / "tools" / "report" / "pages"
@@ -80,3 +81,26 @@ def says(name, html):
         for one, other in zip(NUMBER.findall(line), NUMBER.findall(old), strict=True):
             digit = 10.0 ** -len(other.partition(".")[2])
             assert float(one) == pytest.approx(float(other), abs=2 * digit), (line, old)
+
+
+UNLIKE = 6.0
+"""Mean absolute difference of grey, 0 to 255, by which a picture no longer shows the same page.
+
+Another font, or letters larger by 4 %, make 5 at most; without one of its sections a page differs
+by 8 and more on a narrow screen.
+"""
+
+
+def pictures(name, thumbnails):
+    """Compare grey pictures with those kept side by side in a file; see :func:`compare`."""
+    from PIL import Image
+
+    file = PAGES / f"{name}.png"
+    strip = np.hstack(list(thumbnails.values()))
+    if os.environ.get("MUKCA_KEEP_PAGES"):
+        Image.fromarray(strip).save(file, optimize=True)
+    kept = np.asarray(Image.open(file), dtype=float)
+    assert kept.shape == strip.shape, f"{file} has other views: keep it anew"
+    apart = np.abs(kept - strip).reshape(len(strip), len(thumbnails), -1).mean(axis=(0, 2))
+    unlike = dict(zip(thumbnails, apart.round(1).tolist(), strict=True))
+    assert max(unlike.values()) <= UNLIKE, f"{file}: it looks otherwise, by view: {unlike}"

@@ -41,6 +41,18 @@ def calibrated(session, shared):
     return shared("calibrated", make)
 
 
+@pytest.fixture(scope="session")
+def auto(session, shared):
+    """The same, by the default method."""
+    held_out = [str(session / "left"), str(session / "right")]
+
+    def make(out):
+        words = [str(session / "front"), "--test", *held_out, "--robot", "panda"]
+        main(["solve", *words, "--out", str(out)])
+
+    return shared("auto", make)
+
+
 @pytest.fixture
 def document(calibrated):
     """The calibration's file, to be changed at will."""

@@ -15,17 +15,6 @@ def test_the_report_of_the_papers_method(calibrated):
     says("paper", (calibrated / "report.html").read_text())
 
 
-@pytest.fixture(scope="module")
-def auto(session, shared):
-    held_out = [str(session / "left"), str(session / "right")]
-
-    def make(out):
-        words = [str(session / "front"), "--test", *held_out, "--robot", "panda"]
-        main(["solve", *words, "--out", str(out)])
-
-    return shared("auto", make)
-
-
 def test_the_report_of_the_default_method(auto):
     says("auto", (auto / "report.html").read_text())
 
