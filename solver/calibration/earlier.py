@@ -10,35 +10,33 @@ from pathlib import Path
 import numpy as np
 
 from .. import results
-from ..bayes.inference import JointPosterior, Posterior, restored_covariance
+from ..bayes.inference import FitPosterior, Posterior, restored_covariance
+from ..bayes.selection import Prior
 from ..bayes.model import KINDS, GivenPrior, Noise, extend, groups_at, submatrix
 from ..data import (
     Measurement,
     Pose,
     RobotRecordings,
     as_point,
-    base_name,
     measure,
-    observe_all,
+    observe,
     spaced,
 )
 from ..robot import BallModel, Origin, Robot
-from .arm_types import TypePriors, tilts_about_other_axes, type_priors
+from .arm_types import tilts_about_other_axes, type_priors
 from .fit import fit_robots
 from .option import UsageError
 from .options import SolveOptions, option_table
 from .problem import CalibrationProblem
 
-Priors = TypePriors | GivenPrior
 
-
-def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> Priors:
-    """Return the priors of some robots that the options ask for."""
+def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[Prior]:
+    """Return the prior of each robot that the options ask for."""
     if options.prior is None:
-        return type_priors(options.type_prior, [recordings.robot for recordings in robots])
+        return [*type_priors(options.type_prior, [recordings.robot for recordings in robots])]
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
-    return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
+    return [earlier_prior(Path(options.prior), robots[0].robot, options.remounted)]
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
@@ -68,19 +66,19 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
 
 
 def stored_posterior(
-    posterior: JointPosterior, robot: int, recordings: RobotRecordings
+    posterior: FitPosterior, recordings: RobotRecordings, *, alone: bool
 ) -> results.StoredPosterior | None:
     """Return what a robot's file keeps of a posterior: of its unknowns, frames, and sockets.
 
-    None for one of several robots if an instrument measured its balls.
+    Of several robots no frame is kept; None where an instrument measured in one.
     """
-    if posterior.arms[1:] and (posterior.arms[robot].data.sockets < 0).any():
+    if not alone and (posterior.data.sockets < 0).any():
         return None
-    arm, count = posterior.arms[robot], len(posterior.arms)
-    covariance = posterior.covariance if count == 1 else arm.covariance
+    arm = posterior.arm
+    covariance = posterior.covariance if alone else arm.covariance
     size, first = arm.model.size, len(covariance) - arm.centres.size
     in_sockets = [m for m in recordings.measurements if m.kind == "sockets"]
-    labels = chain.from_iterable(product([base_name(m, count)], m.sockets) for m in in_sockets)
+    labels = chain.from_iterable(product([m.name], m.sockets) for m in in_sockets)
     indices = [arm.data.labels.index(name) for name in labels]
     of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
@@ -125,14 +123,13 @@ def _stored(
     )
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
-    scene = observe_all(
-        [arm],
+    data = observe(
+        arm,
         lengths=arm.options.distances,
         sockets_at=arm.options.located,
         require_scale=False,
     )
-    data, count = scene.arms[0], model.scalars + 6 * len(scene.arms[0].frames)
-    count += 3 * data.socket_count
+    count = model.scalars + 6 * len(data.frames) + 3 * data.socket_count
     try:
         unpacker = zlib.decompressobj()
         packed, size = base64.b64decode(stored.covariance), count * (count + 1) // 2
@@ -161,7 +158,7 @@ def _stored(
     )
     poses = tuple(frames[name] for name in data.frames)
     return replace(
-        posterior, covariance=restored_covariance(posterior, scene, poses, _scales(document))
+        posterior, covariance=restored_covariance(posterior, data, poses, _scales(document))
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import results
+from ..bases import frames_of_robots
 from ..bayes import results as bayes
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
@@ -112,9 +113,8 @@ def known_of(
             posterior, calibrated.robot, load, problem.measurements, problem.test
         ),
         "log_evidence": posterior.log_evidence,
-        "posterior": stored_posterior(selected.full, fit.index, problem),
-        # frames are results of the first robot, in its base
-        "frames": (bayes.frame_poses(selected.full) or None) if fit.index == 0 else None,
+        "posterior": stored_posterior(selected.full, problem, alone=fit.world is None),
+        "frames": _frames(fit) or None,
         "better": bayes.better_than_nominal(posterior, load, models, recorded, problem.test),
         "uncertainty": results.Uncertainty(
             weak_directions=weak,
@@ -125,6 +125,14 @@ def known_of(
             cannot_see=bayes.unobservable(posterior, weak),
         ),
     }
+
+
+def _frames(fit: Fit) -> tuple[results.FramePose, ...]:
+    """Return the frames of a robot; those of several are results of the first, in its base."""
+    assert fit.selected is not None
+    if fit.world is None:
+        return bayes.frame_poses(fit.selected.full)
+    return frames_of_robots(fit.world) if fit.selected.full is fit.world.fits[0] else ()
 
 
 def _error_parts(

@@ -1,18 +1,18 @@
-"""Fit of one robot, or several together, by the paper's method or by the default one."""
+"""Fit of one robot or several, by the paper's method or by the default one."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from ..bases import TiedRobots, places_alone, tie
 from ..bayes.inference import Posterior
-from ..bayes.model import Expected, GivenPrior
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Selected, select_models
-from ..data import RobotRecordings, observe_all
+from ..bayes.selection import Prior, Selected, select_models
+from ..data import Observations, RobotRecordings, observations_at, observe, places_of
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import Parameter, choose_parameters
@@ -33,16 +33,16 @@ class Fit:
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
     selected: Selected | None = None
-    """By the default method: the posterior of all robots that were fitted together, and why."""
-    index: int = 0
-    """Of the robot among these."""
+    """By the default method: the posterior, and why."""
+    world: TiedRobots | None = None
+    """All robots, of several that were calibrated together."""
 
     @cached_property
     def posterior(self) -> Posterior | None:
         """Posterior of the robot; None where it has none, or its covariance is not finite."""
         if self.selected is None:
             return None
-        posterior_of_arm = self.selected.full.arms[self.index]
+        posterior_of_arm = self.selected.full.arm
         return posterior_of_arm if _is_covariance(posterior_of_arm.covariance) else None
 
 
@@ -54,22 +54,22 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
+    types: Sequence[Prior] = (),
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
-    """Fit one robot, or several together, to their recordings; docs/model.md has the method.
+    """Fit one robot or several to their recordings; docs/model.md has the method.
 
     Args:
         robots: The nominal robots, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
-        types: Elasticity of other arms of each robot's type, or what an earlier calibration left
-            known; see :func:`.priors_of`.
+        types: For each robot, the elasticity of other arms of its type, or what an earlier
+            calibration left known; see :func:`.priors_of`.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
     Returns:
-        A fit for each robot. By the default method they share one :attr:`Fit.selected`.
+        A fit for each robot; those of several share one :attr:`Fit.world`.
     """
     options = options.validated()
     parameters = [
@@ -81,28 +81,72 @@ def fit_robots(
             _fit_by_paper(recordings, parameters_of_arm, options)
             for recordings, parameters_of_arm in pairs
         ]
+    priors = types or [None] * len(robots)
+    if robots[0].name:  # one of several
+        return _tied_fits(robots, parameters, options, priors, progress)
     begin = time.perf_counter()
-    data = observe_all(
-        robots,
+    (recordings,) = robots
+    data = observe(
+        recordings,
         lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
         require_scale=require_scale,
     )
-    selected = select_models(
-        [
-            (recordings.robot, parameters_of_arm)
-            for recordings, parameters_of_arm in zip(robots, parameters, strict=True)
-        ],
+    selected = _selected(recordings, parameters[0], data, options, priors[0], progress)
+    return [_fit_of(recordings, selected, time.perf_counter() - begin)]
+
+
+def _selected(
+    recordings: RobotRecordings,
+    parameters: Sequence[Parameter],
+    data: Observations,
+    options: SolveOptions,
+    prior: Prior,
+    progress: Callable[[str], None],
+) -> Selected:
+    return select_models(
+        recordings,
+        parameters,
         data,
         without=options.without,
         zeros=bool(options.zeros),
-        types=types,
-        recordings=robots,
+        prior=prior,
         progress=progress,
     )
+
+
+def _tied_fits(
+    robots: Sequence[RobotRecordings],
+    parameters: Sequence[Sequence[Parameter]],
+    options: SolveOptions,
+    priors: Sequence[Prior],
+    progress: Callable[[str], None],
+) -> list[Fit]:
+    """Fit each of several robots alone, then tie their bases."""
+    begin = time.perf_counter()
+    places = places_of(
+        robots,
+        lengths=options.distances,
+        sockets_at=options.located,
+        deviation=options.deviation,
+    )
+    alone = [places_alone(places, robots, i) for i in range(len(robots))]
+    chosen = list[Selected]()
+    for i, recordings in enumerate(robots):
+        data = observations_at(alone[i].places, recordings)
+        named = partial(_with_name, progress, recordings.name)
+        chosen.append(_selected(recordings, parameters[i], data, options, priors[i], named))
+    world = tie(robots, places, [mine.sockets for mine in alone], [s.full for s in chosen])
     seconds = time.perf_counter() - begin
-    return [_fit_of(recordings, selected, i, seconds) for i, recordings in enumerate(robots)]
+    return [
+        replace(_fit_of(recordings, replace(selected, full=fit), seconds), world=world)
+        for recordings, selected, fit in zip(robots, chosen, world.fits, strict=True)
+    ]
+
+
+def _with_name(progress: Callable[[str], None], name: str, word: str) -> None:
+    progress(f"{word} {name}")
 
 
 def _fit_by_paper(
@@ -121,8 +165,8 @@ def _fit_by_paper(
     return Fit(calibrated, optimizer, seconds, iterates, covariance(problem, solution.x))
 
 
-def _fit_of(arm: RobotRecordings, selected: Selected, i: int, seconds: float) -> Fit:
-    posterior = selected.full.arms[i]
+def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
+    posterior = selected.full.arm
     model, deflection = posterior.model, posterior.deflection.without(JOINT_OFFSET.name)
     nominal, values = (arm.robot, model.parameters), with_joint_offsets(posterior)
     exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
@@ -131,4 +175,4 @@ def _fit_of(arm: RobotRecordings, selected: Selected, i: int, seconds: float) ->
         CalibratedRobot(*nominal, model.values(x), model.deflection(x), arm.load)
         for x in posterior.iterates
     )
-    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected, index=i)
+    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected)

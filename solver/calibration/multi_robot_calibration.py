@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import results
-from ..bayes.inference import JointPosterior
-from ..bayes.results import between, frame_poses
+from ..bases import TiedRobots, base_to_base, frames_of_robots
 from ..data import IDENTITY, Pose, as_point
 from ..robot import Origin, link_poses, shipped_robots
 from .calibration import Calibration, DistortedError
@@ -221,11 +220,11 @@ def _arms(file: Path) -> results.ArmsDocument:
 
 
 def common_document(
-    calibrations: Mapping[str, Calibration], posterior: JointPosterior
+    calibrations: Mapping[str, Calibration], world: TiedRobots
 ) -> results.ArmsDocument:
     """Return everything that robots have in common."""
     first, *names = calibrations
-    relative = {f"{first}_to_{n}": between(posterior, i) for i, n in enumerate(names, 1)}
+    relative = {f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)}
     standing = [
         0,
         *(i for i, relative_pose in enumerate(relative.values(), 1) if relative_pose.xyz),
@@ -233,7 +232,7 @@ def common_document(
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
-        frames=frame_poses(posterior),
+        frames=frames_of_robots(world),
         arms=tuple(
             results.GivenArm(
                 name=name,
@@ -241,36 +240,35 @@ def common_document(
                 options=dict(calibration.robot.loaded_with),
                 train=tuple(row.folder for row in calibration.document.data if row.role == "train"),
                 test=tuple(row.folder for row in calibration.document.data if row.role == "test"),
-                postures=_postures(posterior, i) if i in standing else [],
+                postures=_postures(world, i) if i in standing else [],
             )
             for i, (name, calibration) in enumerate(calibrations.items())
         ),
-        sockets=_visited_sockets(posterior, standing),
+        sockets=_visited_sockets(world, standing),
     )
 
 
 def _visited_sockets(
-    world: JointPosterior, standing: Sequence[int]
+    world: TiedRobots, standing: Sequence[int]
 ) -> tuple[results.VisitedSocket, ...]:
     """Return the sockets of robots whose bases are known, in the first one's base."""
-    robots = list(zip(world.scene.names, world.scene.arms, strict=True))
-    places = zip(world.scene.arms[0].labels, world.arms[0].centres, strict=True)
-    seen = set(chain.from_iterable(robots[i][1].sockets for i in standing))
-    visited = list[results.VisitedSocket]()
-    for k, ((placement, socket), centre) in enumerate(places):
-        visitors = tuple(name for name, arm in robots if k in arm.sockets)
-        label, xyz = f"{placement}:{socket}", as_point(centre)
-        if k in seen:
-            visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=visitors))
+    centres, visited = world.centres(), list[results.VisitedSocket]()
+    for k, (placement, socket) in enumerate(world.places.labels):
+        visitors = [i for i, sockets in enumerate(world.sockets) if k in sockets]
+        label, names = f"{placement}:{socket}", tuple(world.robots[i].name for i in visitors)
+        if not {*standing}.isdisjoint(visitors):
+            place = as_point(centres[k])
+            visited.append(results.VisitedSocket(name=label, xyz=place, robots=names))
     return tuple(visited)
 
 
-def _postures(world: JointPosterior, robot: int) -> list[list[list[float]]]:
+def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
-    arm, data = world.arms[robot], world.scene.arms[robot]
-    sockets_of_others = [o.sockets for i, o in enumerate(world.scene.arms) if i != robot]
-    shared = np.isin(data.sockets, np.concatenate(sockets_of_others)) & (data.sockets >= 0)
-    _, first = np.unique(data.recorded_at[shared], return_index=True)
-    q = data.positions[np.flatnonzero(shared)[first]]
+    arm, sockets = world.arms[robot], world.sockets[robot]
+    others = chain.from_iterable(world.sockets[:robot] + world.sockets[robot + 1 :])
+    shared = np.isin(arm.data.sockets, np.flatnonzero(np.isin(sockets, [*others])))
+    _, first = np.unique(arm.data.recorded_at[shared], return_index=True)
+    q = arm.data.positions[np.flatnonzero(shared)[first]]
     links = link_poses(arm.model.robot.joints, q, arm.model.ball.origins(arm.values))
-    return world.bases[robot].apply(links[..., 3]).round(5).tolist()
+    base = world.pose(world.frame_of(robot))
+    return base.apply(links[..., 3]).round(5).tolist()

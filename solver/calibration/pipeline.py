@@ -93,8 +93,8 @@ def calibrate(
     }
     if not isinstance(robot, Mapping):
         return calibrations[""]
-    assert fits[0].selected is not None  # the paper's method knows one robot
-    document = common_document(calibrations, fits[0].selected.full)
+    assert fits[0].world is not None  # the paper's method knows one robot
+    document = common_document(calibrations, fits[0].world)
     return MultiRobotCalibration(calibrations, document)
 
 

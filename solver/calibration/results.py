@@ -54,7 +54,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         distorted=tuple(m.name for m, metrics in with_errors if is_distorted(metrics, m)),
         parameters=estimates.parameter_values(calibrated, posterior),
         rotation_numbers=calibrated.rotation_numbers,
-        choices=selected and selected.notes[fit.index],
+        choices=selected and selected.notes,
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, [m for _, m in problem.placements]),

@@ -62,10 +62,13 @@ from .metrics import mean_metrics as mean_metrics
 from .metrics import removed_share as removed_share
 from .metrics import socket_centres as socket_centres
 from .metrics import targets as targets
-from .observations import MultiRobotObservations as MultiRobotObservations
 from .observations import Observations as Observations
-from .observations import RobotRecordings as RobotRecordings
-from .observations import base_name as base_name
-from .observations import observe_all as observe_all
+from .observations import observations_at as observations_at
+from .observations import observe as observe
+from .places import Places as Places
+from .places import RobotRecordings as RobotRecordings
+from .places import base_name as base_name
+from .places import measured_in_frame as measured_in_frame
+from .places import places_of as places_of
 from .tips import tip_shift as tip_shift
 from .tips import with_tip as with_tip

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import JointPosterior, Posterior, estimate, refit
+from ..bayes.inference import FitPosterior, Posterior, estimate, refit
 from ..bayes.model import ExtendedModel, extend
 from ..bayes.model.effects import COMPLIANCE, JOINT_OFFSET
 from ..bayes.results import scale, workspace_errors
@@ -24,7 +24,7 @@ from ..data import (
     Load,
     Measurement,
     RobotRecordings,
-    observe_all,
+    observe,
 )
 from ..paper import NotConverged
 from ..results import ErrorMap, JointEffect, Scale
@@ -145,14 +145,14 @@ def accuracy_by(
     """
     parameters, rigid = choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ()
     bending = extend(robot, parameters, (*rigid, COMPLIANCE.name))
-    fits: list[JointPosterior] = []
+    fits: list[FitPosterior] = []
     with suppress(KnownError, NotConverged):
         arm = RobotRecordings(robot, measurements, load)
-        data = observe_all([arm], lengths=distances, deviation=deviation)
-        fits.append(estimate([extend(robot, parameters, rigid)], data))
-        fits.append(refit(fits[0], [bending]))
+        data = observe(arm, lengths=distances, deviation=deviation)
+        fits.append(estimate(extend(robot, parameters, rigid), data))
+        fits.append(refit(fits[0], bending))
     if not fits:
         return None
-    posterior = max(fits, key=lambda fit: fit.log_evidence).arms[0]
+    posterior = max(fits, key=lambda fit: fit.log_evidence).arm
     error = workspace_errors(posterior, load).median
     return Accuracy(error, scale(posterior)) if np.isfinite(error) else None

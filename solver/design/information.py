@@ -209,4 +209,7 @@ def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
     """Return the priors of a rigid arm's geometry before anything is measured."""
     m = len(model.robot.actuated)
     no_rows, no_sockets = np.zeros((0, m)), np.zeros(0, dtype=np.int64)
-    return prior_groups(model, Observations(no_rows, np.zeros((0, 2 * m)), no_sockets, (), ()))
+    data = Observations(
+        labels=(), known=(), positions=no_rows, torques=np.zeros((0, 2 * m)), sockets=no_sockets
+    )
+    return prior_groups(model, data)

@@ -13,7 +13,7 @@ from ...solver.bayes.inference import Posterior, estimate
 from ...solver.bayes.model import ExtendedModel
 from ...solver.bayes.results import scale
 from ...solver.calibration import calibrate
-from ...solver.data import RobotRecordings, measure, observe_all
+from ...solver.data import RobotRecordings, measure, observe
 from ...solver.diagnostics import size_level
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
@@ -65,8 +65,8 @@ def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterio
     try:
         some = _whole(placements)
         measured = [measure(placement, model.robot) for placement in (some[-1], *some[:-1])]
-        data = observe_all([RobotRecordings(model.robot, measured)])
-        return estimate([model], data).arms[0]
+        data = observe(RobotRecordings(model.robot, measured))
+        return estimate(model, data).arm
     except (MukcaError, np.linalg.LinAlgError):
         return None
 

@@ -6,5 +6,6 @@ from .map_estimate import refit as refit
 from .map_estimate import stepped as stepped
 from .objective import Objective as Objective
 from .objective import linearise as linearise
-from .posterior import JointPosterior as JointPosterior
+from .posterior import FitPosterior as FitPosterior
 from .posterior import Posterior as Posterior
+from .state import FRAME_PRIOR_PRECISION as FRAME_PRIOR_PRECISION

@@ -86,8 +86,6 @@ class CurveFit:
             return ()
         S, n = samples.slopes, len(samples.readings)
         of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
-        if samples.count > 1:
-            of_angles *= (samples.arms[:, None] == samples.arms)[:, None]
         across = of_angles[:, :, :, None] * np.ascontiguousarray(S.T)
         parts = S @ across.reshape(2, n, -1, 3 * n)
         K, by_length = parts.reshape(2, 3 * n, 3, n).swapaxes(2, 3).reshape(2, 3 * n, 3 * n)

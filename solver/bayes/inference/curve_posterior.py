@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ...data import MultiRobotObservations, Pose
+from ...data import Observations, Pose
 from ..model import SampleRows, scaled_inverse, submatrix
 from ..model.effects import CURVE
 from .curve_marginal import CurveFit
@@ -82,13 +82,13 @@ def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, 
 
 def restored_covariance(
     result: Posterior,
-    scene: MultiRobotObservations,
+    data: Observations,
     frames: tuple[Pose, ...],
     scales: tuple[float, float],
 ) -> np.ndarray:
     """Return the covariance of a robot's unknowns and sockets from that of all but its curves.
 
-    That is the covariance of what is found in a scene, frames between unknowns and sockets. Scales
+    That is the covariance of what the data tell, frames between unknowns and sockets. Scales
     are amplitude and length of the curves [rad], zero without any.
     """
     model, size, of_rest = result.model, result.model.scalars, result.covariance
@@ -97,11 +97,11 @@ def restored_covariance(
     if curves is None:
         return submatrix(of_rest, np.append(np.arange(size), sockets))
     rigid = model.with_effects({*model.extensions} - {CURVE.name})
-    objective = Objective((rigid,), (), SampleRows(scene))
-    noises = tuple(result.noises[kind] for _, kind in objective.rows.source_kinds)
+    objective = Objective(rigid, (), SampleRows(data))
+    noises = tuple(result.noises[kind] for kind in objective.rows.source_kinds)
     linear = linearise(objective, x, frames)
     state = State(objective, x, result.centres, frames, (), noises, x != x, linear)
-    samples = samples_around(state, objective.rows, curves[:, None])
+    samples = samples_around(state, objective.rows, curves)
     nu = state.degrees
     effective = result.weights * (nu + 3) ** 2 / (nu * (nu + 5))
     fit = CurveFit(*samples, CurvePrior(*scales), effective)

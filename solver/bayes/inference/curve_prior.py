@@ -1,10 +1,9 @@
 """The prior of all joints' error curves: a Gaussian process, or an earlier calibration's posterior.
 
-Coefficients of curves are in the order of the effect: knot after knot, at each robot after robot.
+Coefficients of curves are in the order of the effect: knot after knot.
 In (A9) they are c = mu_c + R (x - mu_x) + e; of a process, e is all there is.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +18,7 @@ JITTER, LEAST = 1e-6, 1e-20
 
 @dataclass(frozen=True)
 class GivenCurves:
-    """Prior of one robot's curves by an earlier calibration."""
+    """Prior of curves by an earlier calibration."""
 
     mean: np.ndarray
     """mu_c, shape (KNOTS m,) [rad]."""
@@ -76,10 +75,9 @@ def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
         matrix[k::joints, k::joints] += block
 
 
-def given_curves(models: Sequence[ExtendedModel]) -> CurvePrior | None:
-    """Return the prior of a single robot's curves by an earlier calibration; None without one."""
-    model = models[0]
-    if len(models) > 1 or model.given is None:
+def given_curves(model: ExtendedModel) -> CurvePrior | None:
+    """Return the prior of a robot's curves by an earlier calibration; None without one."""
+    if model.given is None:
         return None
     names = CURVE.coefficient_names(model.robot.joint_names)
     of_curves, of_model = model.given.of(names), model.given.of(model.names)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from .curve_prior import CurvePrior, given_curves
 from .curve_score import promised_gain
 from .laplace import expectation_propagation
 from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest, samples_around
-from .posterior import JointPosterior
+from .posterior import FitPosterior
 from .state import State
 
 LOG_EVIDENCE = 10.0
@@ -33,27 +32,26 @@ CONVERGED = 0.1
 """Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
 
 
-def _may_have_curves(posterior: JointPosterior) -> bool:
+def _may_have_curves(posterior: FitPosterior) -> bool:
     """Return True where curves are identifiable: by points or two placements, without play."""
-    measured = any((arm.sockets < 0).any() for arm in posterior.scene.arms)
-    groups = chain.from_iterable(arm.groups for arm in posterior.arms)
-    plays = any(group.width for group in groups if group.follows_noise)
+    measured = bool((posterior.data.sockets < 0).any())
+    plays = any(group.width for group in posterior.arm.groups if group.follows_noise)
     exact = min(noise.space for noise in posterior.state.noises) <= EXACT * SMALLEST
-    return not exact and not plays and (measured or len(posterior.scene.placements) > 1)
+    return not exact and not plays and (measured or len(posterior.data.placements) > 1)
 
 
 def with_joint_curves(
-    posterior: JointPosterior,
-    alternative: tuple[JointPosterior, float] | None,
+    posterior: FitPosterior,
+    alternative: tuple[FitPosterior, float] | None,
     progress: Callable[[str], None],
-) -> tuple[JointPosterior, str]:
+) -> tuple[FitPosterior, str]:
     """Return a result with error curves of its joints where the data support them, and why.
 
     In sockets it takes two placements: at one, geometry explains as much. Joints with play hide
     curves. Where none can be found there are no words. ``alternative`` is the result of another
     model that may be more probable beside curves, and the logarithm of its odds before the data.
     """
-    prior = given_curves(posterior.models)
+    prior = given_curves(posterior.model)
     if prior is None and not _may_have_curves(posterior):
         return posterior, ""
     progress(CURVE.extension)
@@ -64,10 +62,10 @@ def with_joint_curves(
 
 
 def _with_joint_curves(
-    posterior: JointPosterior,
-    alternative: tuple[JointPosterior, float] | None,
+    posterior: FitPosterior,
+    alternative: tuple[FitPosterior, float] | None,
     prior: CurvePrior | None,
-) -> tuple[JointPosterior, str]:
+) -> tuple[FitPosterior, str]:
     linear = samples_around(posterior.state, posterior.objective.rows)
     n = len(linear[1].sources)
     if prior is not None:
@@ -132,8 +130,8 @@ def _initial_scales(flat: CurveFit) -> CurveFit:
 
 
 def _converged(
-    posterior: JointPosterior, rows: np.ndarray, marginal: CurveFit, evidence: float
-) -> JointPosterior:
+    posterior: FitPosterior, rows: np.ndarray, marginal: CurveFit, evidence: float
+) -> FitPosterior:
     """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
     readings, prior, state = posterior.objective.rows, marginal.prior, marginal.state
     weights, coefficients = np.ones(len(state.errors)), np.zeros(marginal.samples.shape)
@@ -178,37 +176,30 @@ def _within_bounds(
 
 
 def _posterior(
-    posterior: JointPosterior,
+    posterior: FitPosterior,
     marginal: CurveFit,
     curves: np.ndarray,
     joint: np.ndarray,
     evidence: float,
-) -> JointPosterior:
-    """Return the result with curves, (KNOTS, robots, m), last in the covariance, in their place."""
-    readings, state, members = posterior.objective, marginal.state, posterior.own
-    models = tuple(
-        model.with_effects((*model.extensions, CURVE.name)) for model in posterior.models
-    )
-    world = replace(readings, models=models)
+) -> FitPosterior:
+    """Return the result with curves, (KNOTS, m), last in the covariance, in their place."""
+    flat, state, size = posterior.objective, marginal.state, posterior.model.size
+    model = posterior.model.with_effects((*posterior.model.extensions, CURVE.name))
+    objective = replace(flat, model=model)
     process = CurvePrior(marginal.prior.amplitude, marginal.prior.length)
-    places = readings.size + np.arange(curves.size).reshape(curves.shape)
-    order, groups = list[np.ndarray](), list[PriorGroup]()
-    for i, model in enumerate(models):
-        knots = places[:, i, : len(model.robot.joint_names)]
-        order += [np.arange(members[i].start, members[i].stop), knots.ravel()]
-        groups.append(_curve_group(model, knots, process, joint))
-    picked = np.concatenate([*order, np.arange(int(members[-1].stop), readings.size)])
-    place = np.argsort(np.append(picked, np.setdiff1d(np.arange(len(joint)), picked)))
+    places = flat.size + np.arange(curves.size).reshape(curves.shape)
+    group = _curve_group(model, places, process, joint)
+    picked = np.r_[:size, flat.size : len(joint), size : flat.size]
+    place = np.argsort(picked)
 
     def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        numbers = np.pad(x, (0, readings.size - len(x)))
-        return np.append(numbers, coefficients)[picked[: world.model_size]]
+        return np.concatenate([x[:size], coefficients.ravel(), x[size:]])
 
     iterates = [arranged(iterate, 0 * curves) for iterate in posterior.iterates]
-    x = arranged(state.x, curves)
-    groups = [replace(g, members=place[g.members]) for g in (*state.groups, *groups)]
-    return JointPosterior(
-        replace(state, objective=world, x=x, groups=tuple(groups)),
+    x, at_zero = arranged(state.x, curves), arranged(state.at_zero, curves != curves)
+    groups = [replace(g, members=place[g.members]) for g in (*state.groups, group)]
+    return FitPosterior(
+        replace(state, objective=objective, x=x, at_zero=at_zero, groups=tuple(groups)),
         posterior.around,
         marginal.weights,
         evidence,
@@ -220,7 +211,7 @@ def _posterior(
 def _curve_group(
     model: ExtendedModel, knots: np.ndarray, prior: CurvePrior, covariance: np.ndarray
 ) -> PriorGroup:
-    """Return the prior of a robot's curves by their places in the covariance, (KNOTS, m)."""
+    """Return the prior of curves by their places in the covariance, (KNOTS, m)."""
     effective = 0.0
     for column, joint in zip(knots.T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":

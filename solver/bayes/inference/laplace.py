@@ -9,7 +9,7 @@ import numpy as np
 from ..model import TYPICAL_SPREAD, Movement, Noise, log_constant, log_prior
 from .normal_equations import ArrowheadMatrix, curvature, normal_equations
 from .objective import linearise
-from .posterior import JointPosterior
+from .posterior import FitPosterior
 from .state import State
 from .steps import moved
 from .width_averaging import at_usual_widths, over_widths
@@ -66,7 +66,7 @@ def _half(z: float) -> tuple[float, float, float]:
     return mean - z, mean, log_density - log(mean - z)
 
 
-def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
+def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     """Return the Gaussian posterior at a state where the iteration has settled."""
     objective, limited = state.objective, state.bounded
     # all that may leave zero does
@@ -107,7 +107,7 @@ def posterior(state: State, iterates: list[np.ndarray]) -> JointPosterior:
     mixture, groups = over_widths(state, x + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     mean = replace(mean, groups=groups)
-    return JointPosterior(mean, inverse.with_centres(mixture), weights, evidence, iterates)
+    return FitPosterior(mean, inverse.with_centres(mixture), weights, evidence, iterates)
 
 
 def _of_data(state: State) -> ArrowheadMatrix:
@@ -155,7 +155,7 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
     return result
 
 
-def movement_gain(result: JointPosterior, movement: Movement) -> float:
+def movement_gain(result: FitPosterior, movement: Movement) -> float:
     """Return the rise of the logarithm of the evidence by a further movement, to first order.
 
     With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside

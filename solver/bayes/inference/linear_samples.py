@@ -13,7 +13,7 @@ from .state import State
 
 @dataclass(frozen=True)
 class LinearSamples:
-    """N samples of robots with m joints at most, and d unknowns y beside the curves, see (A7)."""
+    """N samples of a robot with m joints, and d unknowns y beside the curves, see (A7)."""
 
     columns: np.ndarray
     """[G_i, a_i], shape (N, 3, d + 1) [m]."""
@@ -21,34 +21,29 @@ class LinearSamples:
     """q_ij, shape (N, m) [rad]."""
     slopes: np.ndarray
     """S_ij, shape (N, 3, m) [m/rad]; 0 for joints that have no curve."""
-    arms: np.ndarray
-    """Index of each sample's robot, shape (N,)."""
     sources: np.ndarray
     """Index of each sample's noise, shape (N,)."""
-    count: int
-    """Number of robots."""
 
     def of(self, rows: np.ndarray) -> "LinearSamples":
         """Return some of the samples."""
-        arrays = ("columns", "readings", "slopes", "arms", "sources")
+        arrays = ("columns", "readings", "slopes", "sources")
         return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
 
     @property
-    def shape(self) -> tuple[int, int, int]:
-        """Shape of all curves' coefficients: (KNOTS, robots, m)."""
-        return KNOTS, self.count, self.readings.shape[1]
+    def shape(self) -> tuple[int, int]:
+        """Shape of all curves' coefficients: (KNOTS, m)."""
+        return KNOTS, self.readings.shape[1]
 
     @cached_property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """The four coefficients of each sample and joint among all, and their weights."""
         index, weights = splines(self.readings)
-        _, robots, m = self.shape
-        first: np.ndarray = self.arms[:, None] * m + np.arange(m, dtype=np.int64)
-        return index * (robots * m) + first[..., None], weights
+        _, m = self.shape
+        return index * m + np.arange(m, dtype=np.int64)[:, None], weights
 
     @cached_property
     def basis(self) -> np.ndarray:
-        """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS robots m)."""
+        """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS m)."""
         (places, weights), n = self.places, len(self.readings)
         basis = np.zeros((n, 3, np.prod(self.shape)))
         for k in range(3):
@@ -65,34 +60,24 @@ class LinearSamples:
 def samples_around(
     state: State, readings: SampleRows, curves: np.ndarray | None = None
 ) -> tuple[State, LinearSamples]:
-    """Return a state at the joint positions that curves, (KNOTS, robots, m), make of readings."""
-    arms, objective = readings.scene.arms, state.objective
-    n, d, m = len(readings.source_of), objective.size, state.linear.by_joints.shape[2]
-    positions, shifts, turning = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m))
-    robots = np.zeros(n, dtype=np.int64)
-    for i, (rows_of_arm, arm, model) in enumerate(
-        zip(readings.own, arms, objective.models, strict=True)
-    ):
-        width = arm.positions.shape[1]
-        positions[rows_of_arm, :width], robots[rows_of_arm] = arm.positions, i
-        turning[rows_of_arm, :width] = [joint.type != "prismatic" for joint in model.robot.actuated]
-        if curves is not None:
-            shifts[rows_of_arm, :width] = curve_values(arm.positions, curves[:, i, :width].ravel())
-    true = tuple(
-        replace(arm, positions=arm.positions + shifts[rows_of_arm, : arm.positions.shape[1]])
-        for rows_of_arm, arm in zip(readings.own, arms, strict=True)
-    )
-    rows = SampleRows(replace(readings.scene, arms=true))
+    """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
+    objective, positions = state.objective, readings.data.positions
+    n, d = len(positions), objective.size
+    turning = np.array([joint.type != "prismatic" for joint in objective.model.robot.actuated])
+    shifts = np.zeros(positions.shape)
+    if curves is not None:
+        shifts = curve_values(positions, curves.ravel())
+    rows = SampleRows(replace(readings.data, positions=positions + shifts))
     objective = replace(objective, rows=rows)
     linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
-    slopes = linear.by_joints * turning[:, None]
+    slopes = linear.by_joints * turning
     columns, in_socket = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
     columns[:, :, : objective.dense] = linear.by_unknowns
     centres = objective.dense + 3 * rows.sockets[:, None] + np.arange(3)
     columns[in_socket[:, None], np.arange(3), centres] = -1.0
     columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, shifts)
-    return state, LinearSamples(columns, positions, slopes, robots, rows.source_of, len(arms))
+    return state, LinearSamples(columns, positions, slopes, rows.source_of)
 
 
 def priors_of_rest(

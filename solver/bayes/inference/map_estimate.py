@@ -6,13 +6,13 @@ from math import log
 
 import numpy as np
 
-from ...data import MultiRobotObservations
+from ...data import Observations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement, SampleRows
 from .laplace import posterior
 from .normal_equations import active_set_step, leverage, normal_equations
 from .objective import Objective
-from .posterior import JointPosterior
+from .posterior import FitPosterior
 from .state import State
 from .steps import (
     Step,
@@ -46,23 +46,23 @@ RISE = 1e-9
 
 
 def estimate(
-    models: Sequence[ExtendedModel],
-    data: MultiRobotObservations,
+    model: ExtendedModel,
+    data: Observations,
     *,
     joint_noise: bool = True,
-    start_from: JointPosterior | None = None,
+    start_from: FitPosterior | None = None,
     movements: Sequence[Movement] = (),
-) -> JointPosterior:
-    """Find the most probable unknowns of one robot or several, fitted together.
+) -> FitPosterior:
+    """Find the most probable unknowns of a robot.
 
-    It starts from a result ``start_from`` for the same robots, or else from the nominal ones.
+    It starts from a result ``start_from`` for the same robot, or else from the nominal one.
     Without ``joint_noise`` the noise of the joint angles is zero.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = Objective(tuple(models), tuple(movements), SampleRows(data))
+    objective = Objective(model, tuple(movements), SampleRows(data))
     state: State = start(objective, joint_noise, start_from)
     iterates: list[np.ndarray] = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
@@ -90,22 +90,22 @@ def estimate(
 
 
 def refit(
-    result: JointPosterior,
-    models: Sequence[ExtendedModel] = (),
-    data: MultiRobotObservations | None = None,
+    result: FitPosterior,
+    model: ExtendedModel | None = None,
+    data: Observations | None = None,
     movements: Sequence[Movement] | None = None,
-) -> JointPosterior:
-    """Return a fit that starts from a result, of its own models, data, movements or of others.
+) -> FitPosterior:
+    """Return a fit that starts from a result, of its own model, data, movements or of others.
 
     Raises as :func:`estimate`.
     """
-    data = result.scene if data is None else data
+    data = result.data if data is None else data
     moving = result.objective.movements if movements is None else movements
     movements_there = [movement for movement in moving if movement.placement in data.placements]
-    return estimate(models or result.models, data, start_from=result, movements=movements_there)
+    return estimate(model or result.model, data, start_from=result, movements=movements_there)
 
 
-def stepped(result: JointPosterior, data: MultiRobotObservations) -> State:
+def stepped(result: FitPosterior, data: Observations) -> State:
     """Return the state one Gauss-Newton step from a result, which some of its samples have left.
 
     Widths and noise stay as they are. Where a part of the samples leaves, the unknowns move by so
@@ -117,7 +117,7 @@ def stepped(result: JointPosterior, data: MultiRobotObservations) -> State:
     movements = [
         movement for movement in result.objective.movements if movement.placement in data.placements
     ]
-    objective = Objective(result.models, tuple(movements), SampleRows(data))
+    objective = Objective(result.model, tuple(movements), SampleRows(data))
     state = start(objective, True, result)
     return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
 
@@ -130,7 +130,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    fixed = state.at_zero & ~(may_leave & bounded[: objective.model_size])
+    fixed = state.at_zero & ~(may_leave & bounded[: objective.x_size])
     released = replace(state, at_zero=fixed)
     mask, prior = released.free, released.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
@@ -169,7 +169,7 @@ def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
         )
         freedom = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
         noises = with_tails(noises, rows.source_of, next_state.squares, freedom)
-    groups = following_noise(state.objective, groups, noises)
+    groups = following_noise(groups, noises)
     for source, before, noise in zip(rows.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:

@@ -166,15 +166,9 @@ def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     """Return the slope that errors would have if the noise did not turn along with the robot."""
     objective = state.objective
     torques, slope = np.cross(state.errors, weighed), np.zeros(objective.size)
-    models = zip(objective.own, objective.models, objective.rows.own, strict=True)
-    for i, (members, model, samples) in enumerate(models):
-        torque, base = torques[samples].sum(axis=0), objective.rows.base(i, state.frames)
-        if base is not None:
-            begin = objective.of_frame(objective.rows.scene.bases[i]).start
-            slope[begin : begin + 3] += torque
-            torque = torque @ base.rotation
-        turning = model.ball.turns(model.values(state.x[members]))
-        slope[members.start : members.start + model.geometry] = torque @ turning
+    model = objective.model
+    turning = model.ball.turns(model.values(state.x[: model.size]))
+    slope[: model.geometry] = torques.sum(axis=0) @ turning
     return slope
 
 

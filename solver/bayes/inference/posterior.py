@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import IDENTITY, MultiRobotObservations, Observations, Pose
+from ...data import Observations, Pose
 from ..model import (
     Deflection,
     ExtendedModel,
@@ -19,7 +19,7 @@ from ..model import (
     submatrix,
 )
 from ..model.effects import CURVE
-from .objective import Objective
+from .objective import Objective, linearise
 from .state import State
 
 
@@ -95,8 +95,8 @@ class Posterior:
 
 
 @dataclass(frozen=True, eq=False)
-class JointPosterior:
-    """The posterior of all robots of a fit, and of the frames that they stand in."""
+class FitPosterior:
+    """The posterior of all unknowns of a fit: a robot, frames, sockets, and movements."""
 
     state: State
     """The most probable unknowns, or their mean, with the widths and noises that were found."""
@@ -107,7 +107,7 @@ class JointPosterior:
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
     iterates: Sequence[np.ndarray]
-    """x of all robots and movements after each iteration."""
+    """x of the robot and of movements after each iteration."""
     with_curves: np.ndarray | None = None
     """Covariance of all unknowns where there are error curves: they are too many for a root."""
 
@@ -124,98 +124,70 @@ class JointPosterior:
         """Function that was minimised."""
         return self.state.objective
 
-    @cached_property
-    def arms(self) -> tuple[Posterior, ...]:
-        """Each robot, in its own base."""
-        return tuple(map(self._arm, range(len(self.own))))
+    @property
+    def model(self) -> ExtendedModel:
+        """Model of the robot."""
+        return self.objective.model
 
     @property
-    def own(self) -> tuple[slice, ...]:
-        """For each robot, which unknowns are its own."""
-        return self.objective.own
-
-    @property
-    def models(self) -> tuple[ExtendedModel, ...]:
-        """The models of the robots."""
-        return self.objective.models
-
-    @property
-    def scene(self) -> MultiRobotObservations:
+    def data(self) -> Observations:
         """All observations."""
-        return self.objective.rows.scene
+        return self.objective.rows.data
 
     @property
     def frames(self) -> dict[str, Pose]:
-        """Pose of each frame in the base of the first robot."""
-        return dict(zip(self.scene.arms[0].frames, self.state.frames, strict=True))
-
-    @property
-    def bases(self) -> list[Pose]:
-        """Pose of each robot's base in that of the first."""
-        poses = (self.objective.rows.base(i, self.state.frames) for i in range(len(self.own)))
-        return [pose or IDENTITY for pose in poses]
-
-    @cached_property
-    def covariance(self) -> np.ndarray:
-        """Covariance of x of each robot, the frames, and the socket centres.
-
-        Of a frame there is a turn about the world's axes [rad], then a shift [m].
-        """
-        if not self.objective.movements:
-            return self.whole
-        indices = np.r_[: self.own[-1].stop, self.objective.model_size : len(self.whole)]
-        return submatrix(self.whole, indices)
-
-    @cached_property
-    def active(self) -> tuple[tuple[str, ...], ...]:
-        """For each robot, :attr:`Posterior.active`."""
-        return tuple(arm.active for arm in self.arms)
+        """Pose of each frame in the base of the robot."""
+        return dict(zip(self.data.frames, self.state.frames, strict=True))
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
-        begin = self.own[-1].stop + 6 * list(self.frames).index(frame)
-        return self.covariance[begin : begin + 6, begin : begin + 6]
+        rows = self.objective.of_frame(self.data.frames.index(frame))
+        return self.whole[rows, rows]
 
-    def _arm(self, robot: int) -> Posterior:
-        objective, state, members = self.objective, self.state, self.own[robot]
-        rows, base = objective.rows.own[robot], objective.rows.base(robot, state.frames)
-        centres = state.centres if base is None else base.inverse().apply(state.centres)
-        mine = [g for g in state.groups if members.start <= g.members[0] < members.stop]
-        kinds = zip(objective.rows.source_kinds, state.noises, strict=True)
-        noises: dict[Kind, Noise] = {kind: noise for (i, kind), noise in kinds if i == robot}
-        shifts = objective.moved_places(state.x)[rows] if objective.movements else None
-        if shifts is not None and base is not None:
-            shifts = shifts @ base.rotation
-        return Posterior(
-            self.models[robot],
-            self.scene.arms[robot],
-            state.x[members],
-            centres,
-            self._covariance_in_base(robot, centres),
-            tuple(replace(g, members=g.members - members.start) for g in mine),
-            noises,
-            state.linear.points[rows],
-            self.weights[rows],
-            self.log_evidence,
-            tuple(x[members] for x in self.iterates),
-            shifts,
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Covariance of x of the robot, the frames, and the socket centres.
+
+        Of a frame there is a turn about the base's axes [rad], then a shift [m].
+        """
+        if not self.objective.movements:
+            return self.whole
+        indices = np.r_[: self.model.size, self.objective.x_size : len(self.whole)]
+        return submatrix(self.whole, indices)
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """See :attr:`Posterior.active`."""
+        return self.arm.active
+
+    def changed(self, around: Gaussian) -> "FitPosterior":
+        """Return the result by more data: a Gaussian of all unknowns as changes from the state."""
+        state = self.state.changed(around.mean)
+        state = replace(state, linear=linearise(state.objective, state.x, state.frames))
+        return replace(
+            self,
+            state=state,
+            around=replace(around, mean=np.zeros_like(around.mean)),
+            iterates=[*self.iterates, state.x],
+            with_curves=None,
         )
 
-    def _covariance_in_base(self, robot: int, centres: np.ndarray) -> np.ndarray:
-        if self.with_curves is not None:
-            return self._in_base(robot, centres, self._in_base(robot, centres, self.whole).T)
-        root = self._in_base(robot, centres, self.around.root)
-        return root @ root.T
-
-    def _in_base(self, robot: int, centres: np.ndarray, changes: np.ndarray) -> np.ndarray:
-        """Return changes of a robot's x and of the centres in its base, by those of all unknowns.
-
-        They have shape (n, k); a change of the base shifts the centres of sockets that stand.
-        """
-        objective, base = self.objective, self.objective.rows.base(robot, self.state.frames)
-        of_x, of_centres = changes[self.own[robot]], changes[objective.dense : objective.size]
-        if base is not None:
-            of_base = changes[objective.of_frame(self.scene.bases[robot])]
-            shifted = of_centres.reshape(-1, 3, changes.shape[1]) - base.slopes(centres) @ of_base
-            of_centres = (base.rotation.T @ shifted).reshape(of_centres.shape)
-        return np.concatenate([of_x, of_centres])
+    @cached_property
+    def arm(self) -> Posterior:
+        """The robot alone."""
+        objective, state, size = self.objective, self.state, self.model.size
+        rows = np.r_[:size, objective.dense : objective.size]
+        return Posterior(
+            self.model,
+            self.data,
+            state.x[:size],
+            state.centres,
+            submatrix(self.whole, rows),
+            tuple(group for group in state.groups if group.members[0] < size),
+            dict(zip(objective.rows.source_kinds, state.noises, strict=True)),
+            state.linear.points,
+            self.weights,
+            self.log_evidence,
+            tuple(x[:size] for x in self.iterates),
+            objective.moved_places(state.x) if objective.movements else None,
+        )

@@ -39,7 +39,7 @@ class State:
 
         A joint never gives way against its load: what would be below zero is held there.
         """
-        size, dense = self.objective.model_size, self.objective.dense
+        size, dense = self.objective.x_size, self.objective.dense
         x, at_zero = self.x + change[:size], self.at_zero.copy()
         for group in self.groups:
             if group.non_negative:
@@ -88,7 +88,7 @@ class State:
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective = self.objective
-        distances, coordinates = objective.rows.every.known, objective.rows.every.located
+        distances, coordinates = objective.rows.data.known, objective.rows.data.located
         rows, values = np.zeros((len(distances), objective.size)), np.zeros(len(distances))
         for i, k in enumerate(distances):
             offset = self.centres[k.second] - self.centres[k.first]
@@ -117,7 +117,7 @@ class State:
     @cached_property
     def free(self) -> np.ndarray:
         """True for all unknowns that are not held at zero, shape (n,)."""
-        mask = np.arange(self.objective.size) >= self.objective.model_size
+        mask = np.arange(self.objective.size) >= self.objective.x_size
         for group, members in self.priors:
             mask[group.members[members]] = True
         return mask
@@ -137,7 +137,7 @@ class State:
             width = group.deviation if widened else group.width
             blocks.append((group.members[mask], group.precision(width, mask)))
         P = block_matrix(self.objective.dense, blocks)
-        frames = np.arange(self.objective.model_size, self.objective.dense)
+        frames = np.arange(self.objective.x_size, self.objective.dense)
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P
 

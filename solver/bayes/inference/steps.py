@@ -9,7 +9,7 @@ import numpy as np
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
 from .normal_equations import Inverse, predicted_errors
 from .objective import Objective, linearise
-from .posterior import JointPosterior
+from .posterior import FitPosterior
 from .state import State
 
 MOST_HIDDEN = 0.9
@@ -32,50 +32,39 @@ class Step:
     """Slope of L along the change, per whole step."""
 
 
-def start(objective: Objective, joint_noise: bool, previous: JointPosterior | None = None) -> State:
-    """Return the first state: nominal robots, each socket at the median of its balls."""
-    rows = objective.rows
-    x, at_zero = np.zeros(objective.model_size), np.zeros(objective.model_size, dtype=bool)
-    groups: list[PriorGroup] = []
-    arms = zip(objective.own, objective.models, rows.scene.arms, strict=True)
-    for i, (members, model, arm) in enumerate(arms):
-        mine = prior_groups(model, arm)
-        for group in mine:
-            if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
-                x[members.start + group.members] = group.mean
-        if previous is not None:  # as far as that has them
-            before, place = (
-                previous.arms[i],
-                {name: k for k, name in enumerate(model.names, members.start)},
-            )
-            rows_there = [place[name] for name in before.model.names if name in place]
-            shared = np.array([name in place for name in before.model.names])
-            x[rows_there] = before.x[shared]
-            # what the samples never moved is at zero as well, and yet not held there
-            bounded = previous.state.bounded[previous.own[i]][shared]
-            at_zero[rows_there] = bounded & (x[rows_there] == 0)
-            by_name = {group.name: group for group in before.groups}
-            mine = [_carried_over(group, by_name.get(group.name)) for group in mine]
-        groups += [replace(g, members=g.members + members.start) for g in mine]
-    begin = objective.own[-1].stop
-    for model in objective.movements:
-        groups.append(model.prior(begin))
-        begin += model.size
-    nominal = zip(objective.own, objective.models, rows.scene.arms, strict=True)
-    points = [
-        model.predict(x[members], arm.positions, arm.torques, arm.clocks)
-        for members, model, arm in nominal
-    ]
-    frames = rows.place_frames(np.concatenate(points))
+def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None = None) -> State:
+    """Return the first state: the nominal robot, each socket at the median of its balls."""
+    rows, model, data = objective.rows, objective.model, objective.rows.data
+    x, at_zero = np.zeros(objective.x_size), np.zeros(objective.x_size, dtype=bool)
+    groups = list(prior_groups(model, data))
+    for group in groups:
+        if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
+            x[group.members] = group.mean
+    if previous is not None:  # as far as that has them
+        before, place = previous.arm, {name: k for k, name in enumerate(model.names)}
+        rows_there = [place[name] for name in before.model.names if name in place]
+        shared = np.array([name in place for name in before.model.names])
+        x[rows_there] = before.x[shared]
+        # what the samples never moved is at zero as well, and yet not held there
+        bounded = previous.state.bounded[: before.model.size][shared]
+        at_zero[rows_there] = bounded & (x[rows_there] == 0)
+        by_name = {group.name: group for group in before.groups}
+        groups = [_carried_over(group, by_name.get(group.name)) for group in groups]
+    begin = model.size
+    for movement in objective.movements:
+        groups.append(movement.prior(begin))
+        begin += movement.size
+    points = model.predict(x[: model.size], data.positions, data.torques, data.clocks)
+    frames = rows.place_frames(points)
     linear = linearise(objective, x, frames)
-    sockets = range(rows.every.socket_count)
-    places = [np.median(linear.places[rows.every.sockets == k], axis=0) for k in sockets]
+    sockets = range(data.socket_count)
+    places = [np.median(linear.places[data.sockets == k], axis=0) for k in sockets]
     centres = np.reshape(places, (-1, 3))
     state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
     noises = list[Noise]()
-    for source, (i, kind) in zip(rows.sources, rows.source_kinds, strict=True):
+    for source, kind in zip(rows.sources, rows.source_kinds, strict=True):
         if previous is not None:
-            noises.append(previous.arms[i].noises.get(kind) or previous.arms[i].noise)
+            noises.append(previous.arm.noises.get(kind) or previous.arm.noise)
             continue
         # as large as the nominal robot's errors
         typical = float(np.median(np.linalg.norm(state.errors[source], axis=1))) / 1.54
@@ -105,7 +94,7 @@ def moved(state: State, change: np.ndarray) -> State:
         tangent[rows.seated] + state.centres[rows.sockets]
     )
     along = rows.by_socket(residuals) / np.bincount(rows.sockets)[:, None]
-    along[[socket.socket for socket in rows.every.located]] = 0.0
+    along[[socket.socket for socket in rows.data.located]] = 0.0
     return replace(next_state, centres=next_state.centres + along, linear=linear)
 
 
@@ -174,17 +163,14 @@ def without_negligible(
 
 
 def following_noise(
-    objective: Objective, groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
+    groups: tuple[PriorGroup, ...], noises: tuple[Noise, ...]
 ) -> tuple[PriorGroup, ...]:
-    """Return the groups, with means that follow the noise of each robot's joints where they do."""
-    noisy = np.zeros(len(objective.own))
-    for (robot, _), noise in zip(objective.rows.source_kinds, noises, strict=True):
-        noisy[robot] = max(noisy[robot], noise.joint)
-    robot_of = np.repeat(noisy, [model.size for model in objective.models])  # of movements none
+    """Return the groups, with means that follow the noise of the joints where they do."""
+    noise = max(noise.joint for noise in noises)
+    if not noise:
+        return groups
     return tuple(
-        group.following(float(robot_of[group.members[0]]))
-        if group.follows_noise and group.width and robot_of[group.members[0]]
-        else group
+        group.following(noise) if group.follows_noise and group.width else group
         for group in groups
     )
 
@@ -198,9 +184,9 @@ def effect_of(state: State, group: PriorGroup) -> float:
 
 def prune_groups(state: State) -> State:
     """Return the state without extensions and joint noise that do hardly anything."""
-    gone = {  # by place: those of two arms may have one name
-        i: group
-        for i, group in enumerate(state.groups)
+    gone = {
+        group.name
+        for group in state.groups
         if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
     }
     sources = state.objective.rows.source_of
@@ -208,11 +194,12 @@ def prune_groups(state: State) -> State:
     if not gone and noises == state.noises:
         return state
     x, at_zero = state.x.copy(), state.at_zero.copy()
-    for group in gone.values():
-        x[group.members], at_zero[group.members] = 0.0, True
+    for group in state.groups:
+        if group.name in gone:
+            x[group.members], at_zero[group.members] = 0.0, True
     groups = tuple(
-        replace(g, width=0.0, effective=0.0, learned=False) if i in gone else g
-        for i, g in enumerate(state.groups)
+        replace(g, width=0.0, effective=0.0, learned=False) if g.name in gone else g
+        for g in state.groups
     )
     state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
     change = np.zeros(state.objective.size)

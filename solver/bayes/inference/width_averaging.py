@@ -50,24 +50,19 @@ def over_widths(
         change: The posterior at the usual widths, as changes from the estimate.
     """
     groups = list(state.groups)
-    for members in state.objective.own:
-        uncertain = [
-            k
-            for k, group in enumerate(groups)
-            if has_uncertain_width(group) and members.start <= group.members[0] < members.stop
-        ]
-        if uncertain:
-            mixture = WidthMixture([groups[k] for k in uncertain])
-            change, widths = mixture.posterior(x, change)
-            for k, width in zip(uncertain, widths.tolist(), strict=True):
-                groups[k] = replace(groups[k], average_width=width)
+    uncertain = [k for k, group in enumerate(groups) if has_uncertain_width(group)]
+    if uncertain:
+        mixture = WidthMixture([groups[k] for k in uncertain])
+        change, widths = mixture.posterior(x, change)
+        for k, width in zip(uncertain, widths.tolist(), strict=True):
+            groups[k] = replace(groups[k], average_width=width)
     spread = np.column_stack([change.root, change.mean])
     return Gaussian(np.zeros(len(spread)), spread), tuple(groups)
 
 
 @dataclass(frozen=True)
 class WidthMixture:
-    """Priors of one robot's geometry at K nodes: C_k = B d_k^2 B^T, with d_k diagonal."""
+    """Priors of the geometry at K nodes: C_k = B d_k^2 B^T, with d_k diagonal."""
 
     groups: Sequence[PriorGroup]
 

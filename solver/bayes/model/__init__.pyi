@@ -14,9 +14,6 @@ from .gaussian import Gaussian as Gaussian
 from .gaussian import check as check
 from .movement import Movement as Movement
 from .movement import movements_of as movements_of
-from .multi_robot import KINDS as KINDS
-from .multi_robot import Kind as Kind
-from .multi_robot import SampleRows as SampleRows
 from .noise import NEGLIGIBLE as NEGLIGIBLE
 from .noise import NU as NU
 from .noise import SMALLEST as SMALLEST
@@ -35,3 +32,6 @@ from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
 from .priors import groups_at as groups_at
 from .priors import prior_groups as prior_groups
+from .sample_rows import KINDS as KINDS
+from .sample_rows import Kind as Kind
+from .sample_rows import SampleRows as SampleRows

@@ -3,12 +3,12 @@
 It has unknowns of its own beside the arm's, as a place that moves has; see :mod:`.movement`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, product
 
 import numpy as np
 
-from ...data import BALL, Apart, Measurement, MultiRobotObservations, RobotRecordings
+from ...data import BALL, Apart, Measurement, Observations, RobotRecordings
 from ...robot import BallModel, Robot
 from .movement import Movement
 from .prior_group import PriorGroup
@@ -45,8 +45,6 @@ class Difference(Movement):
     """A difference as the objective has it: a place that is elsewhere in every sample."""
 
     robot: Robot
-    arm: int
-    """Number of the robot among those fitted together."""
     apart: Apart
 
     @property
@@ -54,16 +52,13 @@ class Difference(Movement):
         """Number of its unknowns."""
         return 3 if self.apart.part == BALL else 1
 
-    def slopes(self, scene: MultiRobotObservations) -> np.ndarray:
+    def slopes(self, data: Observations) -> np.ndarray:
         """Return the derivatives of places by the unknowns for all samples, shape (N, 3, size)."""
-        parts: list[np.ndarray] = []
-        for number, arm in enumerate(scene.arms):
-            rows = arm.rows_of(self.placement) & (number == self.arm)
-            slopes = np.zeros((len(rows), 3, self.size))
-            if rows.any():
-                slopes[rows] = shifts_by(self.robot, arm.positions[rows], self.apart)
-            parts.append(slopes)
-        return np.concatenate(parts)
+        rows = data.rows_of(self.placement)
+        slopes = np.zeros((len(rows), 3, self.size))
+        if rows.any():
+            slopes[rows] = shifts_by(self.robot, data.positions[rows], self.apart)
+        return slopes
 
     def prior(self, begin: int) -> PriorGroup:
         """Return the prior of its unknowns, from some index on."""
@@ -73,18 +68,13 @@ class Difference(Movement):
         return PriorGroup(name, unit, members, width_of(self.apart), learned=False)
 
 
-def differences_of(robots: Sequence[RobotRecordings]) -> list[Movement]:
-    """Return all that is otherwise in single placements of robots."""
-    differences = list[Movement]()
-    for i, recordings in enumerate(robots):
-        for m in recordings.measurements:
-            differences += [
-                Difference(
-                    placement=m.name, kind="difference", robot=recordings.robot, arm=i, apart=apart
-                )
-                for apart in m.apart
-            ]
-    return differences
+def differences_of(recordings: RobotRecordings) -> list[Movement]:
+    """Return all that is otherwise in single placements of a robot."""
+    pairs = chain.from_iterable(product([m.name], m.apart) for m in recordings.measurements)
+    return [
+        Difference(placement=name, kind="difference", robot=recordings.robot, apart=apart)
+        for name, apart in pairs
+    ]
 
 
 def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -76,17 +77,19 @@ class Gaussian:
         mean[rows], root[rows] = self.mean, self.root
         return Gaussian(mean, root)
 
-    def conditioned(self, slopes: np.ndarray, errors: np.ndarray) -> "Gaussian":
+    def conditioned(
+        self, slopes: np.ndarray, errors: np.ndarray, count: Literal[1, -1] = 1
+    ) -> "Gaussian":
         """Return it where errors e + A (x - mu) were seen, each with a standard deviation of 1.
 
-        With W = A R and L L^T = 1 + W W^T, the root becomes R (1 - W^T L^-T (L + 1)^-1 W) (Andrews
-        1968).
+        With W = A R = U s V^T, the root becomes R (1 + V ((1 + s^2)^(-1/2) - 1) V^T) (Andrews
+        1968). A count of -1 takes back errors that it was conditioned on before, by -s^2.
         """
-        W = slopes @ self.root
-        L = np.linalg.cholesky(np.eye(len(W)) + W @ W.T)
-        pull = np.linalg.solve(L.T, np.linalg.solve(L, errors))
-        gain = np.linalg.solve(L.T, np.linalg.solve(L + np.eye(len(W)), W))
-        return Gaussian(self.mean - self.root @ (W.T @ pull), self.root - (self.root @ W.T) @ gain)
+        U, s, Vt = np.linalg.svd(slopes @ self.root, full_matrices=False)
+        shares = 1 / (1 + count * s**2).clip(min=NOTHING)
+        across = self.root @ Vt.T
+        mean = self.mean - count * across @ (shares * s * (U.T @ errors))
+        return Gaussian(mean, self.root + (across * (np.sqrt(shares) - 1)) @ Vt)
 
 
 def check(covariance: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...data import MultiRobotObservations, Observations
+from ...data import Observations
 from .prior_group import PriorGroup
 
 SIZE = 1e-3
@@ -54,9 +54,9 @@ class Movement:
             course[rows] = np.cos(np.pi * s[:, None] * np.arange(1, self.waves + 1))
         return course
 
-    def slopes(self, scene: MultiRobotObservations) -> np.ndarray:
+    def slopes(self, data: Observations) -> np.ndarray:
         """Return the derivatives of m by the unknowns for all samples, shape (N, 3, size)."""
-        course = np.concatenate([self.course(arm) for arm in scene.arms])
+        course = self.course(data)
         return np.einsum("nk,ij->nikj", course, np.eye(3)).reshape(len(course), 3, -1)
 
     def prior(self, begin: int) -> PriorGroup:

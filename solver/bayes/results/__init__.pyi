@@ -1,5 +1,6 @@
 from .chance import Estimate as Estimate
 from .chance import apart_by_chance as apart_by_chance
+from .frames import frame_pose as frame_pose
 from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .held_out_error import error_parts as error_parts
@@ -13,7 +14,6 @@ from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .patterns import error_patterns as error_patterns
 from .pose_covariance import pose_covariances as pose_covariances
-from .predicted_errors import between as between
 from .predicted_errors import errors_near as errors_near
 from .predicted_errors import workspace_errors as workspace_errors
 from .uncertainty import correlations as correlations

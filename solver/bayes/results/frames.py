@@ -4,32 +4,48 @@ import numpy as np
 
 from ...data import IDENTITY, WORLD, Pose, as_point
 from ...results import FramePose
-from ..inference import JointPosterior
+from ..inference import FitPosterior
 
 
-def frame_poses(world: JointPosterior) -> tuple[FramePose, ...]:
-    """Return the frames in which sockets or points were measured, in the first robot's base."""
-    poses = [
-        _frame_pose(world, k, name, pose, world.frame_covariance(name))
-        for k, (name, pose) in enumerate(world.frames.items())
-        if k not in world.scene.bases
-    ]
-    if any(socket.frame == WORLD for socket in world.scene.arms[0].located):
-        poses.append(_frame_pose(world, WORLD, "base", IDENTITY, np.zeros((6, 6))))
+def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
+    """Return the frames in which sockets or points were measured, in the robot's base."""
+    data = posterior.data
+    frames = {k: (name, posterior.frames[name]) for k, name in enumerate(data.frames)}
+    if data.anchored:
+        frames[WORLD] = ("base", IDENTITY)
+    poses = list[FramePose]()
+    for k, (name, pose) in frames.items():
+        known = k != WORLD
+        covariance = posterior.frame_covariance(name) if known else np.zeros((6, 6))
+        items = [item for item in data.located if item.frame == k]
+        coordinates = np.reshape([item.coordinates for item in items], (-1, 3))
+        centres = posterior.state.centres[[item.socket for item in items]]
+        points = int((data.measured_in == k).sum()) if known else 0
+        poses.append(frame_pose(name, pose, covariance, centres, coordinates, points))
     return tuple(poses)
 
 
-def _frame_pose(
-    world: JointPosterior, k: int, name: str, pose: Pose, covariance: np.ndarray
+def frame_pose(
+    name: str,
+    pose: Pose,
+    covariance: np.ndarray,
+    centres: np.ndarray,
+    coordinates: np.ndarray,
+    points: int,
 ) -> FramePose:
-    """Return a frame by its index, its name, its pose and the covariance of that."""
-    deviation = np.sqrt(np.diag(covariance).clip(min=0))
-    sockets = [socket for socket in world.scene.arms[0].located if socket.frame == k]
-    error = None
-    if sockets:
-        places = pose.apply(np.array([socket.coordinates for socket in sockets]))
-        # the first robot's base is the world
-        offsets = world.arms[0].centres[[socket.socket for socket in sockets]] - places
+    """Return a frame with the errors at its K sockets.
+
+    Args:
+        name: Of the frame.
+        pose: In the base.
+        covariance: Of the pose, its turn [rad] first, shape (6, 6).
+        centres: Of the sockets with coordinates in it, in the base, shape (K, 3) [m].
+        coordinates: Of these in the frame, shape (K, 3) [m].
+        points: Number of balls that were measured in it.
+    """
+    deviation, error = np.sqrt(np.diag(covariance).clip(min=0)), None
+    if len(centres):
+        offsets = centres - pose.apply(coordinates)
         error = float(np.sum(offsets**2, axis=1).mean()) ** 0.5
     return FramePose(
         name=name,
@@ -37,7 +53,7 @@ def _frame_pose(
         rpy=pose.origin.rpy,
         xyz_deviation=as_point(deviation[3:]),
         turn_deviation=as_point(deviation[:3]),
-        sockets=len(sockets),
-        points=sum(int((arm.measured_in == k).sum()) for arm in world.scene.arms if k != WORLD),
+        sockets=len(centres),
+        points=points,
         socket_error=error,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...data import FrameError, fit_pose
 from ...robot import rotation_vectors
-from ..inference import JointPosterior, Objective, linearise, stepped
+from ..inference import FitPosterior, Objective, linearise, stepped
 from ..model import Gaussian, PriorGroup
 from ..model.effects import EFFECTS
 
@@ -25,14 +25,13 @@ PARTS = 5
 fit for each placement would take too long where there are many."""
 
 
-def log_odds(model: JointPosterior) -> float:
+def log_odds(model: FitPosterior) -> float:
     """Return the logarithm of a model's odds before the data, by ALSO_TILTS."""
     elastic = {effect.name for effect in EFFECTS.values() if effect.elastic}
-    count = sum(elastic <= {*names} for names in model.active)
-    return count * log(ALSO_TILTS)
+    return log(ALSO_TILTS) if elastic <= {*model.active} else 0.0
 
 
-def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
+def model_probabilities(models: Sequence[FitPosterior]) -> np.ndarray:
     """Return the probability of each model by its evidence and odds, shape (len(models),)."""
     evidence = np.array([model.log_evidence + log_odds(model) for model in models])
     odds = np.exp(evidence - evidence.max())
@@ -40,15 +39,15 @@ def model_probabilities(models: Sequence[JointPosterior]) -> np.ndarray:
 
 
 def beside_curves(
-    posterior: JointPosterior, models: Sequence[JointPosterior]
-) -> tuple[JointPosterior, float] | None:
+    posterior: FitPosterior, models: Sequence[FitPosterior]
+) -> tuple[FitPosterior, float] | None:
     """Return the model that may be more probable beside curves, and the logarithm of its odds."""
     # Errors that nothing explains yet hide elasticity, and harmonics stand for curves.
     elastic = {effect.name for effect in EFFECTS.values() if effect.elastic}
     harmonics = {effect.name for effect in EFFECTS.values() if effect.stands_for_curves}
 
-    def bends_alone(model: JointPosterior) -> bool:
-        effects = {*chain(*model.active)}
+    def bends_alone(model: FitPosterior) -> bool:
+        effects = {*model.active}
         return bool(effects & elastic) and not effects & harmonics
 
     bent = [model for model in models if bends_alone(model)]
@@ -56,19 +55,16 @@ def beside_curves(
         return None
     best = bent[int(np.argmax(model_probabilities(bent)))]
     odds = log_odds(best) - log_odds(posterior)
-    has_harmonics = harmonics & {*chain(*posterior.active)}
+    has_harmonics = harmonics & {*posterior.active}
     return best, odds + HARMONICS_BESIDE_CURVES if has_harmonics else odds
 
 
-def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> JointPosterior:
+def averaged(results: Sequence[FitPosterior], probabilities: np.ndarray) -> FitPosterior:
     """Return the mean of results of models with different extensions, weighted by probabilities."""
     best = results[int(np.argmax(probabilities))]
-    models = tuple(
-        models_of_robot[0].with_effects({*chain(*(m.extensions for m in models_of_robot))})
-        for models_of_robot in zip(*(r.models for r in (best, *results)), strict=True)
-    )
-    objective = replace(best.objective, models=models)
-    groups: dict[tuple[int, str], PriorGroup] = {}
+    extensions = {*chain(*(result.model.extensions for result in results))}
+    objective = replace(best.objective, model=best.model.with_effects(extensions))
+    groups: dict[str, PriorGroup] = {}
     parts: list[Gaussian] = []
     weights = np.zeros(len(best.weights))
     order: list[int] = np.argsort(probabilities).tolist()
@@ -80,11 +76,10 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
         parts.append(replace(result.around, mean=place).embedded(rows, objective.size))
         weights += share * result.weights
         for group in result.state.groups:
-            robot = sum(members.start <= group.members[0] for members in result.own)
-            groups[robot, group.name] = replace(group, members=rows[group.members])
+            groups[group.name] = replace(group, members=rows[group.members])
     mixture = Gaussian.averaged(parts, shares)
     ordered = tuple(sorted(groups.values(), key=lambda group: int(group.members[0])))
-    at_zero = np.zeros(objective.model_size, dtype=bool)
+    at_zero = np.zeros(objective.x_size, dtype=bool)
     for group in ordered:
         at_zero[group.members] = not group.width
     x, centres = np.zeros(len(at_zero)), np.zeros_like(best.state.centres)
@@ -94,21 +89,19 @@ def averaged(results: Sequence[JointPosterior], probabilities: np.ndarray) -> Jo
     state = replace(state, linear=linearise(objective, state.x, state.frames))
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
-    iterates = [*before[:, : objective.model_size], state.x]
+    iterates = [*before[:, : objective.x_size], state.x]
     centred = replace(mixture, mean=np.zeros(objective.size))
-    return JointPosterior(state, centred, weights, best.log_evidence, iterates)
+    return FitPosterior(state, centred, weights, best.log_evidence, iterates)
 
 
 def _rows(objective: Objective, part: Objective) -> np.ndarray:
     """Return the places of all unknowns among those of models with more extensions."""
-    rows = list[int]()
-    for members, model, less in zip(objective.own, objective.models, part.models, strict=True):
-        place = {name: i for i, name in enumerate(model.names, members.start)}
-        rows += [place[name] for name in less.names]
-    return np.array([*rows, *range(objective.own[-1].stop, objective.size)], dtype=np.int64)
+    place = {name: i for i, name in enumerate(objective.model.names)}
+    rows = [place[name] for name in part.model.names]
+    return np.array([*rows, *range(objective.model.size, objective.size)], dtype=np.int64)
 
 
-def _places(result: JointPosterior, reference: JointPosterior) -> np.ndarray:
+def _places(result: FitPosterior, reference: FitPosterior) -> np.ndarray:
     """Return the frames, as changes from another result, and then the sockets."""
     changes: list[np.ndarray] = []
     for pose, frame in zip(result.state.frames, reference.state.frames, strict=True):
@@ -124,35 +117,32 @@ def mean_fall(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return float(fall.mean()), float(fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
-def held_out_errors(posterior: JointPosterior) -> np.ndarray:
-    """Return each placement's error by a fit to others [m]; NaN where a robot is not tied then."""
-    names = posterior.scene.placements
+def held_out_errors(posterior: FitPosterior) -> np.ndarray:
+    """Return each placement's error by a fit to others [m]; NaN where a frame is not tied then."""
+    names = posterior.data.placements
     errors = np.full(len(names), np.nan)
     for part in range(min(PARTS, len(names))):
         held_out = names[part::PARTS]
         try:
-            state = stepped(posterior, posterior.scene.without(held_out))
+            state = stepped(posterior, posterior.data.without(held_out))
         except FrameError:
             continue
         errors[part::PARTS] = [_mean_error(posterior, state.x, name) for name in held_out]
     return errors
 
 
-def _mean_error(posterior: JointPosterior, x: np.ndarray, placement: str) -> float:
+def _mean_error(posterior: FitPosterior, x: np.ndarray, placement: str) -> float:
     """Return the mean distance of balls from their socket's mean or measured place [m]."""
     distances: list[np.ndarray] = []
-    for model, members, arm in zip(
-        posterior.models, posterior.own, posterior.scene.arms, strict=True
-    ):
-        rows = arm.rows_of(placement)
-        samples = arm.positions[rows], arm.torques[rows], arm.clocks[rows]
-        points = model.predict(x[members], *samples)
-        sockets = arm.sockets[rows]
-        for socket in np.unique(sockets[sockets >= 0]):
-            balls = points[sockets == socket]
-            distances.append(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
-        if (sockets < 0).any():
-            balls, measured = points[sockets < 0], arm.points[rows][sockets < 0]
-            fitted_places = fit_pose(measured, balls).apply(measured)
-            distances.append(np.linalg.norm(balls - fitted_places, axis=1))
+    model, data = posterior.model, posterior.data
+    rows = data.rows_of(placement)
+    samples = data.positions[rows], data.torques[rows], data.clocks[rows]
+    points, sockets = model.predict(x[: model.size], *samples), data.sockets[rows]
+    for socket in np.unique(sockets[sockets >= 0]):
+        balls = points[sockets == socket]
+        distances.append(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
+    if (sockets < 0).any():
+        balls, measured = points[sockets < 0], data.points[rows][sockets < 0]
+        fitted_places = fit_pose(measured, balls).apply(measured)
+        distances.append(np.linalg.norm(balls - fitted_places, axis=1))
     return float(np.concatenate(distances).mean())

@@ -3,17 +3,16 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain, product
+from itertools import chain
 from math import log
-from operator import attrgetter
 
 import numpy as np
 
-from ...data import MultiRobotObservations, RobotRecordings
+from ...data import Observations, RobotRecordings
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
-from ..inference import JointPosterior, estimate, refit, with_joint_curves
-from ..model import Expected, ExtendedModel, GivenPrior, differences_of, extend
+from ..inference import FitPosterior, estimate, refit, with_joint_curves
+from ..model import Expected, GivenPrior, differences_of, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -36,43 +35,43 @@ NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
-Free = tuple[Robot, Sequence[Parameter]]
-"""A robot, and the free numbers of its geometry."""
+Prior = Mapping[str, Expected] | GivenPrior | None
+"""The elasticity of other arms of a robot's type, or what an earlier calibration left known."""
 
 
 @dataclass(frozen=True)
 class Selected:
-    """The models that the data chose, of all robots."""
+    """The models that the data chose."""
 
-    full: JointPosterior
+    full: FitPosterior
     """The mean of the models that the data support; that of the geometry alone without any."""
-    notes: tuple[tuple[str, ...], ...]
-    """For each robot, one line for each extension: kept or not, and the evidence."""
+    notes: tuple[str, ...]
+    """One line for each extension: kept or not, and the evidence."""
     movements: tuple[FoundMovement, ...] = ()
     """Movements of placements while they were recorded, also those too unsure for the model."""
 
 
 def select_models(
-    robots: Sequence[Free],
-    data: MultiRobotObservations,
+    recordings: RobotRecordings,
+    parameters: Sequence[Parameter],
+    data: Observations,
     *,
     without: Collection[str] = (),
     zeros: bool = False,
-    types: Sequence[Mapping[str, Expected]] | GivenPrior = (),
-    recordings: Sequence[RobotRecordings] = (),
+    prior: Prior = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
-    """Calibrate the geometry of one robot or several, then try extension after extension.
+    """Calibrate the geometry of a robot, then try extension after extension.
 
     Args:
-        robots: The robots, and what of their geometry is free.
+        recordings: The nominal robot, and its placements.
+        parameters: The free numbers of the robot's geometry.
         data: Training placements.
         without: Extensions that are not tried; without ``joint-noise`` the joints' angles are
             exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
-        types: For each robot, the elasticity of other arms of its type, to be tried, too; or what
-            an earlier calibration of a single robot left known.
-        recordings: The placements, for what is otherwise throughout single ones.
+        prior: The elasticity of other arms of the robot's type, to be tried, too; or what an
+            earlier calibration of the robot left known.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -80,24 +79,22 @@ def select_models(
     """
     progress("geometry")
     stages = {*EXTENSIONS, JOINT_NOISE} - {*without}
-    prior, types = (types, ()) if isinstance(types, GivenPrior) else (None, types)
+    earlier = prior if isinstance(prior, GivenPrior) else None
     first = (JOINT_OFFSET.name,) if zeros else ()
-    bases = [
-        extend(*parameters, (*first, *_effects_of(parameters[0], prior))) for parameters in robots
-    ]
-    models = [replace(base, given=prior) for base in bases]
-    differences = differences_of(recordings)
-    geometric = estimate(models, data, joint_noise=JOINT_NOISE in stages, movements=differences)
+    robot, differences = recordings.robot, differences_of(recordings)
+    base = extend(robot, parameters, (*first, *_effects_of(robot, earlier)))
+    model = replace(base, given=earlier)
+    geometric = estimate(model, data, joint_noise=JOINT_NOISE in stages, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     scalar = [name for name in names if name != CURVE.extension]
-    order = list(product(scalar, range(len(robots))))
     tryable = set(chain.from_iterable(EXTENSIONS[name] for name in names))
-    types = [dict(filter(lambda item: item[0] in tryable, t.items())) for t in types]
-    tried = _search(geometric, order, progress)
+    of_type = {} if earlier is not None or prior is None else dict(prior)
+    of_type = {name: expected for name, expected in of_type.items() if name in tryable}
+    tried = _search(geometric, scalar, progress)
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if any(line.kept for line in reported):  # all again beside these
-        tried = _search(refit(geometric, movements=movements), order, progress)
-    models, words = _supported([*tried.models, *_by_type(tried.fits, types, progress)])
+        tried = _search(refit(geometric, movements=movements), scalar, progress)
+    models, words = _supported([*tried.models, *_by_type(tried.fits, of_type, progress)])
     probabilities = model_probabilities(models)
     mean = averaged(models, probabilities) if len(models) > 1 else models[0]
     result, note = mean, ""
@@ -105,14 +102,13 @@ def select_models(
         result, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
     if result.active != mean.active:
         models, probabilities, words = [result], np.ones(1), "; beside curves"
-    notes = _notes(tried, types, models, probabilities, words)
-    for lines, arm in zip(notes, result.arms, strict=True):
-        lines += [f"{CURVE.extension}: {note}"] if note else []
-        lines += [joint_offsets_in_words(arm)] if zeros else []
-    return Selected(result, tuple(map(tuple, notes)), reported)
+    notes = _notes(tried, of_type, models, probabilities, words)
+    notes += [f"{CURVE.extension}: {note}"] if note else []
+    notes += [joint_offsets_in_words(result.arm)] if zeros else []
+    return Selected(result, tuple(notes), reported)
 
 
-def _evidence(model: JointPosterior) -> float:
+def _evidence(model: FitPosterior) -> float:
     return model.log_evidence
 
 
@@ -126,24 +122,23 @@ def _required(extension: str) -> set[str]:
 
 def _notes(
     tried: "_Tried",
-    types: Sequence[Mapping[str, Expected]],
-    models: Sequence[JointPosterior],
+    of_type: Mapping[str, Expected],
+    models: Sequence[FitPosterior],
     probabilities: np.ndarray,
     words: str,
-) -> list[list[str]]:
-    """Return for each robot what became of each extension, and of what is known of its type."""
-    notes: list[list[str]] = [[] for _ in models[0].arms]
-    for (stage, i), gain in tried.gains.items():
-        active = [bool({*EXTENSIONS[stage]} & {*model.active[i]}) for model in models]
+) -> list[str]:
+    """Return what became of each extension, and of what is known of the robot's type."""
+    notes: list[str] = []
+    for stage, gain in tried.gains.items():
+        active = [bool({*EXTENSIONS[stage]} & {*model.active}) for model in models]
         note = _note(gain, float(probabilities[active].sum()), words)
-        if not models[0].scene.arms[i].torques.any() and _needs_load(stage):
+        if not models[0].data.torques.any() and _needs_load(stage):
             note = NO_MASSES
-        notes[i].append(f"{stage}: {note}")
-    for i, lines in enumerate(notes if any(types) else ()):
-        if types[i]:
-            by_type = [bool(model.models[i].of_type) for model in models]
-            share = 100 * float(probabilities[by_type].sum())
-            lines.append(f"type prior: counts by {share:.0f} %")
+        notes.append(f"{stage}: {note}")
+    if of_type:
+        by_type = [bool(model.model.of_type) for model in models]
+        share = 100 * float(probabilities[by_type].sum())
+        notes.append(f"type prior: counts by {share:.0f} %")
     return notes
 
 
@@ -158,39 +153,35 @@ def _effects_of(robot: Robot, prior: GivenPrior | None) -> tuple[str, ...]:
 class _Tried:
     """All that was tried."""
 
-    models: list[JointPosterior]
+    models: list[FitPosterior]
     """The models, that of the geometry alone first."""
-    gains: dict[tuple[str, int], float | None]
-    """Rise of the logarithm of the evidence by each extension of each robot; None where the fit
-    does not settle with it."""
-    fits: list[JointPosterior]
+    gains: dict[str, float | None]
+    """Rise of the logarithm of the evidence by each extension; None where the fit does not settle
+    with it."""
+    fits: list[FitPosterior]
     """All fits with extensions, also those that came out like another."""
 
 
 def _search(
-    geometric: JointPosterior,
-    stages: list[tuple[str, int]],
-    progress: Callable[[str], None],
+    geometric: FitPosterior, stages: Sequence[str], progress: Callable[[str], None]
 ) -> _Tried:
     """Add extension after extension to the best model; twice, since one may help beside another."""
-    best, gains = geometric, dict[tuple[str, int], float | None]()
-    models, tried, fits = {best.active: best}, {_kept(best.models)}, list[JointPosterior]()
-    for stage, robot in 2 * stages:
-        extended = list(best.models)
-        extended[robot] = extended[robot].with_effects(
-            (*extended[robot].extensions, *EXTENSIONS[stage])
-        )
-        if _kept(extended) in tried:
+    best, gains = geometric, dict[str, float | None]()
+    models, tried = {best.active: best}, {best.model.extensions}
+    fits = list[FitPosterior]()
+    for stage in (*stages, *stages):
+        extended = best.model.with_effects((*best.model.extensions, *EXTENSIONS[stage]))
+        if extended.extensions in tried:
             continue
-        tried.add(_kept(extended))
-        progress(f"{stage} {best.scene.names[robot]}".strip())
+        tried.add(extended.extensions)
+        progress(stage)
         try:
             candidate = refit(best, extended)
         except NotConverged:
-            gains.setdefault((stage, robot))
+            gains.setdefault(stage)
             continue
         fits.append(candidate)
-        gain = gains[stage, robot] = candidate.log_evidence - best.log_evidence
+        gain = gains[stage] = candidate.log_evidence - best.log_evidence
         if candidate.active not in models:
             models[candidate.active] = candidate
             best = candidate if gain > 0 else best
@@ -198,33 +189,30 @@ def _search(
 
 
 def _by_type(
-    fits: Sequence[JointPosterior],
-    types: Sequence[Mapping[str, Expected]],
+    fits: Sequence[FitPosterior],
+    of_type: Mapping[str, Expected],
     progress: Callable[[str], None],
-) -> list[JointPosterior]:
+) -> list[FitPosterior]:
     """Return the fits again, with all that other arms of a type tell of, as they tell it."""
-    models: dict[tuple[tuple[str, ...], ...], JointPosterior] = {}
-    for fit in fits if any(types) else ():
-        models_of_type = [
-            replace(model.with_effects({*model.extensions, *of_type}), of_type=of_type)
-            for model, of_type in zip(fit.models, types, strict=True)
-        ]
-        if _kept(models_of_type) not in models:
+    models: dict[tuple[str, ...], FitPosterior] = {}
+    for fit in fits if of_type else ():
+        extended = fit.model.with_effects({*fit.model.extensions, *of_type})
+        if extended.extensions not in models:
             progress("type prior")
             with suppress(NotConverged):
-                models[_kept(models_of_type)] = refit(fit, models_of_type)
+                models[extended.extensions] = refit(fit, replace(extended, of_type=of_type))
     return list({model.active: model for model in models.values()}.values())
 
 
-def _supported(models: list[JointPosterior]) -> tuple[list[JointPosterior], str]:
+def _supported(models: list[FitPosterior]) -> tuple[list[FitPosterior], str]:
     """Return the models that count, the geometry alone or the probable ones, and words on why."""
     geometric, best = models[0], max(models, key=_evidence)
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return [geometric], ""
 
     words = ""
-    if len(best.scene.placements) >= ENOUGH_PLACEMENTS:
-        candidates = [m for m in models if not any(map(attrgetter("of_type"), m.models))]
+    if len(best.data.placements) >= ENOUGH_PLACEMENTS:
+        candidates = [m for m in models if not m.model.of_type]
         best_alone = max(candidates, key=_evidence)
         try:
             after = held_out_errors(best)
@@ -256,6 +244,3 @@ def _note(gain: float | None, probability: float, words: str) -> str:
     weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
     return f"kept: {weight} {evidence}{words}"
 
-
-def _kept(models: Sequence[ExtendedModel]) -> tuple[tuple[str, ...], ...]:
-    return tuple(model.extensions for model in models)

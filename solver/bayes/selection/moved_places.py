@@ -9,7 +9,7 @@ from math import log
 import numpy as np
 
 from ...paper import NotConverged
-from ..inference import JointPosterior, movement_gain, refit
+from ..inference import FitPosterior, movement_gain, refit
 from ..model import Movement, movements_of
 
 INDEPENDENT = 0.5
@@ -38,17 +38,15 @@ class FoundMovement:
 
 
 def movements_by_evidence(
-    posterior: JointPosterior,
+    posterior: FitPosterior,
 ) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
     """Return the movements to put into the model beside its own, and all that are reported."""
-    if len(posterior.arms) > 1:
-        return (), ()
+    data = posterior.data
     places, movements, lines = (
-        list(posterior.scene.placements),
+        list(data.placements),
         [*posterior.objective.movements],
         list[FoundMovement](),
     )
-    data = posterior.scene.arms[0]
     candidates = {place: movements_of(data, place) for place in places}
     while places:
         tried = list(chain.from_iterable(candidates[place] for place in places))
@@ -76,7 +74,7 @@ def movements_by_evidence(
     return tuple(movements), tuple(lines)
 
 
-def _rise(posterior: JointPosterior, movement: Movement) -> float:
+def _rise(posterior: FitPosterior, movement: Movement) -> float:
     """Return the rise of the logarithm of the evidence by a movement, by a linear model."""
     try:
         return movement_gain(posterior, movement)
@@ -89,9 +87,9 @@ def _price(movement: Movement, tried: Sequence[Movement]) -> float:
     return log(sum((m.placement, m.kind) == (movement.placement, movement.kind) for m in tried))
 
 
-def _line(posterior: JointPosterior, gain: float) -> FoundMovement:
+def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
     """Return the report on the last movement of a result."""
-    movement, data = posterior.objective.movements[-1], posterior.scene.arms[0]
+    movement, data = posterior.objective.movements[-1], posterior.data
     course = movement.course(data) @ posterior.state.x[-movement.size :].reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
     follows = "" if movement.clock == "time" else f", with {movement.clock}"

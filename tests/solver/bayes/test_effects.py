@@ -9,7 +9,7 @@ from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import Deflection, extend
 from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS, OWN, Effect
 from mukca.solver.calibration import SolveOptions, problems_of
-from mukca.solver.data import observe_all
+from mukca.solver.data import observe
 from mukca.solver.robot import (
     BallModel,
     angles_near,
@@ -68,7 +68,7 @@ def test_an_arm_that_has_an_effect_is_recorded_with_it_and_a_fit_finds_it(name, 
         return
     (problem,) = problems_of(panda, placements, (), SolveOptions().validated()).values()
     model = extend(panda, choose_parameters(panda), [name])
-    fit = estimate([model], observe_all([problem])).arms[0]
+    fit = estimate(model, observe(problem)).arm
     errors, deviations = fit.x[model.slices[0]] - truth, np.sqrt(np.diag(fit.covariance))
     if effect.joint_noise is None:  # else it is believed to be what the noise shows
         assert (np.abs(errors) < 4 * deviations[model.slices[0]]).all()

@@ -8,7 +8,7 @@ import pytest
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.results import workspace_errors
-from mukca.solver.data import STANDARD_LOAD, RobotRecordings, measure, observe_all
+from mukca.solver.data import STANDARD_LOAD, RobotRecordings, measure, observe
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
 from mukca.solver.robot import choose_parameters
 from mukca.tools.simulation import simulate_recordings
@@ -24,8 +24,8 @@ def recorded(panda):
 
 @pytest.fixture(scope="module")
 def first(panda, recorded):
-    data = observe_all([RobotRecordings(panda, recorded[:1])])
-    return estimate([extend(panda, choose_parameters(panda))], data).arms[0]
+    data = observe(RobotRecordings(panda, recorded[:1]))
+    return estimate(extend(panda, choose_parameters(panda)), data).arm
 
 
 def samples(panda, measured):
@@ -35,7 +35,7 @@ def samples(panda, measured):
 
 @pytest.mark.slow
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first):
-    both = estimate([first.model], observe_all([RobotRecordings(panda, recorded)])).arms[0]
+    both = estimate(first.model, observe(RobotRecordings(panda, recorded))).arm
     forecast = predicted_posterior(first, samples(panda, recorded[1]))
     before, expected, found = (workspace_errors(p, LOAD).median for p in (first, forecast, both))
     assert expected < 0.95 * before

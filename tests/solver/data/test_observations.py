@@ -11,13 +11,13 @@ from mukca.solver.data import (
     RobotRecordings,
     distance_covariance,
     measure,
-    observe_all,
+    observe,
     parse_known,
 )
 
 
-def observe(measurements, robot, **options):
-    return observe_all([RobotRecordings(robot, measurements)], **options).arms[0]
+def observed(measurements, robot, **options):
+    return observe(RobotRecordings(robot, measurements), **options)
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def two(session, panda):
 
 def test_known_distances_tie_placements(two, panda):
     known = parse_known("front:0-left:1=0.43+-0.0002")
-    data = observe(two, panda, lengths=[known])
+    data = observed(two, panda, lengths=[known])
     assert (data.known[2].first, data.known[2].second) == (0, 3)
     assert (data.known[2].distance, data.known[2].deviation) == (0.43, 0.0002)
     assert parse_known("a-b:0-c:1=5e-2").deviation == 3e-5
@@ -38,12 +38,12 @@ def test_known_distances_tie_placements(two, panda):
 
 def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda):
     known = parse_known("front:0-left:1=0.43+-0.0002")
-    covariance = distance_covariance(observe(two, panda, lengths=[known]).known)
+    covariance = distance_covariance(observed(two, panda, lengths=[known]).known)
     assert covariance[0, 1] == pytest.approx(3e-5**2)
     assert covariance[0, 0] == covariance[1, 1] == pytest.approx(3e-5**2 + 1e-5**2)
     assert covariance[2] == pytest.approx([0, 0, 2e-4**2])
     other = replace(two[1], distance=0.1)
-    assert distance_covariance(observe([two[0], other], panda).known)[0, 1] == 0
+    assert distance_covariance(observed([two[0], other], panda).known)[0, 1] == 0
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_bad_known_distances_are_told(text):
 @pytest.mark.parametrize("text", ["front:2-left:0=1", "back:0-left:0=1", "front:0-front:0=1"])
 def test_known_distances_need_their_sockets(two, panda, text):
     with pytest.raises(KnownError):
-        observe(two, panda, lengths=[parse_known(text)])
+        observed(two, panda, lengths=[parse_known(text)])
 
 
 @pytest.mark.parametrize("known", [0, 3])

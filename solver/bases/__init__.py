@@ -1,0 +1,5 @@
+"""The bases of several robots, tied after each robot was calibrated alone."""
+
+from ..._faces import attach_face
+
+__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

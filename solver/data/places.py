@@ -1,0 +1,186 @@
+"""The places of recordings: sockets, the distances between them, and frames of coordinates.
+
+Sockets are those of all bases of one robot, or of several, which may have recorded the same bases.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, product
+
+import numpy as np
+
+from ..robot import Robot
+from .frames import FrameError, FrameObservations
+from .known import WORLD, Known, KnownDistance, KnownError, Label, Located, SocketAt, find_socket
+from .measurements import STANDARD_LOAD, Load, Measurement
+from .metrics import CALIPER_DEVIATION
+
+NamedMeasurement = tuple[str, Measurement]
+"""The name of a placement's base, and its samples."""
+
+
+@dataclass(frozen=True)
+class RobotRecordings:
+    """A robot and its placements."""
+
+    robot: Robot
+    measurements: Sequence[Measurement]
+    load: Load = STANDARD_LOAD
+    name: str = ""
+    """Its name among several robots."""
+
+    @property
+    def base_frame(self) -> str:
+        """The name of the frame that is the robot's base."""
+        return f"{self.name}:base" if self.name else "base"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Places:
+    """The places of recordings: S sockets, K distances, F frames."""
+
+    labels: tuple[Label, ...]
+    """For each socket, the name of its placement and its number there."""
+    known: tuple[Known[int], ...]
+    """The measured distances."""
+    located: tuple[Located[int, int], ...] = ()
+    """The measured coordinates of sockets."""
+    frames: tuple[str, ...] = ()
+    """The names of the frames whose pose is unknown."""
+
+    @property
+    def socket_count(self) -> int:
+        """Number of sockets in all placements."""
+        return len(self.labels)
+
+    def at(self, sockets: Sequence[int]) -> "Places":
+        """Return these sockets alone, and what is known of them."""
+        indices = {old: new for new, old in enumerate(sockets)}
+        return Places(
+            labels=tuple(self.labels[k] for k in sockets),
+            known=tuple(
+                replace(k, first=indices[k.first], second=indices[k.second])
+                for k in self.known
+                if k.first in indices and k.second in indices
+            ),
+            located=tuple(
+                replace(item, socket=indices[item.socket])
+                for item in self.located
+                if item.socket in indices
+            ),
+            frames=self.frames,
+        )
+
+
+def base_name(measured: Measurement, robots: int) -> str:
+    """Return the name of a placement's base: of several robots, one place is one base."""
+    return measured.name if robots == 1 else measured.placement.place
+
+
+def places_of(
+    robots: Sequence[RobotRecordings],
+    *,
+    lengths: Sequence[KnownDistance] = (),
+    sockets_at: Sequence[SocketAt] = (),
+    deviation: float = CALIPER_DEVIATION,
+    require_scale: bool = True,
+) -> Places:
+    """Return the places of recordings; equal ``Placement.place`` is one base, not moved.
+
+    The world is the base of the first robot; those of others are frames, the last ones.
+
+    Args:
+        robots: The robots and their placements.
+        lengths: Distances measured beside those between each placement's first two sockets.
+        sockets_at: Measured coordinates of sockets.
+        deviation: Standard deviation of the distance between a placement's first two sockets [m].
+        require_scale: Refuse placements none of whose sockets has a known distance to another.
+    """
+    rows = list[NamedMeasurement]()
+    for recordings in robots:
+        rows += [(base_name(m, len(robots)), m) for m in recordings.measurements]
+    in_sockets = [row for row in rows if row[1].kind == "sockets"]
+    pairs_of = (product([name], m.sockets) for name, m in in_sockets)
+    labels = list(dict.fromkeys(chain.from_iterable(pairs_of)))
+    world, *bases = (recordings.base_frame for recordings in robots)
+    names = [m.frame for _, m in rows if m.kind == "points"]
+    names += [item.frame for item in sockets_at if item.frame not in (world, *bases)]
+    frames = list(dict.fromkeys((*names, *bases)))
+    located = tuple(
+        Located(
+            WORLD if item.frame == world else frames.index(item.frame),
+            find_socket(labels, item.socket, FrameError, f"{item.where}: "),
+            item.coordinates,
+            item.deviation,
+            item.where,
+        )
+        for item in sockets_at
+    )
+    pairs = _pairs(in_sockets, labels, located, deviation)
+    for length in lengths:
+        a = find_socket(labels, length.first)
+        b = find_socket(labels, length.second)
+        if a == b:
+            raise KnownError(f"known distance from {length.first[0]}:{length.first[1]} to itself")
+        pairs.append(Known(a, b, length.distance, length.deviation))
+    if require_scale:
+        _check_scale(in_sockets, labels, pairs, located)
+    return Places(labels=tuple(labels), known=tuple(pairs), located=located, frames=tuple(frames))
+
+
+def measured_in_frame(places: Places, frame: int, name: str) -> FrameObservations:
+    """Return the sockets whose coordinates in a frame were measured."""
+    items = [item for item in places.located if item.frame == frame]
+    return FrameObservations(
+        name,
+        np.array([item.socket for item in items], dtype=np.int64),
+        np.reshape([item.coordinates for item in items], (-1, 3)),
+        [item.where for item in items],
+    )
+
+
+def _check_scale(
+    in_sockets: Sequence[NamedMeasurement],
+    labels: Sequence[Label],
+    pairs: Sequence[Known[int]],
+    located: Sequence[Located[int, int]],
+) -> None:
+    """Refuse placements none of whose sockets has a known distance or coordinates.
+
+    Beside one that has, a placement without tells of the arm's shape, as one with only one socket.
+    """
+    ends = set(chain.from_iterable((pair.first, pair.second) for pair in pairs))
+    ends |= {item.socket for item in located}
+    sockets = chain.from_iterable(product([name], m.sockets) for name, m in in_sockets)
+    if in_sockets and ends.isdisjoint(map(labels.index, sockets)):
+        _, m = in_sockets[0]
+        raise KnownError(
+            f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
+            "known distance ties it; record the other socket too, or give "
+            f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
+        )
+
+
+def _pairs(
+    in_sockets: Sequence[NamedMeasurement],
+    labels: Sequence[Label],
+    located: Sequence[Located[int, int]],
+    deviation: float,
+) -> list[Known[int]]:
+    """Return the distances of the bases, but defaults where coordinates in one frame give them."""
+    frames = {item.socket: item.frame for item in located}
+    pairs: dict[tuple[int, int], Known[int]] = {}
+    for name, m in in_sockets:
+        if not m.has_distance:
+            continue
+        a, b = [labels.index((name, socket)) for socket in m.sockets[:2]]
+        in_one_frame = a in frames and frames[a] == frames.get(b)
+        if in_one_frame and m.distance_source in ("default", "located"):
+            continue
+        pair = Known(a, b, m.distance, deviation, on_base=True)
+        if pairs.setdefault((a, b), pair).distance != m.distance:
+            raise KnownError(
+                f"{name}: its sockets are {pairs[a, b].distance} m apart for one robot, and "
+                f"{m.distance} m for another; one base has one distance"
+            )
+    return list(pairs.values())
