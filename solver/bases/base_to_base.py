@@ -3,7 +3,7 @@
 import numpy as np
 from msgspec.structs import replace
 
-from ..data import IDENTITY, WORLD, Pose, as_point
+from ..data import IDENTITY, Pose, as_point
 from ..results import UNSEEN, BaseToBase
 from ..robot import PoseModel, PoseSolver, workspace
 from .ties import TiedRobots
@@ -35,9 +35,7 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     return replace(base_to_base, text=text)
 
 
-def _tool_deviation(
-    world: TiedRobots, robot: int, shared: list[int]
-) -> float | None:
+def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float | None:
     """Return the error of the distance vector of two tools that meet, as predicted [m]."""
     frame = world.frame_of(robot)
     pose, region = world.pose(frame), _recorded_by_both(world, robot)

@@ -21,7 +21,12 @@ def frames_of_robots(world: TiedRobots) -> tuple[FramePose, ...]:
         places = np.reshape([centres[item.socket] for item in items], (-1, 3))
         poses.append(
             frame_pose(
-                name, world.pose(k), world.frame_covariance(k), places, coordinates, _points(world, name)
+                name,
+                world.pose(k),
+                world.frame_covariance(k),
+                places,
+                coordinates,
+                _points(world, name),
             )
         )
     return tuple(poses)

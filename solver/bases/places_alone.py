@@ -16,9 +16,7 @@ class PlacesAlone:
     """Index of each of its sockets among those of all robots."""
 
 
-def places_alone(
-    places: Places, robots: Sequence[RobotRecordings], robot: int
-) -> PlacesAlone:
+def places_alone(places: Places, robots: Sequence[RobotRecordings], robot: int) -> PlacesAlone:
     """Return the places of a robot; coordinates in the base of another one are left to the tie."""
     recordings = robots[robot]
     names, visited = dict[str, str](), set[tuple[str, int]]()
@@ -50,8 +48,6 @@ def places_alone(
     )
 
 
-def _frame_name(
-    places: Places, robots: Sequence[RobotRecordings], item: Located[int, int]
-) -> str:
+def _frame_name(places: Places, robots: Sequence[RobotRecordings], item: Located[int, int]) -> str:
     """Return the name of the frame of measured coordinates."""
     return robots[0].base_frame if item.frame == WORLD else places.frames[item.frame]

@@ -36,12 +36,17 @@ class Sightings:
 
     def joined(self, sightings: "Sightings") -> "Sightings":
         """Return these and further ones of the same frame."""
-        pairs = [(vars(self)[key], vars(sightings)[key]) for key in vars(self)]
-        return Sightings(*(np.concatenate(pair) for pair in pairs))
+        return Sightings(
+            np.concatenate([self.numbers, sightings.numbers]),
+            np.concatenate([self.points, sightings.points]),
+            np.concatenate([self.slopes, sightings.slopes]),
+            np.concatenate([self.deviations, sightings.deviations]),
+        )
 
     def observations(self, name: str, wheres: Sequence[str]) -> FrameObservations:
         """Return them for first poses; ``wheres`` has a line for each place, for messages."""
-        lines = [wheres[number] for number in self.numbers.tolist()]
+        numbers: list[int] = self.numbers.tolist()
+        lines = [wheres[number] for number in numbers]
         return FrameObservations(name, self.numbers, self.points, lines)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from .. import results
 from ..bayes.inference import FitPosterior, Posterior, restored_covariance
-from ..bayes.selection import Prior
 from ..bayes.model import KINDS, GivenPrior, Noise, extend, groups_at, submatrix
+from ..bayes.selection import Prior
 from ..data import (
     Measurement,
     Pose,

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from .known import WORLD, KnownDistance, SocketAt
-from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
 from .places import NamedMeasurement, Places, RobotRecordings, base_name, places_of
 

@@ -170,8 +170,7 @@ def following_noise(
     if not noise:
         return groups
     return tuple(
-        group.following(noise) if group.follows_noise and group.width else group
-        for group in groups
+        group.following(noise) if group.follows_noise and group.width else group for group in groups
     )
 
 

@@ -88,8 +88,9 @@ def select_models(
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     scalar = [name for name in names if name != CURVE.extension]
     tryable = set(chain.from_iterable(EXTENSIONS[name] for name in names))
-    of_type = {} if earlier is not None or prior is None else dict(prior)
-    of_type = {name: expected for name, expected in of_type.items() if name in tryable}
+    of_type = dict[str, Expected]()
+    if prior is not None and not isinstance(prior, GivenPrior):
+        of_type = {name: expected for name, expected in prior.items() if name in tryable}
     tried = _search(geometric, scalar, progress)
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if any(line.kept for line in reported):  # all again beside these
@@ -243,4 +244,3 @@ def _note(gain: float | None, probability: float, words: str) -> str:
         return f"kept {evidence}{words}"
     weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
     return f"kept: {weight} {evidence}{words}"
-

@@ -9,12 +9,20 @@ from calibrated_arm import FACING, HOME, recorded_face_to_face
 from worlds import measured_points
 
 import mukca
+from mukca.solver.bases import places_alone, tie
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.bayes.results import workspace_errors
 from mukca.solver.calibration import posterior_of
-from mukca.solver.data import STANDARD_LOAD, Pose, RobotRecordings, measure, observe_all
+from mukca.solver.data import (
+    STANDARD_LOAD,
+    Pose,
+    RobotRecordings,
+    measure,
+    observations_at,
+    places_of,
+)
 from mukca.solver.design import predicted_posterior
 from mukca.solver.robot import BallModel, choose_parameters, rotation_rpy
 from mukca.tools.simulation import perturb
@@ -89,6 +97,17 @@ def test_noise_makes_errors_as_large_as_stated(noisy, found):
     assert np.linalg.norm(errors, axis=1).max() < 3 * told.tool_deviation
 
 
+def tied(robots, extensions):
+    """Arms that are fitted alone, with their bases tied."""
+    places, fits, sockets = places_of(robots), [], []
+    for i, one in enumerate(robots):
+        alone = places_alone(places, robots, i)
+        model = extend(one.robot, choose_parameters(one.robot), extensions)
+        fits.append(estimate(model, observations_at(alone.places, one)))
+        sockets.append(alone.sockets)
+    return tie(robots, places, sockets, fits)
+
+
 @pytest.mark.parametrize("extensions", [(), (JOINT_OFFSET.name,)])
 def test_an_arm_is_known_alike_whichever_is_the_first(noisy, extensions):
     """Its errors in the workspace, where those of samples are alike, too, and after more."""
@@ -98,9 +117,8 @@ def test_an_arm_is_known_alike_whichever_is_the_first(noisy, extensions):
     }
     errors = []
     for names in ("AB", "BA"):
-        own = [arms[name] for name in names]
-        models = [extend(one.robot, choose_parameters(one.robot), extensions) for one in own]
-        posterior = estimate(models, observe_all(own)).arms[names.index("B")]
+        world = tied([arms[name] for name in names], extensions)
+        posterior = world.arms[names.index("B")]
         more = STANDARD_LOAD.by_socket(arms["B"].robot, arms["B"].measurements[0])
         both = posterior, predicted_posterior(posterior, more)
         errors.append([workspace_errors(one, STANDARD_LOAD).median for one in both])
