@@ -3,3 +3,4 @@ from .frames import frames_of_robots as frames_of_robots
 from .places_alone import places_alone as places_alone
 from .ties import TiedRobots as TiedRobots
 from .ties import tie as tie
+from .views import Visitor as Visitor

@@ -16,9 +16,9 @@ MEETINGS = 150
 
 def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     """Return where a robot stands seen from the first one; no numbers where a turn is left."""
-    names, frame = (world.robots[0].name, world.robots[robot].name), world.frame_of(robot)
-    shared = sorted({*world.sockets[0]} & {*world.sockets[robot]})
-    origin, covariance = world.pose(frame).origin, world.frame_covariance(frame)
+    names, frame = (world.robots[0].name, world.robots[robot].name), world.robots[robot].frame
+    shared = sorted({*world.robots[0].sockets} & {*world.robots[robot].sockets})
+    origin, covariance = world.poses[frame].origin, world.frame_covariance(frame)
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     variances, axes = np.linalg.eigh(covariance[:3, :3])
     is_known = bool(variances[-1] <= UNSEEN**2)
@@ -37,10 +37,9 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
 
 def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float | None:
     """Return the error of the distance vector of two tools that meet, as predicted [m]."""
-    frame = world.frame_of(robot)
-    pose, region = world.pose(frame), _recorded_by_both(world, robot)
-    if shared:
-        region = world.arms[0].centres[[world.sockets[0].index(k) for k in shared]]
+    frame = world.robots[robot].frame
+    pose = world.poses[frame]
+    region = world.centres[shared] if shared else _recorded_by_both(world, robot)
     first, places = _inside(world, 0, IDENTITY, region)
     second, points_beside = _inside(world, robot, pose, region)
     if not len(first) or not len(second):
@@ -60,9 +59,9 @@ def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float |
     points, by_second, _ = _linear(world, robot, met.positions[met.reached])
     slopes = np.zeros((len(points), 3, len(world.around.mean)))
     for i, by_unknowns in ((0, -by_first), (robot, pose.rotation @ by_second)):
-        begin = world.begins[i]
+        begin = world.columns[i].start
         slopes[:, :, begin : begin + by_unknowns.shape[2]] = by_unknowns
-    slopes[:, :, world.columns(frame)] = pose.slopes(points)
+    slopes[:, :, world.columns_of(frame)] = pose.slopes(points)
     squares: np.ndarray = np.sum((slopes @ world.around.root) ** 2, axis=(1, 2))
     return float(squares.mean()) ** 0.5
 
@@ -70,7 +69,7 @@ def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float |
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
     balls = [
-        world.pose(world.frame_of(i)).apply(_linear(world, i, world.arms[i].data.positions)[0])
+        world.poses[world.robots[i].frame].apply(_linear(world, i, world.arms[i].data.positions)[0])
         for i in (0, robot)
     ]
     lowest = np.array([np.min(b, axis=0) for b in balls])

@@ -132,7 +132,7 @@ def _frames(fit: Fit) -> tuple[results.FramePose, ...]:
     assert fit.selected is not None
     if fit.world is None:
         return bayes.frame_poses(fit.selected.full)
-    return frames_of_robots(fit.world) if fit.selected.full is fit.world.fits[0] else ()
+    return frames_of_robots(fit.world) if fit.selected.full is fit.world.robots[0].fit else ()
 
 
 def _error_parts(

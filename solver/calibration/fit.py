@@ -7,12 +7,12 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ..bases import TiedRobots, places_alone, tie
+from ..bases import TiedRobots, Visitor, places_alone, tie
 from ..bayes.inference import Posterior
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Prior, Selected, select_models
-from ..data import Observations, RobotRecordings, observations_at, observe, places_of
+from ..data import WORLD, RobotRecordings, observations_at, places_of
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
 from ..robot import Parameter, choose_parameters
@@ -81,72 +81,41 @@ def fit_robots(
             _fit_by_paper(recordings, parameters_of_arm, options)
             for recordings, parameters_of_arm in pairs
         ]
-    priors = types or [None] * len(robots)
-    if robots[0].name:  # one of several
-        return _tied_fits(robots, parameters, options, priors, progress)
-    begin = time.perf_counter()
-    (recordings,) = robots
-    data = observe(
-        recordings,
-        lengths=options.distances,
-        sockets_at=options.located,
-        deviation=options.deviation,
-        require_scale=require_scale,
-    )
-    selected = _selected(recordings, parameters[0], data, options, priors[0], progress)
-    return [_fit_of(recordings, selected, time.perf_counter() - begin)]
-
-
-def _selected(
-    recordings: RobotRecordings,
-    parameters: Sequence[Parameter],
-    data: Observations,
-    options: SolveOptions,
-    prior: Prior,
-    progress: Callable[[str], None],
-) -> Selected:
-    return select_models(
-        recordings,
-        parameters,
-        data,
-        without=options.without,
-        zeros=bool(options.zeros),
-        prior=prior,
-        progress=progress,
-    )
-
-
-def _tied_fits(
-    robots: Sequence[RobotRecordings],
-    parameters: Sequence[Sequence[Parameter]],
-    options: SolveOptions,
-    priors: Sequence[Prior],
-    progress: Callable[[str], None],
-) -> list[Fit]:
-    """Fit each of several robots alone, then tie their bases."""
     begin = time.perf_counter()
     places = places_of(
         robots,
         lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
+        require_scale=require_scale,
     )
-    alone = [places_alone(places, robots, i) for i in range(len(robots))]
-    chosen = list[Selected]()
+    chosen, visitors = list[Selected](), list[Visitor]()
     for i, recordings in enumerate(robots):
-        data = observations_at(alone[i].places, recordings)
-        named = partial(_with_name, progress, recordings.name)
-        chosen.append(_selected(recordings, parameters[i], data, options, priors[i], named))
-    world = tie(robots, places, [mine.sockets for mine in alone], [s.full for s in chosen])
+        alone, sockets = places_alone(places, robots, i)
+        selected = select_models(
+            recordings,
+            parameters[i],
+            observations_at(alone, recordings),
+            without=options.without,
+            zeros=bool(options.zeros),
+            prior=types[i] if types else None,
+            progress=partial(_with_name, progress, recordings.name),
+        )
+        frame = places.frames.index(recordings.base_frame) if i else WORLD
+        visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
+        chosen.append(selected)
+    world = None
+    if robots[0].name:  # one of several
+        world = tie(visitors, places)
+        pairs = zip(chosen, world.robots, strict=True)
+        chosen = [replace(selected, full=robot.fit) for selected, robot in pairs]
     seconds = time.perf_counter() - begin
-    return [
-        replace(_fit_of(recordings, replace(selected, full=fit), seconds), world=world)
-        for recordings, selected, fit in zip(robots, chosen, world.fits, strict=True)
-    ]
+    fits = [_fit_of(*pair, seconds) for pair in zip(robots, chosen, strict=True)]
+    return [replace(fit, world=world) for fit in fits]
 
 
 def _with_name(progress: Callable[[str], None], name: str, word: str) -> None:
-    progress(f"{word} {name}")
+    progress(f"{word} {name}".strip())
 
 
 def _fit_by_paper(

@@ -252,23 +252,22 @@ def _visited_sockets(
     world: TiedRobots, standing: Sequence[int]
 ) -> tuple[results.VisitedSocket, ...]:
     """Return the sockets of robots whose bases are known, in the first one's base."""
-    centres, visited = world.centres(), list[results.VisitedSocket]()
+    known, visited = {world.robots[i].name for i in standing}, list[results.VisitedSocket]()
     for k, (placement, socket) in enumerate(world.places.labels):
-        visitors = [i for i, sockets in enumerate(world.sockets) if k in sockets]
-        label, names = f"{placement}:{socket}", tuple(world.robots[i].name for i in visitors)
-        if not {*standing}.isdisjoint(visitors):
-            place = as_point(centres[k])
-            visited.append(results.VisitedSocket(name=label, xyz=place, robots=names))
+        names = tuple(robot.name for robot in world.robots if k in robot.sockets)
+        label, xyz = f"{placement}:{socket}", as_point(world.centres[k])
+        if not known.isdisjoint(names):
+            visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=names))
     return tuple(visited)
 
 
 def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
-    arm, sockets = world.arms[robot], world.sockets[robot]
-    others = chain.from_iterable(world.sockets[:robot] + world.sockets[robot + 1 :])
-    shared = np.isin(arm.data.sockets, np.flatnonzero(np.isin(sockets, [*others])))
-    _, first = np.unique(arm.data.recorded_at[shared], return_index=True)
-    q = arm.data.positions[np.flatnonzero(shared)[first]]
+    arm, visitor = world.arms[robot], world.robots[robot]
+    others = [other.sockets for other in world.robots if other is not visitor]
+    shared = np.flatnonzero(np.isin(visitor.sockets, [*chain.from_iterable(others)]))
+    rows = np.flatnonzero(np.isin(arm.data.sockets, shared))
+    _, first = np.unique(arm.data.recorded_at[rows], return_index=True)
+    q = arm.data.positions[rows[first]]
     links = link_poses(arm.model.robot.joints, q, arm.model.ball.origins(arm.values))
-    base = world.pose(world.frame_of(robot))
-    return base.apply(links[..., 3]).round(5).tolist()
+    return world.poses[visitor.frame].apply(links[..., 3]).round(5).tolist()

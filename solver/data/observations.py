@@ -4,13 +4,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from operator import itemgetter
-from typing import Any
 
 import numpy as np
 
 from .known import WORLD, KnownDistance, SocketAt
 from .metrics import CALIPER_DEVIATION
-from .places import NamedMeasurement, Places, RobotRecordings, base_name, places_of
+from .places import Places, RobotRecordings, places_of
 
 BY_SAMPLE = (
     *("positions", "torques", "clocks", "time", "temperature", "recorded_at"),
@@ -66,6 +65,10 @@ class Observations(Places):
         names = [name for name, _ in self.labels]
         return tuple(dict.fromkeys((*names, *self.recorded_at.tolist())))
 
+    def points_in(self, frame: str) -> int:
+        """Return how many balls were measured in a frame."""
+        return sum(self.frames[k] == frame for k in self.measured_in.tolist() if k >= 0)
+
     def rows_of(self, placement: str) -> np.ndarray:
         """Return a mask of the places that were recorded at a placement, shape (N,)."""
         return (self.recorded_at == placement) & ~self.turned
@@ -102,25 +105,15 @@ def observe(
     return observations_at(places, arm)
 
 
-def observations_at(places: Places, arm: RobotRecordings, robots: int = 1) -> Observations:
-    """Return the samples of a robot, one of several, at places among which are all of its own."""
-    rows = [(base_name(m, robots), m) for m in arm.measurements]
-    return Observations(**vars(places), **_samples(arm, rows, places))
-
-
-def _samples(
-    arm: RobotRecordings,
-    measurements: Sequence[NamedMeasurement],
-    places: Places,
-) -> dict[str, Any]:
-    """Return the arrays by sample of one robot."""
+def observations_at(places: Places, arm: RobotRecordings) -> Observations:
+    """Return the samples of a robot at its places."""
     parts: list[dict[str, np.ndarray]] = []
-    turns = [(name, m) for name, m in measurements if m.has_orientations]
-    for i, (name, m) in enumerate((*measurements, *turns)):
-        N, turned, in_socket = len(m.positions), i >= len(measurements), m.kind == "sockets"
+    turns = [m for m in arm.measurements if m.has_orientations]
+    for i, m in enumerate((*arm.measurements, *turns)):
+        N, turned, in_socket = len(m.positions), i >= len(arm.measurements), m.kind == "sockets"
         none = np.full(N, -1)
         frame = none if in_socket else np.full(N, places.frames.index(m.frame))
-        labels = product([name], m.sockets) if in_socket else ()
+        labels = product([m.name], m.sockets) if in_socket else ()
         sockets = [places.labels.index(label) for label in labels] or [-1]
         part = {
             "positions": m.positions,
@@ -129,7 +122,7 @@ def _samples(
             "clocks": m.clocks,
             "time": m.clock("time"),
             "temperature": m.clock("temperature"),
-            "recorded_at": np.full(N, name),
+            "recorded_at": np.full(N, m.name),
             "measured_in": none if turned else frame,
             "points": np.zeros((N, 3)) if turned or in_socket else m.points,
             "turned_in": frame if turned else none,
@@ -137,4 +130,5 @@ def _samples(
             "wheres": np.array([sample.where for sample in m.placement.samples]),
         }
         parts.append(part)
-    return {key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]}
+    samples = {key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]}
+    return Observations(**vars(places), **samples)

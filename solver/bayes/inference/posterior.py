@@ -120,6 +120,13 @@ class FitPosterior:
         return self.around.covariance if self.with_curves is None else self.with_curves
 
     @property
+    def gaussian(self) -> Gaussian:
+        """All unknowns as changes from the state, by the root of :attr:`whole`."""
+        if self.with_curves is None:
+            return self.around
+        return Gaussian.of(np.zeros(len(self.whole)), self.whole)
+
+    @property
     def objective(self) -> Objective:
         """Function that was minimised."""
         return self.state.objective

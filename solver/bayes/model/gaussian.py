@@ -53,6 +53,17 @@ class Gaussian:
             columns += [share**0.5 * (part.mean - mean)[:, None], share**0.5 * part.root]
         return Gaussian(mean, np.concatenate(columns, axis=1))
 
+    @staticmethod
+    def independent(parts: Sequence["Gaussian"]) -> "Gaussian":
+        """Return the Gaussian of the unknowns of several, part after part."""
+        mean, roots = np.concatenate([part.mean for part in parts]), list[np.ndarray]()
+        begin = 0
+        for part in parts:
+            rows = slice(begin, begin + len(part.mean))
+            roots.append(part.embedded(rows, len(mean)).root)
+            begin = rows.stop
+        return Gaussian(mean, np.concatenate(roots, axis=1))
+
     @cached_property
     def covariance(self) -> np.ndarray:
         """R R^T, shape (n, n)."""
@@ -71,7 +82,7 @@ class Gaussian:
         """Return the Gaussian of A x, with A the slopes, shape (k, n)."""
         return Gaussian(slopes @ self.mean, slopes @ self.root)
 
-    def embedded(self, rows: np.ndarray, size: int) -> "Gaussian":
+    def embedded(self, rows: np.ndarray | slice, size: int) -> "Gaussian":
         """Return the Gaussian of more unknowns, the others being zero."""
         mean, root = np.zeros(size), np.zeros((size, self.root.shape[1]))
         mean[rows], root[rows] = self.mean, self.root

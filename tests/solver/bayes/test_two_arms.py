@@ -9,7 +9,7 @@ from calibrated_arm import FACING, HOME, recorded_face_to_face
 from worlds import measured_points
 
 import mukca
-from mukca.solver.bases import places_alone, tie
+from mukca.solver.bases import Visitor, places_alone, tie
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
@@ -99,13 +99,13 @@ def test_noise_makes_errors_as_large_as_stated(noisy, found):
 
 def tied(robots, extensions):
     """Arms that are fitted alone, with their bases tied."""
-    places, fits, sockets = places_of(robots), [], []
+    places, visitors = places_of(robots), []
     for i, one in enumerate(robots):
-        alone = places_alone(places, robots, i)
+        alone, sockets = places_alone(places, robots, i)
         model = extend(one.robot, choose_parameters(one.robot), extensions)
-        fits.append(estimate(model, observations_at(alone.places, one)))
-        sockets.append(alone.sockets)
-    return tie(robots, places, sockets, fits)
+        fit = estimate(model, observations_at(alone, one))
+        visitors.append(Visitor(one.name, i - 1, sockets, fit))
+    return tie(visitors, places)
 
 
 @pytest.mark.parametrize("extensions", [(), (JOINT_OFFSET.name,)])

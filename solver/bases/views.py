@@ -1,0 +1,95 @@
+"""Places as they are seen in one frame: by a robot in its base, or by measured coordinates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bayes.inference import FitPosterior
+from ..data import WORLD, FrameObservations, Places, Pose, measured_in_frame
+
+CORNERS = np.eye(3)
+"""Points that stand for the pose of a frame [m]."""
+HELD = 0.1
+"""Standard deviation of a frame's turn beyond which it is no Gaussian of a robot's fit [rad]."""
+SAME = 1e-9
+"""Standard deviation of the distance from a place to itself [m]."""
+
+
+@dataclass(frozen=True)
+class View:
+    """L places in one frame, by n unknowns."""
+
+    frame: int
+    seen: FrameObservations
+    """The places: sockets, then the corners of each frame."""
+    slopes: np.ndarray
+    """Derivatives of their coordinates, shape (L, 3, n)."""
+    deviations: np.ndarray
+    """Standard deviations beside the unknowns, shape (L,) [m]."""
+
+
+def view_of_frame(places: Places, frame: int, size: int) -> View:
+    """Return the sockets with coordinates in a frame, and its corners."""
+    deviations = [item.deviation for item in places.located if item.frame == frame]
+    name = places.frames[frame] if frame != WORLD else ""
+    seen = measured_in_frame(places, frame, name)
+    if frame != WORLD:
+        seen = seen.joined(_corners(places, name, CORNERS))
+        deviations += [SAME] * len(CORNERS)
+    return View(frame, seen, np.zeros((len(deviations), 3, size)), np.array(deviations))
+
+
+@dataclass(frozen=True)
+class Visitor:
+    """A robot that was calibrated alone, among several."""
+
+    name: str
+    frame: int
+    """The frame that is its base."""
+    sockets: tuple[int, ...]
+    """Index of each of its sockets among those of all robots."""
+    fit: FitPosterior
+
+    def view(self, places: Places, change: np.ndarray, unknowns: np.ndarray) -> View:
+        """Return the sockets that it visited, and the frames in which its balls were measured.
+
+        Args:
+            places: Those of all robots.
+            change: Of its d unknowns, shape (d,).
+            unknowns: Derivatives of these by all unknowns, shape (d, n).
+        """
+        objective, size, data = self.fit.objective, unknowns.shape[1], self.fit.data
+        centres = slice(objective.dense, objective.size)
+        points = self.fit.state.centres + change[centres].reshape(-1, 3)
+        lines = [
+            f"{self.name}: socket {places.labels[k][0]}:{places.labels[k][1]}" for k in self.sockets
+        ]
+        numbers = np.array(self.sockets, dtype=np.int64)
+        seen = FrameObservations(f"the base of {self.name}", numbers, points, lines)
+        slopes = [unknowns[centres].reshape(-1, 3, size)]
+        for k, name in enumerate(data.frames):
+            measured = (data.measured_in == k) | (data.turned_in == k)
+            turn = self.fit.frame_covariance(name)[:3, :3]
+            if measured.any() and np.trace(turn) < HELD**2:
+                columns = objective.of_frame(k)
+                pose = self.fit.state.frames[k].moved(change[columns])
+                seen = seen.joined(_corners(places, name, pose.apply(CORNERS)))
+                slopes.append(pose.slopes(CORNERS) @ unknowns[columns])
+        deviations = np.full(len(seen.points), SAME)
+        return View(self.frame, seen, np.concatenate(slopes), deviations)
+
+
+def _corners(places: Places, name: str, points: np.ndarray) -> FrameObservations:
+    """Return the corners of a frame by their coordinates, shape (3, 3) [m]."""
+    first = places.socket_count + len(CORNERS) * places.frames.index(name)
+    numbers, lines = first + np.arange(len(CORNERS)), len(CORNERS) * [f"frame {name}"]
+    return FrameObservations(name, numbers, points, lines)
+
+
+def in_world(view: View, pose: Pose, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places in the world, shape (L, 3) [m], and their derivatives, (L, 3, n).
+
+    ``unknowns`` are the derivatives of the pose's six numbers by all unknowns, shape (6, n).
+    """
+    points = view.seen.points
+    return pose.apply(points), pose.rotation @ view.slopes + pose.slopes(points) @ unknowns
