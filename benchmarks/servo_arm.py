@@ -30,7 +30,7 @@ from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.bayes.results import DECIDED
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe_all
+from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import (
     Origin,
@@ -110,7 +110,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
         for k, centre in enumerate(bases[0].sockets)
     ]
     parameters = tuple(choose_parameters(nominal))
-    data = observe_all([RobotRecordings(nominal, [train])], sockets_at=at)
+    data = observe(RobotRecordings(nominal, [train]), sockets_at=at)
     begin = time.perf_counter()
     chosen = select_models([(nominal, parameters)], data, zeros=True)
     seconds = time.perf_counter() - begin

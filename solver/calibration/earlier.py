@@ -11,8 +11,7 @@ import numpy as np
 
 from .. import results
 from ..bayes.inference import FitPosterior, Posterior, restored_covariance
-from ..bayes.model import KINDS, GivenPrior, Noise, extend, groups_at, submatrix
-from ..bayes.selection import Prior
+from ..bayes.model import KINDS, GivenPrior, Noise, Prior, extend, groups_at, submatrix
 from ..data import (
     Measurement,
     Pose,

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +68,8 @@ class Observations(Places):
 
     def points_in(self, frame: str) -> int:
         """Return how many balls were measured in a frame."""
-        return sum(self.frames[k] == frame for k in self.measured_in.tolist() if k >= 0)
+        names = np.array((*self.frames, ""))  # the last is no frame, which has the index -1
+        return int(np.sum(names[self.measured_in] == frame))
 
     def rows_of(self, placement: str) -> np.ndarray:
         """Return a mask of the places that were recorded at a placement, shape (N,)."""
@@ -130,5 +132,7 @@ def observations_at(places: Places, arm: RobotRecordings) -> Observations:
             "wheres": np.array([sample.where for sample in m.placement.samples]),
         }
         parts.append(part)
-    samples = {key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]}
+    samples: dict[str, Any] = {
+        key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]
+    }
     return Observations(**vars(places), **samples)

@@ -26,6 +26,7 @@ from .noise import sample_scales as sample_scales
 from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior
+from .prior_group import Prior as Prior
 from .prior_group import PriorGroup as PriorGroup
 from .prior_group import prior_covariance as prior_covariance
 from .prior_group import scaled_inverse as scaled_inverse

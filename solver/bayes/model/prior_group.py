@@ -1,6 +1,6 @@
 """A group of unknowns with one Gaussian prior, and the step of its width by the evidence."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -193,3 +193,7 @@ class GivenPrior:
         variances = np.diag(self.covariance)
         uncertain = (n for n, v in zip(self.names, variances, strict=True) if v > LEAST_VARIANCE)
         return self.of([name for name in uncertain if name not in names])
+
+
+Prior = Mapping[str, Expected] | GivenPrior | None
+"""The elasticity of other arms of a robot's type, or what an earlier calibration left known."""

@@ -12,7 +12,7 @@ from ...data import Observations, RobotRecordings
 from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import FitPosterior, estimate, refit, with_joint_curves
-from ..model import Expected, GivenPrior, differences_of, extend
+from ..model import Expected, GivenPrior, Prior, differences_of, extend
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
 from ..results import joint_offsets_in_words
 from .model_averaging import (
@@ -35,8 +35,6 @@ NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
-Prior = Mapping[str, Expected] | GivenPrior | None
-"""The elasticity of other arms of a robot's type, or what an earlier calibration left known."""
 
 
 @dataclass(frozen=True)
