@@ -24,7 +24,7 @@ from mukca.recorder import Placement, find_placements, read_placement
 from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.solver.bayes.selection import JOINT_NOISE, select_models
-from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe_all
+from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe
 from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
@@ -47,22 +47,24 @@ def seconds(work: Callable[[], object], runs: int) -> float:
 
 def costs(robot: Robot, data: list[Measurement]) -> None:
     parameters = choose_parameters(robot)
-    one = observe_all([RobotRecordings(robot, data[:1])])
-    found = select_models([(robot, parameters)], one).full.arms[0]
+    first = RobotRecordings(robot, data[:1])
+    one = observe(first)
+    found = select_models(first, parameters, one).full.arm
     model = found.model
 
     def evaluate() -> None:
         model.linearise(found.x, one.positions, one.torques)
 
     evaluation = seconds(evaluate, 30)
-    fit = seconds(lambda: select_models([(robot, parameters)], one), 5)
+    fit = seconds(lambda: select_models(first, parameters, one), 5)
     print(
         f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
         f"of {1e3 * evaluation:.2f} ms"
     )
-    everything = observe_all([RobotRecordings(robot, data)])
+    recordings = RobotRecordings(robot, data)
+    everything = observe(recordings)
     begin = time.perf_counter()
-    select_models([(robot, parameters)], everything)
+    select_models(recordings, parameters, everything)
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )
@@ -111,9 +113,9 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
     ):
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
         arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
-        data = observe_all([arm], lengths=also, deviation=OFF)
+        data = observe(arm, lengths=also, deviation=OFF)
         without = (*EXTENSIONS, JOINT_NOISE)
-        found = select_models([(robot, parameters)], data, without=without).full.arms[0]
+        found = select_models(arm, parameters, data, without=without).full.arm
         truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)
     return errors

@@ -20,7 +20,7 @@ import numpy as np
 from worlds import NOISE, TRANSLATION, TURN
 
 from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import RobotRecordings, measure, observe_all
+from mukca.solver.data import RobotRecordings, measure, observe
 from mukca.solver.paper import NotConverged
 from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
 from mukca.tools.cli import WorkerOptions, add_options, read_options
@@ -37,12 +37,14 @@ def notes_of(seed: int) -> tuple[str, tuple[str, ...]]:
     arm = perturb(nominal, generator, TRANSLATION, TURN)
     how = Imperfection(noise=generator.uniform(*NOISE))
     placement = record(arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how)
-    data = observe_all([RobotRecordings(nominal, [measure(placement, nominal)])])
+    recordings = RobotRecordings(nominal, [measure(placement, nominal)])
     try:
-        chosen = select_models([(nominal, choose_parameters(nominal))], data, zeros=True)
+        chosen = select_models(
+            recordings, choose_parameters(nominal), observe(recordings), zeros=True
+        )
     except NotConverged:
         return nominal.name, ("no model: the fit did not settle",)
-    return nominal.name, chosen.notes[0]
+    return nominal.name, chosen.notes
 
 
 def main() -> None:

@@ -22,10 +22,19 @@ from functools import partial
 import numpy as np
 from worlds import measured_points, recorded_by_both
 
-from mukca.solver.bayes.inference import JointPosterior, estimate
+from mukca.solver.bases import TiedRobots, Visitor, base_to_base, places_alone, tie
+from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.results import between
-from mukca.solver.data import IDENTITY, WORLD, Pose, RobotRecordings, SocketAt, measure, observe_all
+from mukca.solver.data import (
+    IDENTITY,
+    WORLD,
+    Pose,
+    RobotRecordings,
+    SocketAt,
+    measure,
+    observations_at,
+    places_of,
+)
 from mukca.solver.robot import (
     BallModel,
     Robot,
@@ -60,11 +69,16 @@ EXACT = 1e-8
 
 def fit(
     arms: Sequence[RobotRecordings], at: Sequence[SocketAt] = (), deviation: float = 3e-5
-) -> JointPosterior:
+) -> TiedRobots:
     """Return the geometry of all arms, and the frames."""
-    scene = observe_all(arms, sockets_at=at, deviation=deviation)
-    models = [extend(arm.robot, choose_parameters(arm.robot)) for arm in arms]
-    return estimate(models, scene, joint_noise=False)
+    places, visitors = places_of(arms, sockets_at=at, deviation=deviation), list[Visitor]()
+    for i, arm in enumerate(arms):
+        alone, sockets = places_alone(places, arms, i)
+        model, data = extend(arm.robot, choose_parameters(arm.robot)), observations_at(alone, arm)
+        frame = places.frames.index(arm.base_frame) if i else WORLD
+        posterior = estimate(model, data, joint_noise=False)
+        visitors.append(Visitor(arm.name, frame, sockets, posterior))
+    return tie(visitors, places)
 
 
 def balls(arm: Robot, q: np.ndarray) -> np.ndarray:
@@ -77,39 +91,31 @@ def size_of(robot: Robot) -> float:
     return ROOM.get(robot.name, 1.0) * length / PANDA
 
 
-def seen(found: JointPosterior, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def seen(found: TiedRobots, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the balls of one robot in the world, and their slopes by all unknowns."""
-    arm, base = found.arms[i], found.scene.bases[i]
+    arm, frame = found.arms[i], found.robots[i].frame
     points, J, _ = arm.model.linearise(arm.x, q, np.tile(0 * q, 3))
-    slopes = np.zeros((len(q), 3, len(found.covariance)))
-    if base == WORLD:
-        slopes[:, :, found.own[i]] = J
-        return points, slopes
-    pose = list(found.frames.values())[base]
-    slopes[:, :, found.own[i]] = pose.rotation @ J
-    slopes[:, :, columns(found, base)] = pose.slopes(points)
+    slopes, pose = np.zeros((len(q), 3, len(found.around.mean))), found.poses[frame]
+    begin = found.columns[i].start
+    slopes[:, :, begin : begin + J.shape[2]] = pose.rotation @ J
+    slopes[:, :, found.columns_of(frame)] = pose.slopes(points)
     return pose.apply(points), slopes
 
 
-def columns(found: JointPosterior, frame: int) -> slice:
-    """Return which unknowns are the pose of a frame."""
-    begin = found.own[-1].stop + 6 * frame
-    return slice(begin, begin + 6)
-
-
-def deviations(found: JointPosterior, slopes: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.einsum("nij,jk,nik->ni", slopes, found.covariance, slopes).clip(min=0))
+def deviations(found: TiedRobots, slopes: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(slopes @ found.around.root, axis=2)
 
 
 def in_frame(
-    found: JointPosterior, frame: Pose, arm: Robot, name: str, q: np.ndarray
+    found: TiedRobots, frame: Pose, arm: Robot, name: str, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return errors of the ball's place in a frame, and stated deviations."""
     points, slopes = seen(found, 0, q)
-    if name in found.frames:
-        pose = found.frames[name]
+    if name in found.places.frames:
+        k = found.places.frames.index(name)
+        pose = found.poses[k]
         points = pose.inverse().apply(points)
-        slopes[:, :, columns(found, list(found.frames).index(name))] = -pose.slopes(points)
+        slopes[:, :, found.columns_of(k)] = -pose.slopes(points)
         slopes = pose.rotation.T @ slopes
     return points - frame.inverse().apply(balls(arm, q)), deviations(found, slopes)
 
@@ -191,7 +197,7 @@ def two_arms(
     a, b = (
         seen(found, i, np.concatenate([p.positions for p in own])) for i, own in enumerate(judged)
     )
-    tools = between(found, 1).tool_deviation
+    tools = base_to_base(found, 1).tool_deviation
     return b[0] - a[0], deviations(found, b[1] - a[1]), np.nan if tools is None else tools
 
 

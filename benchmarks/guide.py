@@ -41,7 +41,7 @@ from mukca.solver.bayes.inference import Posterior, estimate
 from mukca.solver.bayes.model import Deflection, ExtendedModel, Noise, extend
 from mukca.solver.bayes.model.effects import COMPLIANCE, CURVE, random_curves
 from mukca.solver.calibration import calibrate
-from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe_all
+from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe
 from mukca.solver.design import (
     ParameterCovariance,
     from_fit,
@@ -142,8 +142,8 @@ def unguided(hand: Hand, base: Base, each: int = 30) -> list[Sample]:
 
 def fitted(robot: Robot, samples: list[Sample]) -> Posterior:
     placement = Placement("train", tuple(samples), robot.joint_names, 0.05)
-    data = observe_all([RobotRecordings(robot, [measure(placement, robot)])])
-    return estimate([extend(robot, choose_parameters(robot))], data).arms[0]
+    data = observe(RobotRecordings(robot, [measure(placement, robot)]))
+    return estimate(extend(robot, choose_parameters(robot)), data).arm
 
 
 def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, float]:
@@ -450,8 +450,8 @@ def _draw(train: Placement, socket: int, each: int, generator: np.random.Generat
 
 def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> float:
     """Return the mean held-out error by a rigid fit [m]."""
-    data = observe_all([RobotRecordings(model.robot, [measure(train, model.robot)])])
-    found = estimate([model], data).arms[0]
+    data = observe(RobotRecordings(model.robot, [measure(train, model.robot)]))
+    found = estimate(model, data).arm
     errors = []
     for placement in test:
         balls = found.model.ball.points(found.values, placement.positions)

@@ -110,11 +110,12 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
         for k, centre in enumerate(bases[0].sockets)
     ]
     parameters = tuple(choose_parameters(nominal))
-    data = observe(RobotRecordings(nominal, [train]), sockets_at=at)
+    recordings = RobotRecordings(nominal, [train])
+    data = observe(recordings, sockets_at=at)
     begin = time.perf_counter()
-    chosen = select_models([(nominal, parameters)], data, zeros=True)
+    chosen = select_models(recordings, parameters, data, zeros=True)
     seconds = time.perf_counter() - begin
-    full, urdf = chosen.full.arms[0], zeros_in(chosen.geometric.arms[0])
+    full, urdf = chosen.full.arm, zeros_in(chosen.geometric.arms[0])
     found = CalibratedRobot(
         nominal,
         parameters,

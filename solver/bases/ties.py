@@ -75,7 +75,7 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     parts = [fit.gaussian.conditioned(*fit.state.constraints, count=-1) for fit in fits]
     prior = Gaussian.independent([*parts, Gaussian(np.zeros(len(weak)), weak)])
     tied = TiedRobots(tuple(robots), places, prior, (IDENTITY,) * (count + 1))
-    tied, change = replace(tied, poses=_first_poses(tied)), prior.mean
+    tied, change = replace(tied, poses=_first_poses(tied)), np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
     for _ in range(ROUNDS):
         slopes, errors = _equations(tied, change)
@@ -100,7 +100,7 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
         k: view_of_frame(places, k, len(unknowns)).seen for k in (WORLD, *range(len(places.frames)))
     }
     for robot, rows in zip(tied.robots, tied.columns, strict=True):
-        seen = robot.view(places, tied.around.mean[rows], unknowns[rows]).seen
+        seen = robot.view(places, np.zeros(rows.stop - rows.start), unknowns[rows]).seen
         check_base(frames[robot.frame], seen)
         frames[robot.frame] = seen.joined(frames[robot.frame])
     world, *poses = place_frames([*frames.values()])
