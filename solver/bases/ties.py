@@ -10,7 +10,7 @@ robots, and count once for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -38,7 +38,8 @@ class TiedRobots:
     @cached_property
     def columns(self) -> list[slice]:
         """For each robot, which unknowns are its own."""
-        ends = np.cumsum([0, *(len(robot.fit.whole) for robot in self.robots)]).tolist()
+        sizes = (len(robot.fit.whole) for robot in self.robots)
+        ends = accumulate(sizes, initial=0)
         return [slice(a, b) for a, b in pairwise(ends)]
 
     @cached_property
@@ -100,7 +101,7 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
         k: view_of_frame(places, k, len(unknowns)).seen for k in (WORLD, *range(len(places.frames)))
     }
     for robot, rows in zip(tied.robots, tied.columns, strict=True):
-        seen = robot.view(places, np.zeros(rows.stop - rows.start), unknowns[rows]).seen
+        seen = robot.view(places, np.zeros(len(unknowns[rows])), unknowns[rows]).seen
         check_base(frames[robot.frame], seen)
         frames[robot.frame] = seen.joined(frames[robot.frame])
     world, *poses = place_frames([*frames.values()])
