@@ -428,7 +428,7 @@ def run(words: list[str], folder: Path) -> tuple[int, str]:
         status = int(stop.code or 0)
     except Exception:
         return 70, traceback.format_exc().splitlines()[-1]
-    return status, out.getvalue().replace(f"{folder}/", "")
+    return status, out.getvalue().replace(f"{folder}/", "").replace(str(folder), "FOLDER")
 
 
 def main() -> int:

@@ -189,6 +189,35 @@ def test_the_readme_says_how_far_distances_between_bases_are_off(recordings):
     assert f"wrong by {np.mean(after):.2f} mm ({max(after):.2f})" in text
 
 
+@pytest.mark.slow
+def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
+    recordings, command, tmp_path, monkeypatch
+):
+    """Those printed below a command, and those of the same arm on other pages."""
+    monkeypatch.chdir(tmp_path)
+    Path("recordings").symlink_to(recordings / "panda_3")
+    page = (ROOT / "docs/tutorial.md").read_text().partition("## 5")[0]
+    blocks = re.findall(r"^```\n(.*?)^```", page, re.M | re.S)
+    commands = [block for block in blocks if block.startswith("mukca")]
+    solve = next(words for words in commands if " solve " in words)
+    export = "mukca export calibrated/calibration.json --to mdh --out arm.csv"
+    told = ""
+    for words in (*commands, f"{solve} --details --force", export):
+        _, out, err = command(*shlex.split(words)[1:])
+        told += out + err
+    shown = [block for block in blocks if block not in commands]
+    shown += re.findall(r"^    Distances.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S)
+    shown += re.findall(
+        r"^```text\nDistances in .*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
+    )
+    shown += re.findall(rf"^{export}(.*?)^```", (ROOT / "docs/use.md").read_text(), re.M | re.S)
+    shown = [text for text in shown if re.search(r"\d\.\d", text)]
+    assert len(shown) == 6
+    for text in shown:
+        figures = re.findall(r"\d+\.\d+", text)
+        assert set(figures) <= set(re.findall(r"\d+\.\d+", told)), text
+
+
 def test_figures_are_those_of_the_benchmarks():
     """After ``python benchmarks/page.py --measure ...`` the other pages take what it found."""
     script = script_of(ROOT / "benchmarks" / "page.py")

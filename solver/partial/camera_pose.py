@@ -274,7 +274,7 @@ def _outliers(system: System) -> tuple[str, ...]:
     rows, lengths = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
     return tuple(
         f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * lengths[i, 0]:.1f} mm and "
-        f"{1e3 * lengths[i, 1]:.1f} mrad off; it hardly counts."
+        f"{1e3 * lengths[i, 1]:.1f} mrad off; it has little weight."
         + (" Was the board found turned over?" if lengths[i, 1] > TURNED_OVER else "")
         for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )

@@ -146,7 +146,7 @@ def _outliers(system: System) -> tuple[str, ...]:
     distances, rows = 1e3 * np.linalg.norm(system.residuals, axis=1), system.task.rows
     return tuple(
         f"{rows.wheres[i] or f'touch {i}'}: {distances[i]:.1f} mm from the point that the others "
-        "touched; it hardly counts."
+        "touched; it has little weight."
         for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
     )
 
