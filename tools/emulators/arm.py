@@ -45,8 +45,11 @@ def _recorded(folder: Path, joints: int) -> tuple[list[list[float]], list[list[f
 def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     source = random.Random(joints)  # noqa: S311 - poses, no secret
     middle = [ELBOW if joint % 2 else 0.0 for joint in range(joints)]
-    poses = [[q + source.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(POSES)]
-    efforts = [[GREATEST_EFFORT * math.sin(q) for q in pose] for pose in poses]
+    poses, efforts = list[list[float]](), list[list[float]]()
+    for _ in range(POSES):
+        pose = [q + source.uniform(-SPREAD, SPREAD) for q in middle]
+        poses.append(pose)
+        efforts.append([GREATEST_EFFORT * math.sin(q) for q in pose])
     return poses * ROUNDS, efforts * ROUNDS
 
 

@@ -241,7 +241,7 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:
     """Return how far the error curves of arms of one type agree, by their last calibrations."""
-    last = [(arm, session) for arm in arms for session in arm.sessions[-1:]]
+    last = [(arm, arm.sessions[-1]) for arm in arms if arm.sessions]
     curves = [(arm, row.curves) for arm, row in last if row.curves and row.status != "refused"]
     pairs = (
         FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(first, second))

@@ -35,12 +35,10 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
     """
     report = report_figures(assessment)
     plots = plots_of(report)
-    captions = tuple(
-        msgspec.structs.replace(plot.caption, section=section)
-        for section, group in plots.items()
-        for plot in group
-    )
-    document = msgspec.structs.replace(report, plots=captions)
+    captions: list[figures.PlotCaption] = []
+    for section, group in plots.items():
+        captions += [msgspec.structs.replace(plot.caption, section=section) for plot in group]
+    document = msgspec.structs.replace(report, plots=tuple(captions))
     return document, _files("report", document, report_page(document, plots))
 
 

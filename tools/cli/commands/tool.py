@@ -238,7 +238,7 @@ def _views(
     return [extract.turned_alike(calibrated, extract.read_images(path, board, camera), board)]
 
 
-def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:
+def numbers(words: str, flag: str, counts: Sequence[int]) -> list[float]:
     """Return numbers between commas; none for an empty word."""
     try:
         values = [float(word) for word in words.split(",") if word.strip()]
@@ -246,5 +246,5 @@ def numbers(words: str, option: str, counts: Sequence[int]) -> list[float]:
         values = [float("nan")]
     if words and (len(values) not in counts or not all(map(math.isfinite, values))):
         known = " or ".join(map(str, counts))
-        raise UsageError(f"{option} {words}: give {known} numbers between commas")
+        raise UsageError(f"{flag} {words}: give {known} numbers between commas")
     return values

@@ -233,12 +233,10 @@ def placements_with_errors(result: assessment.Assessment) -> list[int]:
     """Return the indices of the placements in which the checks found errors."""
     checks = result.predictions.document.checks or ()
     wheres = [check.where for check in checks if check.level == "error"]
-    return [
-        i
-        for i, row in enumerate(result.placements)
-        if diagnostics.EVERYWHERE in wheres
-        or any(f"/{row.name}/" in f"/{where}/" for where in wheres)
-    ]
+    if diagnostics.EVERYWHERE in wheres:
+        return list(range(len(result.placements)))
+    paths = " ".join(f"/{where}/" for where in wheres)
+    return [i for i, row in enumerate(result.placements) if f"/{row.name}/" in paths]
 
 
 def farthest_held_out(result: assessment.Assessment) -> tuple[int, float] | None:

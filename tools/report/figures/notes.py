@@ -1,6 +1,7 @@
 """What was noted while recording: the arm's serial number, the operator, the temperature."""
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 
 from ....errors import read_json
@@ -14,7 +15,7 @@ def session_notes(files: Iterable[str]) -> Mapping[str, str]:
     folders = dict.fromkeys(Path(file).parent for file in files)
     notes: dict[str, str] = {}
     for key, title in NOTED.items():
-        values = dict.fromkeys(value for folder in folders for value in _noted_in(folder, key))
+        values = dict.fromkeys(chain.from_iterable(_noted_in(folder, key) for folder in folders))
         if values:
             notes[title] = ", ".join(values)
     return notes
