@@ -23,8 +23,8 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.bayes.results.uncertainty import covariance_of
-from mukca.solver.data import IDENTITY, Measurement, fit_pose, measure
+from mukca.solver.bayes.results import HeldOut, misfit, within
+from mukca.solver.data import Measurement, measure
 from mukca.solver.robot import Robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 
@@ -62,18 +62,21 @@ def held_out(robot: Robot, points: Placement, trained: int, seed: int) -> list[f
 
 
 def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list[float]:
-    """Return the shares of points within the stated 68 % and 95 %, the frame refitted there."""
-    posterior, q = calibration.posterior, measured.positions
-    moments = calibration.load.moments(calibration.robot, q, None)
-    points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
-    off = points - fit_pose(measured.points, points).apply(measured.points)
-    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
-    A = J.reshape(-1, posterior.model.size)
-    A = (A - Q @ (Q.T @ A)).reshape(J.shape)
-    noise = posterior.noises["points"].as_gaussian(by_joints)
-    covariances = A @ covariance_of(posterior) @ A.swapaxes(1, 2) + noise
-    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(covariances), off)
-    return [100 * float(np.mean(squares < bound)) for bound in CHI_SQUARES]
+    """Return the shares of points within the stated 68 % and 95 %, the frame refitted there.
+
+    What is stated has the misfit of every other point, and is judged at the points between.
+    """
+    posterior, load = calibration.posterior, calibration.load
+    moments = load.torques(calibration.robot, measured)
+    halves = [
+        HeldOut(measured.positions[k::2], moments[k::2], measured.points[k::2]) for k in (0, 1)
+    ]
+    factors = [misfit(posterior, [half]) for half in halves]
+    shares = [
+        within(posterior, half, factor, CHI_SQUARES)
+        for half, factor in zip(halves, factors[::-1], strict=True)
+    ]
+    return (100 * np.mean(shares, axis=0)).tolist()
 
 
 def main() -> None:

@@ -3,7 +3,9 @@
     python benchmarks/uncertainty.py [--draws 200] [--kind bending] [--placements 2] [--seed 0]
 
 For each draw a robot is perturbed; it is rigid, or bends and turns unevenly as real arms do, alone
-or on a rail, or is made of servos, whose gears have play and whose zeros are off. It is recorded
+or on a rail, or is made of servos, whose gears have play and whose zeros are off. Lengths are 2 mm
+off and angles 5 mrad, or, of rigid arms that are ``drawn``, as much as the prior expects: 1 mm and
+5 mrad, each times a factor of the same distribution. It is recorded
 at one or two placements with a noisy seat, calibrated by `auto`, and asked for intervals: of
 distances between far ball positions, low ones, and ones near another placement, by the full model
 and by the URDF alone, of deviations of balls from their socket's mean there, of parameters that
@@ -28,6 +30,7 @@ from worlds import realistic_flaws
 
 from mukca.recorder import Placement
 from mukca.solver.bayes.inference import Posterior
+from mukca.solver.bayes.model import GEOMETRY_WIDTHS, TYPICAL_SPREAD
 from mukca.solver.bayes.results import pose_covariances
 from mukca.solver.bayes.results.postures import poses_near
 from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
@@ -58,6 +61,7 @@ from mukca.tools.simulation import Imperfection, perturb, reachable_bases, recor
 
 ROBOTS = {
     "rigid": ("panda", "iiwa14", "gen3_lite", "ur5e"),
+    "drawn": ("panda", "iiwa14", "gen3_lite", "ur5e"),
     "bending": ("panda", "iiwa14", "gen3_lite", "ur5e"),
     "servos": ("so101",),
     "prismatic": ("ur5e on a rail", "panda on a rail"),
@@ -113,9 +117,13 @@ def arm_of(kind: str, robot: Robot, generator: np.random.Generator) -> Truth:
         flaws = Imperfection(noise=3e-4, play=PLAY, resolution=TICK)
         zeros = generator.uniform(-ZEROS, ZEROS, m)
         return Truth(perturb(robot, generator, 3e-4, 0.0), flaws, zeros)
-    arm = perturb(robot, generator, 2e-3, 5e-3)
+    sizes = np.array([2e-3, 5e-3])
+    if kind == "drawn":
+        typical = np.array([GEOMETRY_WIDTHS["translation"], GEOMETRY_WIDTHS["rotation"]])
+        sizes = typical * np.exp(TYPICAL_SPREAD * generator.normal(0, 1, 2))
+    arm = perturb(robot, generator, *sizes.tolist())
     rigid = Imperfection(noise=1e-4)
-    flaws = rigid if kind == "rigid" else realistic_flaws(robot, generator)
+    flaws = rigid if kind in ("rigid", "drawn") else realistic_flaws(robot, generator)
     return Truth(arm, flaws, np.zeros(m))
 
 

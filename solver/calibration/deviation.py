@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from .. import results
 from ..bayes.inference import Posterior
-from ..bayes.results import pose_covariances
+from ..bayes.results import HeldOut, misfit, pose_covariances
+from ..data import measure
 from .earlier import posterior_of
 from .full_model import FullModel
 from .poses import checked
@@ -45,11 +46,35 @@ class FittedModel(FullModel):
         """The robot's unknowns and their covariance."""
         return posterior_of(self.document, self.source)
 
+    @cached_property
+    def misfit(self) -> float:
+        """Error of held-out samples beyond the posterior, in units of the noise of the fit.
+
+        0 without held-out samples, or too few.
+        """
+        robot, load, names = self.robot, self.calibrated.load, self.robot.joint_names
+        places: list[HeldOut] = []
+        for row in self.document.data:
+            if row.role == "test":
+                held = measure(row.placement(names), robot, sockets=1, load=load)
+                moments, measured = load.torques(robot, held), held.kind == "points"
+                places += [
+                    HeldOut(
+                        held.positions[rows],
+                        moments[rows],
+                        held.points[rows] if measured else None,
+                    )
+                    for rows in ([slice(None)] if measured else held.slices)
+                ]
+        return misfit(self.posterior, places)
+
     def deviation(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return how well :meth:`flange` is known: covariances of poses, shape (..., 6, 6).
 
         Rows and columns are the place [m], then the turn about the axes of the frame in which poses
-        are given [rad]. The setup itself counts as exact, and noise of the encoders is not in it.
+        are given [rad]. The setup itself counts as exact. Where the calibration has held-out
+        samples, what they miss beyond the posterior is in it, see :attr:`misfit`: errors that the
+        model lacks, the encoders' noise, and that of what measured them.
 
         Args:
             q: Joint positions as the encoders read them, shape (..., m) [rad].
@@ -65,6 +90,8 @@ class FittedModel(FullModel):
         moments = arm.load.moments(arm.robot, rows, None)
         tool, places = setup.get("tool"), poses[:, :3, 3]
         of_ball = isinstance(tool, str) and tool == self.robot.tip
-        inside = pose_covariances(self.posterior, rows, moments, places, of_ball=of_ball)
+        inside = pose_covariances(
+            self.posterior, rows, moments, places, of_ball=of_ball, misfit=self.misfit
+        )
         R = np.kron(np.eye(2), arm.base[:3, :3])
         return (R @ inside @ R.T).reshape(*np.shape(q)[:-1], 6, 6)

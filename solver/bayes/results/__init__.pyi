@@ -12,6 +12,9 @@ from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
+from .misfit import HeldOut as HeldOut
+from .misfit import misfit as misfit
+from .misfit import within as within
 from .patterns import error_patterns as error_patterns
 from .pose_covariance import pose_covariances as pose_covariances
 from .predicted_errors import errors_near as errors_near

@@ -18,11 +18,17 @@ def pose_covariances(
     places: np.ndarray,
     *,
     of_ball: bool = False,
+    misfit: float = 0.0,
 ) -> np.ndarray:
     """Return the covariances of poses in the base, shape (N, 6, 6) [m, rad].
 
-    With J the derivatives of a pose by the unknowns, Sigma their covariance, it is J Sigma J^T: the
-    place first, then the turn about the base's axes.
+    With J the derivatives of a pose by the unknowns, Sigma their covariance, J_q the derivatives by
+    the joints, s_x and s_q the noise of the fit, k what a sample tells and f the misfit, it is
+
+        J Sigma J^T + f^2 / k (s_x^2 I_x + s_q^2 J_q J_q^T)
+
+    the place first, then the turn about the base's axes. I_x is the identity for the place, and
+    zero for the turn.
 
     Args:
         posterior: What is known of the robot.
@@ -30,8 +36,11 @@ def pose_covariances(
         moments: What holds the joints, shape (N, 3 m) [N m].
         places: Points of the flange's link in the base, shape (N, 3) [m].
         of_ball: The points are the ball's centres, so the ball's place on the flange counts.
+        misfit: f, of held-out samples beside the noise of the fit; 0 for the posterior alone.
     """
-    Sigma = covariance_of(posterior)
+    Sigma, noise = covariance_of(posterior), posterior.noise
+    s_x, s_q = np.array([noise.space, noise.joint]) * misfit / noise.information**0.5
+    of_place = s_x**2 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
     covariances = np.empty((len(q), 6, 6))
     for begin in range(0, len(q), BATCH):
         rows = slice(begin, begin + BATCH)
@@ -43,6 +52,7 @@ def pose_covariances(
         part = spread @ J.swapaxes(1, 2)
         if posterior.deflection.curves is not None:
             part += _of_curves(Sigma, J, by_joints, q[rows])
+        part += of_place + s_q**2 * by_joints @ by_joints.swapaxes(1, 2)
         covariances[rows] = part
     return covariances
 

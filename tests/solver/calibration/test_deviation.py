@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.bayes.results import distance_slopes
+from mukca.solver.bayes.results import HeldOut, distance_slopes, misfit, within
 from mukca.solver.bayes.results.uncertainty import covariance_of
 from mukca.solver.calibration import UsageError
 from mukca.solver.robot import workspace
@@ -61,6 +61,27 @@ def test_a_long_tool_turns_with_the_flange(arm):
         A = np.eye(6)
         A[:3, 3:] = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         assert there == pytest.approx(A @ C @ A.T, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_errors_of_held_out_samples_count(arm):
+    """Those that are beyond the posterior, in all directions; 95 of 100 samples are within."""
+    robot, rows, generator = arm.robot, [1, 2, 3], np.random.default_rng(0)
+    _, (*train, held) = mukca.simulate_recordings(robot, 3, samples=20, seed=2, **FLAWS)
+    q = held.positions + generator.normal(0, 1e-3, held.positions.shape) * np.isin(range(6), rows)
+    shaken = mukca.Placement.of_arrays("shaken", q, held.sockets, robot.joint_names, distance=0.05)
+    sound, doubtful = (mukca.calibrate(robot, train, test=test) for test in (held, shaken))
+    assert arm.misfit == 0 and doubtful.misfit > 3 * sound.misfit > 0
+    poses = workspace(robot, 5)
+    grown = doubtful.deviation(poses) - sound.deviation(poses)
+    assert np.linalg.eigvalsh(grown).min() > -1e-12
+    assert np.trace(grown, axis1=1, axis2=2).min() > 1e-8
+    posterior, moments = doubtful.posterior, doubtful.load.moments(robot, q, None)
+    places = [HeldOut(q[held.sockets == k], moments[held.sockets == k]) for k in (0, 1)]
+    assert misfit(posterior, places) == pytest.approx(doubtful.misfit)
+    shares = [within(posterior, place, doubtful.misfit, [7.815])[0] for place in places]
+    assert 0.95 <= np.mean(shares) < 1
+    assert misfit(posterior, [HeldOut(q[:6], moments[:6])]) == 0
 
 
 def test_the_paper_s_method_has_none():

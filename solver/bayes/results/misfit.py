@@ -1,0 +1,92 @@
+"""What held-out samples miss beyond the posterior: the errors that no model of the arm has.
+
+The posterior says what the samples leave uncertain of a model that is right. Held-out residuals e_i
+show how far it is from right. With A_i their derivatives by the unknowns, Sigma the posterior
+covariance of these, and N_i the noise of the fit, the misfit f is the least number for which
+
+    e_i^T (A_i Sigma A_i^T + f^2 N_i)^-1 e_i < 7.815
+
+in 95 of 100 samples: that is what 95 % of the squares of three numbers stay below. The level is met
+by counting samples, so errors of any distribution keep it (Vovk, Gammerman and Shafer 2005).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...data import IDENTITY, fit_pose
+from ..inference import Posterior
+from .uncertainty import covariance_of
+
+LEVEL, SQUARE = 0.95, 7.815
+FEWEST = 10
+"""Held-out samples below which they say nothing."""
+HALVINGS = 60
+LARGEST = 1e6
+"""Largest f^2."""
+
+
+class HeldOut(NamedTuple):
+    """Samples that share a place which nobody knows: a socket, or the frame of an instrument."""
+
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    moments: np.ndarray
+    """What holds the joints, shape (N, 3 m) [N m]."""
+    measured: np.ndarray | None = None
+    """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
+
+
+def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
+    """Return f by held-out samples; 0 where they are too few."""
+    squares = [_squares_of_misfit(posterior, place) for place in places if len(place.q) > 2]
+    by_size = np.sort(np.concatenate([np.zeros(0), *squares]))
+    count = len(by_size)
+    if count < FEWEST:
+        return 0.0
+    rank = min(int(np.ceil(LEVEL * (count + 1))), count)
+    return float(by_size[rank - 1]) ** 0.5
+
+
+def within(
+    posterior: Posterior, place: HeldOut, factor: float, levels: Sequence[float]
+) -> list[float]:
+    """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
+    shares, whitened = _by_axes(posterior, place)
+    squares = np.sum(whitened**2 / (shares + factor**2), axis=1)
+    return [float(np.mean(squares < level)) for level in levels]
+
+
+def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
+    """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
+    shares, whitened = _by_axes(posterior, place)
+    low, high = np.zeros(len(shares)), np.full(len(shares), LARGEST)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        beyond = np.sum(whitened**2 / (shares + middle[:, None]), axis=1) > SQUARE
+        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+    return low
+
+
+def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarray]:
+    """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first, (N, 3) both."""
+    points, J, by_joints = posterior.model.linearise(posterior.x, place.q, place.moments)
+    N, size = len(points), posterior.model.size
+    if place.measured is None:
+        unknown_place = np.tile(np.eye(3), (N, 1))
+        errors = points - points.mean(axis=0)
+    else:
+        unknown_place = IDENTITY.slopes(points).reshape(-1, 6)
+        errors = points - fit_pose(place.measured, points).apply(place.measured)
+    Q = np.linalg.qr(unknown_place)[0]
+    A = J.reshape(-1, size)
+    A = (A - Q @ (Q.T @ A)).reshape(J.shape)
+    spread = A @ covariance_of(posterior) @ A.swapaxes(1, 2)
+    # The place was fitted to these samples, so their errors came out smaller.
+    errors = errors * (3 * N / (3 * N - Q.shape[1])) ** 0.5
+    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
+    white = np.linalg.solve(L, np.linalg.solve(L, spread).swapaxes(1, 2))
+    shares, axes = np.linalg.eigh(white)
+    whitened = axes.swapaxes(1, 2) @ np.linalg.solve(L, errors[:, :, None])
+    return shares.clip(min=0.0), whitened[:, :, 0]
