@@ -7,9 +7,9 @@ from ..assessment import LimitResult, Limits, mm
 from ..results import Summary
 from .evidence import LENGTHS, NOTHING, NearestCause
 
-CHANGED = 0.7
-"""Probability from which a change is reported: in fewer than 2 of 100 cases where nothing changed,
-and in 95 of 100 where a joint moved by 1 mrad."""
+CHANGED = 0.5
+"""Probability from which a change is reported, more probable than not: in fewer than 2 of 100 cases
+where nothing changed, and in 95 of 100 where a joint moved by 1 mrad."""
 WORSE = 1.5
 """Factor on the errors of the calibration itself, beyond which errors are new."""
 NEXT = {
@@ -35,8 +35,9 @@ class Changes:
 
     @property
     def likeliest(self) -> str:
-        """The most probable explanation."""
-        return max(self.probabilities, key=self.probabilities.__getitem__, default="")
+        """The most probable explanation; of the changes alone, where something changed."""
+        names = [name for name in self.probabilities if not (self.changed and name == NOTHING)]
+        return max(names, key=self.probabilities.__getitem__, default="")
 
     @property
     def changed(self) -> bool:

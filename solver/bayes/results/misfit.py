@@ -54,7 +54,7 @@ def within(
 ) -> list[float]:
     """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
     shares, whitened = _by_axes(posterior, place)
-    squares = np.sum(whitened**2 / (shares + factor**2), axis=1)
+    squares: np.ndarray = np.sum(whitened**2 / (shares + factor**2), axis=1)
     return [float(np.mean(squares < level)) for level in levels]
 
 
@@ -80,13 +80,13 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarr
         unknown_place = IDENTITY.slopes(points).reshape(-1, 6)
         errors = points - fit_pose(place.measured, points).apply(place.measured)
     Q = np.linalg.qr(unknown_place)[0]
-    A = J.reshape(-1, size)
-    A = (A - Q @ (Q.T @ A)).reshape(J.shape)
+    slopes = J.reshape(-1, size)
+    A: np.ndarray = (slopes - Q @ (Q.T @ slopes)).reshape(J.shape)
     spread = A @ covariance_of(posterior) @ A.swapaxes(1, 2)
     # The place was fitted to these samples, so their errors came out smaller.
     errors = errors * (3 * N / (3 * N - Q.shape[1])) ** 0.5
     L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
     white = np.linalg.solve(L, np.linalg.solve(L, spread).swapaxes(1, 2))
     shares, axes = np.linalg.eigh(white)
-    whitened = axes.swapaxes(1, 2) @ np.linalg.solve(L, errors[:, :, None])
-    return shares.clip(min=0.0), whitened[:, :, 0]
+    whitened = np.einsum("nji,njk,nk->ni", axes, np.linalg.inv(L), errors)
+    return shares.clip(min=0.0), whitened

@@ -2,6 +2,7 @@
 
 import html
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,13 @@ def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     assert sum(found.probabilities.values()) == pytest.approx(1)
     assert found.verdict.exit_status == (1 if offsets else 0)
     assert repr(found) == "\n".join((found.text, *found.odds, *found.not_shown))
+
+
+def test_a_change_is_named_though_each_is_less_probable_than_none(simulated):
+    found = mukca.what_changed(simulated.calibration, simulated.read({}))
+    odds = {"nothing": 0.4, "panda_joint4": 0.35, "tool": 0.25}
+    found = replace(found, probabilities=odds)
+    assert found.changed and found.likeliest == "panda_joint4"
 
 
 def test_joints_whose_change_would_not_show_are_named(simulated):
