@@ -7,8 +7,8 @@ Then zeros of joints change, by random poses, 6 in each of two sockets; a tip is
 a camera by 15 views. First and last joints are left out: their zeros are the base's and the
 flange's own. How large a change shows depends on the arm: a small one with a noisy seat tells a
 zero to milliradians. So zeros are off by so many milliradians, and by so many of the standard
-deviations that the samples leave of each zero that they tell. Of each row, so many of so many;
-errors of tips and cameras are in standard deviations that were stated, the largest.
+deviations that the samples leave of each zero that they tell, 0.5 mrad at least. Of each row, so
+many of so many. Errors of tips and cameras are the largest, in standard deviations as stated.
 """
 
 import os
@@ -38,7 +38,7 @@ ARMS = ["panda", "fr3", "ur5e", "ur10e", "iiwa14", "iiwa7", "gen3", "gen3_lite",
 SIZES = (0.0, 5e-4, 1e-3, 2e-3)
 """Changes of a zero [rad]."""
 BY_DEVIATIONS = (3.0, 5.0)
-"""Changes of a zero by its standard deviation."""
+"""Changes of a zero by its standard deviation; smaller ones than 0.5 mrad may be wander."""
 LOST = 5e-3
 """A zero that is lost before touches and views [rad]."""
 BOARDS = (0.9, 0.97, 0.995, 1.005, 1.03, 1.1)
@@ -127,7 +127,8 @@ def moved(one: Simulated, tally: Tally) -> None:
         for j in one.inner:
             if zeros[j].told:
                 row = f"zero off by {factor:g} of its deviations, status 1"
-                tally.counts[row].append(noticed(j, factor * zeros[j].standard_deviation))
+                size = max(factor * zeros[j].standard_deviation, SIZES[1])
+                tally.counts[row].append(noticed(j, size))
 
 
 def tips(one: Simulated, tally: Tally) -> None:

@@ -46,6 +46,8 @@ from .fit import fit, next_step
 from .other_probe import probe_shift, probe_words
 from .sockets import prior_by_all_samples, socket_task, thinned, too_few
 
+CERTAIN = 0.99
+"""Probability from which the change of a joint's zero is none that small errors excuse."""
 MOST_SAMPLES = 150
 """Samples that are compared at most; with more, the model's own misfit would show."""
 FAR_MOVED = 4.0
@@ -118,7 +120,8 @@ def what_changed(
 
     It is valid if the evidence, by the full model, names no change, and its errors keep the arm's
     limits. A change is allowed that leaves the errors of the full model as small as at held-out
-    places, or within limits that are given; not that of a joint's zero.
+    places, or within limits that are given; not that of a joint's zero, but by a calibration
+    without the full model, whose own errors look like one.
 
     Args:
         calibration: The calibration.
@@ -182,9 +185,20 @@ def _reasons(
     before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
     small = new.calibrated.mean_absolute_error <= before
     broken = any(row.status == "fail" for row in rows)
-    allowed = changes.cause is None and not broken and (small or limited)
+    full = document.method == "auto"
+    allowed = not broken and _tolerable(changes, limited, small=small, full=full)
     status = "pass" if not changes.changed else "warning" if allowed else "fail"
     return reason, advice, limit_row("validity", status, reason[:-1], text=reason[:-1])
+
+
+def _tolerable(changes: Changes, limited: bool, *, small: bool, full: bool) -> bool:
+    """Return whether errors that are small, or within limits that are given, excuse a change.
+
+    Without the full model (``full``) a rigid chain's own errors look like a zero that changed.
+    """
+    if changes.cause is None:
+        return small or limited
+    return not full and small and changes.probabilities[changes.likeliest] <= CERTAIN
 
 
 def _changes_since(
