@@ -5,8 +5,9 @@
 For each draw an arm is recorded at three placements with 0.1 mm of noise, calibrated by two, and
 judged at the third. One of its encoders errs by a wave 3 times a turn, its base gives way to where
 the arm leans, or it grows as it warms up during each placement; or it is sound. Of the first two
-the fit is made without the extensions that would take the flaw up. The size is the root mean square
-that the flaw moves the ball by. Printed are the pattern that is named and its odds.
+the fit is made without the extensions that would take the flaw up, of the third as recorded. The
+size is the root mean square that the flaw moves the ball by. Printed are the pattern that is named
+and its odds.
 """
 
 import os
@@ -86,8 +87,8 @@ def draw(kind: str, size: float, seed: int) -> tuple[str, ErrorPatterns]:
     bases = reachable_bases(arm, generator, 3)
     placements = [record(arm, base, generator, samples=25, noise=NOISE) for base in bases]
     placements = [recorded(arm, p, kind, joint, scale, generator) for p in placements]
-    without = LACKS.get(kind, ())
-    fit = mukca.calibrate(robot, placements[:2], test=placements[2:], without=without)
+    settings = {"without": LACKS.get(kind, ()), "as_recorded": kind == "warm"}
+    fit = mukca.calibrate(robot, placements[:2], test=placements[2:], **settings)
     patterns = fit.document.error_patterns
     assert patterns is not None
     return robot.joint_names[joint], patterns

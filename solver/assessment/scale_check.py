@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..diagnostics import OF_JOINTS, size_level
+from ..diagnostics import OF_JOINTS, SIZE_BY_DISTANCE, SIZE_BY_MODEL, size_level
 from ..results import CalibrationDocument, Diagnostic, Hypothesis, PlacementErrors, Scale
 from .formatting import joined, short_names
 from .limits import LimitResult, Status, limit_row
@@ -12,9 +12,6 @@ STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
 _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
 """Diagnostics that leave the distance of the sockets, and so the size, unknown."""
-_OF_GEOMETRY = ("length", "angle", "zero", "model")
-"""Diagnostics of the URDF's numbers; where the fit has these right, they explain the size."""
-_OF_DISTANCE = ("distance", "scaled", "known", "base_between")
 DOUBTED = 0.01
 """Probability of such a cause from which it is no small one."""
 _TYPED = {
@@ -147,10 +144,10 @@ def scale_row(
     level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    mended = [c for c in checks or () if c.level == "warning" and c.code in _OF_GEOMETRY]
+    mended = [c for c in checks or () if c.level == "warning" and c.code in SIZE_BY_MODEL]
     mended = [c for c in mended if c.code != "model" or c.consequence is not None]
     doubtful = [c for c in causes if c.fits_as_well or c.probability > DOUBTED]
-    doubted = any(cause.name in _OF_DISTANCE for cause in doubtful) or joints_wrong(checks)
+    doubted = any(cause.name in SIZE_BY_DISTANCE for cause in doubtful) or joints_wrong(checks)
     if status != "pass" and mended and not doubted:
         text += f"; the URDF explains it: {mended[0].text}"
         return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)

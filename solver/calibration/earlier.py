@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import results
 from ..bayes.inference import FitPosterior, Posterior, restored_covariance
-from ..bayes.model import KINDS, GivenPrior, Noise, Prior, extend, groups_at, submatrix
+from ..bayes.model import KINDS, GivenPrior, Noise, Prior, extend, groups_at, rare_in, submatrix
 from ..data import (
     Measurement,
     Pose,
@@ -186,4 +186,5 @@ def _problem_of(document: results.CalibrationDocument, source: str) -> Calibrati
         placement = replace(data.shifted(zeros).placement(robot.joint_names), files=())
         measured = measure(placement, robot, options.distance, sockets=1)
         train.append(spaced(measured, data.name, options.located))
-    return CalibrationProblem(robot, train, document.load, options=options)
+    effects = rare_in(document.deflection, robot.joint_names)
+    return CalibrationProblem(robot, train, document.load, options=options, effects=effects)

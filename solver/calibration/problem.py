@@ -82,7 +82,7 @@ class CalibrationProblem(RobotRecordings):
 
 def _set_apart(measured: Measurement, calibrated: results.CalibratedRobot) -> Measurement:
     """Return a held-out placement with what is otherwise in it."""
-    if not measured.apart or measured.kind == "points":
+    if not measured.apart:
         return measured
     balls = calibrated.predict(measured)
     return replace(measured, moved=set_apart(calibrated.robot, measured, balls))
@@ -263,4 +263,5 @@ def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
         survey=survey,
         hypotheses=survey.hypotheses,
         next_placement=place,
+        effects=mending.effects,
     )

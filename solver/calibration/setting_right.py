@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, product
 
-import numpy as np
-
 from ...errors import MukcaError
 from ...recorder import Placement, RecordingError
 from ..assessment import LEAST_HELD_OUT, repeatability_of
+from ..bayes.model.effects import GAIN
 from ..data import (
     KnownDistance,
     KnownError,
@@ -21,7 +20,6 @@ from ..data import (
 )
 from ..diagnostics import (
     ALL_ACTIONS,
-    HELD_OUT,
     LEAST,
     MENDER,
     Action,
@@ -39,8 +37,8 @@ from .options import SolveOptions
 Look = Callable[..., Survey]
 NOTHING_SEEN = Survey((), ())
 """Of no placements."""
-WITHOUT_DRIFT = "; it is held out: the errors measured there are those without that drift"
-"""In place of the advice on what is held out."""
+WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
+"""Added to the advice on a joint's gain."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
 
@@ -55,6 +53,8 @@ class MendedRecordings:
     survey: Survey = NOTHING_SEEN
     known: tuple[KnownDistance, ...] = ()
     """Known distances between the placements to train on, as they are called now."""
+    effects: tuple[str, ...] = ()
+    """Coefficients of rare effects that those show, which the fit is to have."""
 
 
 def mended(
@@ -82,45 +82,42 @@ def mended(
     survey, done = look(training, held_out), list[Diagnostic]()
     doubtful = survey.unclear or any(inspection.corrections for inspection in survey.placements)
     if doubtful and actions:
-        mend = partial(set_right, look, actions=actions)
+        # what looks like a drift of an arm whose gears have play
+        of_training = actions - {"follow"} if options.zeros else actions
+        mend = partial(set_right, look, actions=of_training)
         inspections = survey.placements[: len(training)]
         training, done = mend(training)
         if not done:  # too few to tell by themselves: where a base moved, all tell together
-            training, done = by_findings(training, inspections, LEAST, actions)
+            training, done = by_findings(training, inspections, LEAST, of_training)
+        mend = partial(set_right, look, actions=actions)
         held_out, actions_held_out = mend(held_out, training, LEAST_HELD_OUT)
         survey, done = look(training, held_out), [*done, *actions_held_out]
-    if actions_of(options) == ALL_ACTIONS:
-        held_out, survey = _without_drifts(held_out, survey)
+    effects = _effects_seen(survey, look, training) if actions_of(options) == ALL_ACTIONS else ()
+    survey = _with_gain(survey) if effects else survey
     lengths = _followed(named(train, options.distances), training)
     if lost := [k for k in lengths if not _is_between(k, training)]:
         raise KnownError(
             f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
             "distance out, or keep all samples by --as-recorded"
         )
-    return MendedRecordings(tuple(training), tuple(held_out), tuple(done), survey, lengths)
+    return MendedRecordings(tuple(training), tuple(held_out), tuple(done), survey, lengths, effects)
 
 
-def _without_drifts(
-    held_out: Sequence[Measurement], survey: Survey
-) -> tuple[list[Measurement], Survey]:
-    """Return placements held out, judged without the drifts of their bases, and what says so."""
-    placements = list(held_out)
-    count = len(survey.placements) - len(placements)
-    inspections = list(survey.placements)
-    for i, inspection in enumerate(inspections[count:]):
-        drifts = [d for d in inspection.diagnostics if d.code == "drift" and HELD_OUT in d.advice]
-        if inspection.drift is None or not drifts:
-            continue
-        m, rank = placements[i], placements[i].order
-        placements[i] = replace(
-            m, moved=np.outer(rank / max(rank.max(), 1) - 0.5, inspection.drift)
-        )
-        diagnostics = tuple(
-            replace(d, advice=d.advice.replace(HELD_OUT, WITHOUT_DRIFT)) if d in drifts else d
-            for d in inspection.diagnostics
-        )
-        inspections[count + i] = replace(inspection, diagnostics=diagnostics)
-    return placements, replace(survey, placements=tuple(inspections))
+def _effects_seen(survey: Survey, look: Look, training: Sequence[Measurement]) -> tuple[str, ...]:
+    """Return the coefficients for a fit that all placements show, and those trained on as well."""
+    seen = set(survey.gains) and set(survey.gains) & set(look(training).gains)
+    return tuple(GAIN.coefficient_names(sorted(seen)))
+
+
+def _with_gain(survey: Survey) -> Survey:
+    """Return what was seen of joints whose gain the fit has: how well, the errors say."""
+    shared = tuple(
+        replace(d, level="warning", advice=f"{d.advice}{WITH_GAIN}")
+        if (d.code, d.level) == (GAIN.name, "error")
+        else d
+        for d in survey.shared
+    )
+    return replace(survey, shared=shared)
 
 
 def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> Look:
@@ -194,8 +191,9 @@ def set_right(
     for _ in range(ROUNDS if placements else 0):
         survey = look(reference, placements) if reference else look(placements)
         inspections = survey.placements[len(reference) :]
-        if survey.unclear:
-            inspections = [look([placement]).placements[0] for placement in placements]
+        alone = [look([placement]).placements[0] for placement in placements if survey.unclear]
+        if any(inspection.corrections for inspection in alone):
+            inspections = alone
         elif len(reference) == 1:
             inspections = _beside_one(survey.placements[0], inspections)
         placements, diagnostics = by_findings(placements, inspections, minimum, actions)
@@ -231,6 +229,10 @@ def by_findings(
         [*filter(lambda correction: correction.action in actions, corrections_here)]
         for corrections_here in by_placement
     ]
+    for corrections_here in corrections:
+        steps = [c for c in corrections_here if c.action != "follow"]
+        if steps:  # a drift of what remains is looked for afterwards
+            corrections_here[:] = steps
     return corrected(placements, corrections, least)
 
 
@@ -268,5 +270,5 @@ def placements_set_right(
         measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
     ]
     # a placement alone does not say what has unknowns of its own in it
-    mending = mended(robot, (), measured, options, barred=["set apart"])
+    mending = mended(robot, (), measured, options, barred=["set apart", "follow"])
     return [m.placement for m in mending.test], [*mending.done]

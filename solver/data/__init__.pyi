@@ -45,6 +45,7 @@ from .lengths import metres as metres
 from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
 from .measurements import BALL as BALL
+from .measurements import DRIFT as DRIFT
 from .measurements import PART as PART
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Apart as Apart

@@ -16,7 +16,7 @@ from .instrument import rotation_matrices
 
 PART = ", part "
 """Between the name of a placement and the number of its part, where it was split."""
-BALL = "ball"
+BALL, DRIFT = "ball", "drift"
 """Part of an arm that may sit elsewhere throughout a placement."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
@@ -29,12 +29,14 @@ def whole_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Apart:
-    """What is otherwise throughout a placement, unlike elsewhere."""
+    """What is otherwise throughout a placement, unlike elsewhere, or drifts while it lasts."""
 
     part: str
-    """:data:`BALL`, or the name of a joint whose zero is off."""
+    """:data:`BALL`, the name of a joint whose zero is off, or :data:`DRIFT` of its place."""
     size: float
     """As large as it was seen to be [m], [rad]."""
+    shift: tuple[float, ...] = ()
+    """Of a drift, from the first sample to the last, in the axes of the robot's base [m]."""
 
 
 @dataclass(frozen=True)
@@ -168,10 +170,14 @@ class Measurement:
         return replace(self, placement=replace(self.placement, samples=samples))
 
     def shifted(self, offsets: np.ndarray) -> "Measurement":
-        """Return the placement with offsets added to its joint positions, shape (m,) [rad]."""
+        """Return the placement with offsets added to its joint positions, shape (m,) [rad].
+
+        They may be those of each sample, in the order of recording, shape (N, m).
+        """
+        shifted = (self.placement.positions + offsets).tolist()
         samples = tuple(
-            replace(sample, position=tuple((np.array(sample.position) + offsets).tolist()))
-            for sample in self.placement.samples
+            replace(sample, position=tuple(position))
+            for sample, position in zip(self.placement.samples, shifted, strict=True)
         )
         return replace(self, placement=replace(self.placement, samples=samples))
 

@@ -28,6 +28,8 @@ class RobotRecordings:
     load: Load = STANDARD_LOAD
     name: str = ""
     """Its name among several robots."""
+    effects: Sequence[str] = ()
+    """Coefficients of rare effects that its recordings show before any fit, by name."""
 
     @property
     def base_frame(self) -> str:

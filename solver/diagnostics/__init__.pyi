@@ -17,6 +17,8 @@ from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
 from .hypotheses import FLAWS as FLAWS
+from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
+from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL
 from .hypotheses import Flaw as Flaw
 from .hypotheses import FlawError as FlawError
 from .inspection import HELD_OUT as HELD_OUT

@@ -12,18 +12,19 @@ from typing import Literal
 import numpy as np
 
 from ...recorder import Sample
-from ..data import BALL, PART, Apart, Measurement
+from ..data import BALL, DRIFT, PART, Apart, Measurement
 from ..results import Diagnostic
 from .hypotheses import Candidate
 
-Action = Literal["split", "relabel", "leave out", "set apart"]
-ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out", "set apart")
+Action = Literal["split", "relabel", "leave out", "set apart", "follow"]
+ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out", "set apart", "follow")
 ACTIONS: dict[str, Action] = {
     "base_moved": "split",
     "zero_lost": "split",
     "socket": "relabel",
     "ball_sample": "leave out",
     "ball_bent": "leave out",
+    "drift": "follow",
 }
 SET_RIGHT, AS_RECORDED = "set_right", "--as-recorded does not"
 """Code of what was set right, and the option that keeps it as it is."""
@@ -65,6 +66,10 @@ def correction_of(
         return None
     seat = p.get("of") or measured.name, p.get("other", 0)
     action, ranks = ACTIONS[name], _ranks(finding, measured)
+    if name == "drift":
+        drift = Apart(DRIFT, p["size"], tuple(p["shift"]))
+        slight = diagnostic.level == "note"
+        return None if slight else Correction(diagnostic, action, ranks, seat, apart=drift)
     turned = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
     if name == "ball_bent" or (name == "zero_lost" and not turned):
         if diagnostic.level == "note":
@@ -208,6 +213,7 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
         "relabel": "counted for that socket" if correction.seat[0] in names else "left out",
         "leave out": f"{samples} left out",
         "set apart": "fitted by itself in that placement",
+        "follow": "the fit and the errors are without it",
     }[correction.action]
     prefix = f"{name}: " * (name not in correction.diagnostic.where)
     hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""

@@ -151,12 +151,37 @@ def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hyp
             listed, decided = listed_of(options, shares), True
         if first.has_no_effect:
             kinds = tuple(kind for kind in kinds if kind is not first.kind)
-        before, scene = scene, first.after()
+        before, scene = scene, _scene_after(model, first)
+        if "placement" not in first.parameters and first.kind.noise is None:
+            scene = replace(scene, floors=())  # of fits without it
         addition = list(
             chain.from_iterable(o.after().explained[len(before.explained) :] for o in alternatives)
         )
         scene = replace(scene, explained=(*scene.explained, *addition))
     return findings, listed
+
+
+def _scene_after(model: RigidModel, accepted: Candidate) -> Scene:
+    """Return the scene where an explanation is right, fitted again where it turns joints by much.
+
+    There its unknown stays among the nuisances: its size is known only so well.
+    """
+    scene, kind, names = accepted.scene, accepted.kind, accepted.block.parameters[0]
+    if kind.turns is None:
+        return accepted.after()
+    joint = scene.robot.joint_names.index(names["joint"])
+    measurements = list[Measurement]()
+    for m in scene.measurements:
+        offsets = np.zeros_like(m.positions)
+        turns = kind.turns(m.placement.positions[:, joint])
+        offsets[:, joint] = -accepted.parameters["offset"] * turns
+        measurements.append(m.shifted(offsets))
+    fit = model.fit(samples_of(measurements).thinned(ABOUT, FEW), start=scene.x)
+    corrected = replace(scene, measurements=tuple(measurements))
+    fitted = replace(corrected, x=fit.x, centres=fit.centres, R=fit.R)
+    (block,) = kind.blocks(fitted)
+    unknown = block.only([joint])
+    return replace(accepted, scene=fitted, block=unknown).after()
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

@@ -91,9 +91,6 @@ class Inspection:
     diagnostics: tuple[Diagnostic, ...]
     centre: np.ndarray
     """Between its sockets, as the fit to all placements predicts it, shape (3,) [m]."""
-    drift: np.ndarray | None = None
-    """How far its base drifted from the first sample to the last, shape (3,) [m]; None: it did
-    not."""
 
     @property
     def sound(self) -> bool:
@@ -112,11 +109,14 @@ class Survey:
     """Explanations of all recordings, the most probable first."""
     causes: tuple[str, ...] = ()
     """Names of the explanations that were accepted, each beside those before."""
+    gains: tuple[str, ...] = ()
+    """Joints that read too much or too little by a share."""
 
     @property
     def unclear(self) -> bool:
         """True where samples scatter, maybe since several placements have faults of their own."""
-        corrected = any(one.corrections for one in self.placements)
+        corrections = chain.from_iterable(one.corrections for one in self.placements)
+        corrected = any(one.action != "follow" for one in corrections)
         return not corrected and not UNCLEAR.isdisjoint(self.causes)
 
     @property
@@ -169,13 +169,12 @@ def inspect_all(
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
             diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
         middle = np.median(balls[rows], axis=0)
-        shift = next((f.parameters["shift"] for f, _ in own if f.kind.name == "drift"), None)
-        drift = None if shift is None else np.array(shift)
         seen = tuple(diagnostics)
-        inspections.append(Inspection(m, floors[m.name], corrections, seen, middle, drift))
+        inspections.append(Inspection(m, floors[m.name], corrections, seen, middle))
     hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
-    return Survey(tuple(inspections), shared, hypotheses, causes)
+    gains = tuple(f.parameters["joint"] for f in findings if f.kind.name == "gain")
+    return Survey(tuple(inspections), shared, hypotheses, causes, gains)
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:
@@ -239,7 +238,7 @@ def _by_mender(advice: str, given: Given) -> str:
 def _is_garbage(finding: Candidate) -> bool:
     """Tell whether a finding's placement, fitted alone, leaves a centimetre: held out, too."""
     scene = finding.scene
-    floors = zip(scene.measurements, scene.floors, strict=True)
+    floors = zip(scene.measurements, scene.floors, strict=False)  # none beside a cause of all
     name = finding.parameters.get("placement")
     return any(floor > GARBAGE for m, floor in floors if m.name == name)
 
@@ -254,10 +253,12 @@ def _is_noise(finding: Candidate) -> bool:
 def next_placement(robot: Robot, survey: Survey) -> str:
     """Return in words which two placements to train on (paper, Fig. 6), and the next place."""
     mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
-    names = [one.measured.name for one in survey.placements]
-    sound = [one.sound and not mistaken for one in survey.placements]
-    wrong = [name for name, fine in zip(names, sound, strict=True) if not fine]
+    wrong = [one.measured.name for one in survey.placements if not one.sound]
+    if mistaken and not wrong:
+        return "First mend what all placements have: see the errors."
     words = [f"First mend {' and '.join(wrong)}: see the errors."] if wrong else []
+    if mistaken:  # what all have may be of that alone
+        return words[0]
     seated = [one for one in survey.placements if one.measured.kind == "sockets"]
     if not seated:
         return " ".join([*words, POINTS_HINT])

@@ -10,6 +10,7 @@ from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import deflected as deflected
 from .extended_model import design_matrix as design_matrix
 from .extended_model import extend as extend
+from .extended_model import rare_in as rare_in
 from .gaussian import Gaussian as Gaussian
 from .gaussian import check as check
 from .movement import Movement as Movement

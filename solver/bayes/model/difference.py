@@ -1,4 +1,4 @@
-"""What is otherwise throughout one placement: where its ball sits, or the zero of a joint.
+"""What is otherwise throughout one placement: where its ball sits, a joint's zero, or a drift.
 
 It has unknowns of its own beside the arm's, as a place that moves has; see :mod:`.movement`.
 """
@@ -8,13 +8,13 @@ from itertools import chain, product
 
 import numpy as np
 
-from ...data import BALL, Apart, Measurement, Observations, RobotRecordings
+from ...data import BALL, DRIFT, Apart, Measurement, Observations, RobotRecordings
 from ...robot import BallModel, Robot
-from .movement import Movement
+from .movement import SIZE, Movement
 from .prior_group import PriorGroup
 
-WIDTHS = {BALL: 5e-3}
-"""Usual size of a difference of the ball's place [m]."""
+WIDTHS = {BALL: 5e-3, DRIFT: SIZE}
+"""Usual sizes of a difference of the ball's place, and of a drift [m]."""
 ZERO = 0.03
 """The same of a joint's zero [rad]."""
 
@@ -24,12 +24,16 @@ def width_of(difference: Apart) -> float:
     return WIDTHS.get(difference.part, ZERO)
 
 
-def shifts_by(robot: Robot, q: np.ndarray, difference: Apart) -> np.ndarray:
+def shifts_by(robot: Robot, q: np.ndarray, order: np.ndarray, difference: Apart) -> np.ndarray:
     """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
 
     Of the ball it is -R, the rotation of its link. Of a zero that reads o too much it is
-    (Phi(q) - Phi(q - o)) / o, exact at the size ``o`` that was seen.
+    (Phi(q) - Phi(q - o)) / o, exact at the size ``o`` that was seen. A drift goes by the ``order``
+    of recording, shape (N,), since files of sockets have no times.
     """
+    if difference.part == DRIFT:
+        course = order / max(order.max(), 1) - 0.5
+        return course[:, None, None] * np.eye(3)
     model, nominal = BallModel(robot, []), np.zeros(0)
     if difference.part == BALL:
         return -model.rotations(nominal, q).points
@@ -50,19 +54,20 @@ class Difference(Movement):
     @property
     def size(self) -> int:
         """Number of its unknowns."""
-        return 3 if self.apart.part == BALL else 1
+        return 3 if self.apart.part in WIDTHS else 1
 
     def slopes(self, data: Observations) -> np.ndarray:
         """Return the derivatives of places by the unknowns for all samples, shape (N, 3, size)."""
         rows = data.rows_of(self.placement)
         slopes = np.zeros((len(rows), 3, self.size))
         if rows.any():
-            slopes[rows] = shifts_by(self.robot, data.positions[rows], self.apart)
+            order = data.clocks[rows, 0]
+            slopes[rows] = shifts_by(self.robot, data.positions[rows], order, self.apart)
         return slopes
 
     def prior(self, begin: int) -> PriorGroup:
         """Return the prior of its unknowns, from some index on."""
-        unit = "m" if self.apart.part == BALL else "rad"
+        unit = "m" if self.apart.part in WIDTHS else "rad"
         name = f"{self.apart.part} of {self.placement}"
         members = np.arange(begin, begin + self.size)
         return PriorGroup(name, unit, members, width_of(self.apart), learned=False)
@@ -80,13 +85,23 @@ def differences_of(recordings: RobotRecordings) -> list[Movement]:
 def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:
     """Return by how much a placement's balls are predicted off, shape (N, 3) [m].
 
-    What is otherwise in it follows from its own samples, about the places of its sockets.
+    A drift is as large as it was seen to be. What else is otherwise in a placement in sockets
+    follows from its own samples, about the places of these.
     """
-    shifts = [shifts_by(robot, measured.positions, difference) for difference in measured.apart]
-    slopes = np.concatenate(shifts, axis=2)
-    centred, offsets = slopes.copy(), balls.copy()
+    samples, moved = (measured.positions, measured.order), np.zeros_like(balls)
+    shifts = list[np.ndarray]()
+    for difference in measured.apart:
+        slopes = shifts_by(robot, *samples, difference)
+        if difference.part == DRIFT:
+            moved += slopes @ difference.shift
+        elif measured.kind == "sockets":
+            shifts.append(slopes)
+    if not shifts:
+        return moved
+    slopes, offsets = np.concatenate(shifts, axis=2), balls - moved
+    centred = slopes.copy()
     for rows in measured.slices:
         centred[rows] -= slopes[rows].mean(axis=0)
-        offsets[rows] -= balls[rows].mean(axis=0)
+        offsets[rows] -= offsets[rows].mean(axis=0)
     flat = centred.reshape(-1, slopes.shape[2])
-    return slopes @ np.linalg.lstsq(flat, offsets.ravel(), rcond=1e-6)[0]
+    return moved + slopes @ np.linalg.lstsq(flat, offsets.ravel(), rcond=1e-6)[0]

@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
-from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, OWN, Effect, Readings
+from .effects import CURVE, EFFECTS, GAIN, JOINT_OFFSET, KNOTS, OWN, Effect, Readings
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
@@ -101,6 +101,8 @@ class ExtendedModel:
     """Names of the effects, in the order of :data:`.EFFECTS`."""
     of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
     """The elasticity of other arms of the type, by extension; empty where none is known."""
+    seen: Collection[str] = ()
+    """Coefficients of rare effects that the recordings show, by name; the others are held at 0."""
     given: GivenPrior | None = None
     """Prior of some unknowns, in place of the priors by group."""
 
@@ -230,9 +232,10 @@ class ExtendedModel:
         """Return the derivative of the logarithm of the robot's scale by the unknowns, (size,).
 
         The scale is that of the cloud of balls over random poses, beside what another place of the
-        ball on the flange, a turn of the base, or other zeros of the joints, where these are
-        unknown, would do to it. One arm can be described by many sets of lengths, but its balls are
-        the same. A zero or curve makes no link longer, nor does an origin turned about its joint.
+        ball on the flange, a turn of the base, or other zeros and gains of the joints, where these
+        are unknown, would do to it. One arm can be described by many sets of lengths, but its balls
+        are the same. No zero, gain or curve makes a link longer, nor does an origin that is turned
+        about its joint.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
         model = self.with_effects({*self.extensions} - {CURVE.name})
@@ -240,7 +243,8 @@ class ExtendedModel:
         cloud = points - points.mean(axis=0)
         columns = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
         for effect, members in zip(model.effects, model.slices, strict=True):
-            columns += range(members.start, members.stop) if effect is JOINT_OFFSET else ()
+            of_readings = effect in (JOINT_OFFSET, GAIN)
+            columns += range(members.start, members.stop) if of_readings else ()
         shifts = slopes[:, :, columns]
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
         directions = np.concatenate([shifts - shifts.mean(axis=0), turns], axis=2).reshape(
@@ -251,6 +255,16 @@ class ExtendedModel:
         )
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
         return np.pad(by_scale, (0, self.size - model.size))
+
+
+def rare_in(coefficients: Mapping[str, Sequence[float]], joints: Sequence[str]) -> list[str]:
+    """Return the names of coefficients of rare effects that are not 0, by those of each effect."""
+    effects = [effect for effect in EFFECTS.values() if effect.rare and effect.name in coefficients]
+    pairs = [
+        zip(effect.coefficient_names(joints), coefficients[effect.name], strict=True)
+        for effect in effects
+    ]
+    return [name for name, value in chain.from_iterable(pairs) if value]
 
 
 def extend(

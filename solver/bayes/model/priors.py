@@ -9,7 +9,7 @@ from ...data import Observations, Pose, hand_eye
 from ...robot import Origin
 from .effects import Effect, Readings
 from .extended_model import ExtendedModel
-from .prior_group import Expected, GivenPrior, PriorGroup
+from .prior_group import SMALLEST_WIDTH, Expected, GivenPrior, PriorGroup
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
@@ -56,7 +56,14 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         of_type = model.of_type.get(effect.name)
         members = np.arange(members_of_effect.start, members_of_effect.stop, dtype=np.int64)
         shifts = effect.turns(Readings(data.positions, data.torques, data.clocks))
-        groups.append(_prior_of_effect(effect, members, shifts, of_type))
+        if not effect.rare:
+            groups.append(_prior_of_effect(effect, members, shifts, of_type))
+            continue
+        for k, member in enumerate(members.tolist()):
+            group = _prior_of_effect(effect, members[k : k + 1], shifts[:, k])
+            group = replace(group, name=model.names[member])
+            held = replace(group, width=SMALLEST_WIDTH, learned=False)
+            groups.append(group if group.name in model.seen else held)
     return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
 
 
@@ -117,7 +124,7 @@ def _with_given(
 
 
 def _prior_of_effect(
-    effect: Effect, members: np.ndarray, shifts: np.ndarray, of_type: Expected | None
+    effect: Effect, members: np.ndarray, shifts: np.ndarray, of_type: Expected | None = None
 ) -> PriorGroup:
     """Return the prior of an effect's coefficients: as wide as they usually shift the samples."""
     width = effect.typical_shift / max(float(np.sqrt(np.mean(shifts**2))), 1e-6)

@@ -80,8 +80,9 @@ def select_models(
     earlier = prior if isinstance(prior, GivenPrior) else None
     first = (JOINT_OFFSET.name,) if zeros else ()
     robot, differences = recordings.robot, differences_of(recordings)
-    base = extend(robot, parameters, (*first, *_effects_of(robot, earlier)))
-    model = replace(base, given=earlier)
+    effects = _effects_of(robot, earlier, recordings.effects)
+    base = extend(robot, parameters, (*first, *effects))
+    model = replace(base, given=earlier, seen=recordings.effects)
     geometric = estimate(model, data, joint_noise=JOINT_NOISE in stages, movements=differences)
     names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
     scalar = [name for name in names if name != CURVE.extension]
@@ -141,9 +142,9 @@ def _notes(
     return notes
 
 
-def _effects_of(robot: Robot, prior: GivenPrior | None) -> tuple[str, ...]:
-    """Return the effects but curves that a prior tells of."""
-    names = {*(prior.names if prior is not None else ())}
+def _effects_of(robot: Robot, prior: GivenPrior | None, seen: Collection[str]) -> tuple[str, ...]:
+    """Return the effects but curves that a prior tells of, or that recordings show."""
+    names = {*seen, *(prior.names if prior is not None else ())}
     effects = (e for e in EFFECTS.values() if e is not CURVE)
     return tuple(e.name for e in effects if names & {*e.coefficient_names(robot.joint_names)})
 

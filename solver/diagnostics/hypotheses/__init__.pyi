@@ -26,3 +26,5 @@ from .seats import seats_of as seats_of
 from .table import CURABLE as CURABLE
 from .table import KINDS as KINDS
 from .table import ONLY_SOUND as ONLY_SOUND
+from .table import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
+from .table import SIZE_BY_MODEL as SIZE_BY_MODEL

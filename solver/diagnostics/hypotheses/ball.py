@@ -39,16 +39,17 @@ def bent(scene: Scene) -> Iterable[Block]:
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     """Return placements that scatter more than the others: samples, and name."""
     sizes_here = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
+    floors = scene.floors or sizes_here
     for place, rows in enumerate(scene.places):
         scattered = [
             sizes[place] > STANDS_OUT * float(np.median([*sizes[:place], *sizes[place + 1 :]]))
-            for sizes in (sizes_here, list(scene.floors))
+            for sizes in (sizes_here, list(floors))
             if len(sizes) > 1
         ]
         if any(scattered) and rows.stop - rows.start <= MOST:
             yield (
                 rows,
-                {**scene.named(place), "noise_here": max(sizes_here[place], scene.floors[place])},
+                {**scene.named(place), "noise_here": max(sizes_here[place], floors[place])},
             )
 
 

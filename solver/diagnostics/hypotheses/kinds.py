@@ -126,11 +126,17 @@ class Kind:
     """True where several candidates may hold at once, each a cause of its own."""
     scene_after: Callable[[Scene, Parameters], Scene] | None = None
     """Function that corrects the scene; None to add its columns to the nuisance parameters."""
+    turns: Callable[[np.ndarray], np.ndarray] | None = None
+    """Turns of a joint for each unit of its unknown, by its readings, both of shape (N,), where
+    they may be too large for linear columns."""
     fault: str = ""
     """Word of the simulated fault that it explains, where that is not its name."""
     unit: str | None = None
     """Unit in which its size is told: mm, deg or %; empty where it has none; None where no fault
     can be told by it."""
+    of_size: str = ""
+    """What it blames for an arm that comes out too large or small: the numbers of the ``model``,
+    which the fit has as unknowns, or a ``distance`` between sockets; empty for neither."""
     at_ball: bool = False
     """True where its size is how far it moves the ball at most, not its unknowns'."""
 

@@ -81,7 +81,7 @@ def of_differences(
     for m, samples in places:
         rows = slice(3 * samples.start, 3 * samples.stop)
         for difference in m.apart:
-            shifts = width_of(difference) * shifts_by(robot, q[samples], difference)
+            shifts = width_of(difference) * shifts_by(robot, q[samples], m.order, difference)
             parts.append((rows, shifts.reshape(-1, shifts.shape[2])))
     return parts
 

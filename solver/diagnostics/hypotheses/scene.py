@@ -10,7 +10,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from ...bayes.model import ExtendedModel, deflected, design_matrix, extend
-from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, Effect, Readings
+from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, GAIN, Effect, Readings
 from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
@@ -159,7 +159,8 @@ class Scene:
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
         """Effects beyond the geometry that a sound arm may have; curves need more samples."""
-        return tuple(e for e in EFFECTS.values() if (self.zeros or e.learned) and e is not CURVE)
+        beyond = [e for e in EFFECTS.values() if e not in (CURVE, GAIN)]
+        return tuple(e for e in beyond if self.zeros or e.learned)
 
     @cached_property
     def by_geometry(self) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from functools import partial
 
+import numpy as np
+
 from . import arm, ball, base, mounting, recording
 from .kinds import NoisePrior, kind_of
 
@@ -21,9 +23,9 @@ KINDS = (
     ),
     kind_of("version", arm.of_version),
     kind_of("other_arm", arm.of_other_arm),
-    kind_of("zero", arm.of_zero, arm.offset),
+    kind_of("zero", arm.of_zero, arm.offset, turns=np.ones_like),
     kind_of("zero_lost", arm.of_lost_zero, arm.offset),
-    kind_of("gain", arm.of_gain, arm.offset),
+    kind_of("gain", arm.of_gain, arm.offset, turns=np.positive),
     kind_of("uneven", arm.of_uneven),
     kind_of("soft_base", arm.of_soft_base),
     kind_of("lag", arm.of_lag, arm.offset),
@@ -44,6 +46,10 @@ KINDS = (
     kind_of("unexplained", noise=lambda _: NoisePrior(1e-2, 2.0)),
 )
 ONLY_SOUND = KINDS[:1]
+SIZE_BY_MODEL = frozenset(kind.code for kind in KINDS if kind.of_size == "model")
+"""Codes of those by which the model's numbers explain the size of the arm."""
+SIZE_BY_DISTANCE = frozenset(kind.name for kind in KINDS if kind.of_size == "distance")
+"""Names of those by which a distance does."""
 CURABLE = tuple(kind for kind in KINDS if kind.curable)
 """Those that a hand can cure while it records."""
 SIMULATED = (

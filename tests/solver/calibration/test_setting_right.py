@@ -163,25 +163,62 @@ def test_advice_says_which_solve_sets_right(panda, moved):
         assert told and words in told[0]
 
 
-def test_a_held_out_placement_is_judged_without_its_drift(panda, placements):
-    """The base turns steadily about the first joint, which moves the ball by some 2 mm."""
-    left = placements[1]
-    turn = 4e-3 * np.eye(7)[0] / len(left.samples)
-    samples = [
-        replace(s, position=tuple(np.array(s.position) + i * turn))
-        for i, s in enumerate(left.samples)
-    ]
-    drifted = replace(left, samples=tuple(samples))
+def changed(placement, of):
+    """Return a placement whose joint positions are changed."""
+    rows = of(placement.positions).tolist()
+    samples = zip(placement.samples, rows, strict=True)
+    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in samples))
 
+
+def drifted(placement):
+    """The base turns steadily about the first joint, which moves the ball by some 2 mm."""
+    turns = np.outer(np.arange(len(placement.samples)), np.eye(7)[0])
+    return changed(placement, lambda q: q + 4e-3 * turns / len(q))
+
+
+def test_a_held_out_placement_is_judged_without_its_drift(panda, placements):
     def held_out(placement, **options):
         return mukca.calibrate(panda, placements[0], placement, **options).document
 
-    without, kept = held_out(drifted), held_out(drifted, as_recorded=True)
-    told = next(check for check in without.checks if check.code == "drift")
-    assert "without that drift" in told.advice
+    left = drifted(placements[1])
+    without, kept = held_out(left), held_out(left, as_recorded=True)
+    told = next(check for check in without.checks if "drifted" in check.text)
+    assert (told.code, told.where) == ("set_right", "left") and "without it" in told.advice
     steady, mended, moved = (
         document.summary.test.calibrated.mean_absolute_error
-        for document in (held_out(left), without, kept)
+        for document in (held_out(placements[1]), without, kept)
     )
     assert moved > 2 * steady
     assert mended < 1.2 * steady
+
+
+def test_a_drift_has_an_unknown_in_the_fit_where_samples_have_no_times(panda, placements):
+    """Sockets in files of their own are in the order of the files."""
+    rows = sorted(placements[0].samples, key=lambda sample: sample.socket)
+    samples = tuple(replace(s, number=0, place=i) for i, s in enumerate(rows, start=1))
+    front = drifted(replace(placements[0], samples=samples))
+    found, kept = (
+        mukca.calibrate(panda, front, placements[1], as_recorded=kept) for kept in (False, True)
+    )
+    assert ["drifted" in remark.text for remark in remarks(found)] == [True]
+    sizes = [abs(calibration.document.scale.value) for calibration in (found, kept)]
+    assert sizes[0] < 5e-3 < sizes[1]
+
+
+def test_a_gain_has_an_unknown_in_the_fit(panda, true_panda, placements):
+    """A joint that reads 2 % too much is right once its position is corrected."""
+    factor = 1 + 0.02 * np.eye(7)[3]
+    read = [changed(placement, lambda q: q * factor) for placement in placements]
+    found = mukca.calibrate(panda, read)
+    gains = found.document.deflection["gain"]
+    assert gains == pytest.approx(1 / factor - 1, abs=2e-3)
+    (told,) = [check for check in found.document.checks if check.code == "gain"]
+    assert told.level == "warning" and "unknown" in told.advice
+    q = placements[0].positions
+    balls = mukca.solver.robot.BallModel(true_panda, ()).points(np.zeros(0), q)
+    assert np.ptp(found.ball(q * factor) - balls, axis=0).max() < 1.5e-3
+    kept = mukca.calibrate(panda, read, as_recorded=True).document
+    assert "gain" not in kept.deflection
+    assert [check.level for check in kept.checks if check.code == "gain"] == ["error"]
+    again = mukca.calibrate(panda, placements).document
+    assert "gain" not in again.deflection

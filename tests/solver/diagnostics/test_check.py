@@ -75,6 +75,12 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
     )
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
     assert "First mend left" in hint and "serve best" not in hint
+    everywhere = replace(seen, shared=moved.diagnostics)
+    assert (
+        next_placement(panda, everywhere) == "First mend what all placements have: see the errors."
+    )
+    both = replace(everywhere, placements=(seen.placements[0], moved))
+    assert next_placement(panda, both) == "First mend left: see the errors."
 
 
 @pytest.mark.parametrize("noise", [2e-3, 5e-2])

@@ -230,13 +230,16 @@ def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
 
 
 def placements_with_errors(result: assessment.Assessment) -> list[int]:
-    """Return the indices of the placements in which the checks found errors."""
+    """Return the indices of the placements in which the checks found errors.
+
+    An error of all placements is of all of them only where none has one alone.
+    """
     checks = result.predictions.document.checks or ()
     wheres = [check.where for check in checks if check.level == "error"]
-    if diagnostics.EVERYWHERE in wheres:
-        return list(range(len(result.placements)))
     paths = " ".join(f"/{where}/" for where in wheres)
-    return [i for i, row in enumerate(result.placements) if f"/{row.name}/" in paths]
+    faulty = [i for i, row in enumerate(result.placements) if f"/{row.name}/" in paths]
+    everywhere = diagnostics.EVERYWHERE in wheres
+    return [*range(len(result.placements))] if everywhere and not faulty else faulty
 
 
 def farthest_held_out(result: assessment.Assessment) -> tuple[int, float] | None:

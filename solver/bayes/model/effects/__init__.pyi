@@ -15,6 +15,7 @@ from .effect import Effect as Effect
 from .effect import Readings as Readings
 from .elasticity import COMPLIANCE as COMPLIANCE
 from .elasticity import TILT as TILT
+from .gain import GAIN as GAIN
 from .joint_offset import JOINT_OFFSET as JOINT_OFFSET
 from .table import EFFECTS as EFFECTS
 from .table import EXTENSIONS as EXTENSIONS

@@ -53,7 +53,7 @@ class Effect:
     """Key of its coefficients in ``calibration.json``."""
     extension: str
     """Name under which it is tried, kept and left out (``--without``), alone or with others; empty
-    for an effect that only an option asks for."""
+    for an effect that only an option asks for, or what was seen of the recordings."""
     unit: str
     """Of its coefficients."""
     axes: Mapping[str, int]
@@ -67,6 +67,8 @@ class Effect:
     """Joints that have it: all that move, or the first of the chain alone."""
     learned: bool = True
     """True if the evidence sets the prior's width, around the typical one."""
+    rare: bool = False
+    """True if joints have none of it but those of which the recordings show it."""
     non_negative: bool = False
     """True if no coefficient can be below zero, since nothing gives way against its load."""
     shared_by_type: bool = False

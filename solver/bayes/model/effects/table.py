@@ -4,11 +4,13 @@ from .backlash import BACKLASH
 from .curve import CURVE
 from .effect import Effect
 from .elasticity import COMPLIANCE, TILT
+from .gain import GAIN
 from .joint_offset import JOINT_OFFSET
 from .transmission import HARMONICS
 
 EFFECTS: dict[str, Effect] = {
-    effect.name: effect for effect in (JOINT_OFFSET, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE)
+    effect.name: effect
+    for effect in (JOINT_OFFSET, GAIN, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE)
 }
 """Every effect by its name; the first one alone can be held by the geometry."""
 EXTENSIONS: dict[str, tuple[str, ...]] = {}

@@ -1,0 +1,18 @@
+"""Gain: an encoder reads too little by a share, as by a wrong gear ratio, q' = q + g q."""
+
+from .effect import OWN, Array, Effect, Readings
+
+
+def _derivatives(readings: Readings) -> Array:
+    return 1.0 * readings.q
+
+
+GAIN = Effect(
+    name="gain",
+    extension="",
+    unit="1",
+    axes={"gain": OWN},
+    derivatives=_derivatives,
+    typical_shift=0.02,  # of a joint whose ratio is wrong
+    rare=True,
+)
