@@ -30,6 +30,9 @@ def test_operations_are_those_of_whole_covariances(seed):
     assert (after.mean - before.mean + gain @ e) / unit == pytest.approx(0, abs=1e-8)
     apart = after.covariance - (S - gain @ A @ S)
     assert apart / unit / unit[:, None] == pytest.approx(0, abs=1e-8)
+    back = after.conditioned(A, e + A @ (after.mean - before.mean), count=-1)
+    assert (back.mean - before.mean) / unit == pytest.approx(0, abs=1e-6)
+    assert (back.covariance - S) / unit / unit[:, None] == pytest.approx(0, abs=1e-6)
     again = Gaussian.of(before.mean, S).covariance
     assert again / unit / unit[:, None] == pytest.approx(S / unit / unit[:, None])
     assert before.mapped(A).marginal([2, 0]).covariance == pytest.approx(
