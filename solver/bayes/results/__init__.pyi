@@ -4,6 +4,9 @@ from .frames import frame_pose as frame_pose
 from .frames import frame_poses as frame_poses
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .held_out_error import error_parts as error_parts
+from .held_out_misfit import HeldOut as HeldOut
+from .held_out_misfit import misfit as misfit
+from .held_out_misfit import within as within
 from .identifiability import unobservable as unobservable
 from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
 from .improvement import Models as Models
@@ -12,9 +15,6 @@ from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
-from .misfit import HeldOut as HeldOut
-from .misfit import misfit as misfit
-from .misfit import within as within
 from .patterns import error_patterns as error_patterns
 from .pose_covariance import pose_covariances as pose_covariances
 from .predicted_errors import errors_near as errors_near
