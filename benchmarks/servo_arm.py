@@ -27,7 +27,7 @@ os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 import numpy as np
 
 from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import DECIDED
+from mukca.solver.bayes.results import DECIDED, project_to_geometry
 from mukca.solver.bayes.results import with_joint_offsets as zeros_in
 from mukca.solver.bayes.selection import select_models
 from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe
@@ -115,7 +115,8 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     begin = time.perf_counter()
     chosen = select_models(recordings, parameters, data, zeros=True)
     seconds = time.perf_counter() - begin
-    full, urdf = chosen.full.arm, zeros_in(chosen.geometric.arms[0])
+    full = chosen.full.arm
+    urdf = project_to_geometry(full, STANDARD_LOAD)
     found = CalibratedRobot(
         nominal,
         parameters,
@@ -130,7 +131,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     lines = [
         f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected: "
         + " > ".join(f"{1e3 * error:.1f}" for error in errors),
-        "  " + "; ".join(chosen.notes[0]),
+        "  " + "; ".join(chosen.notes),
     ]
     begin = full.model.geometry
     deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))
