@@ -23,6 +23,7 @@ os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -432,6 +433,9 @@ KINDS = {
 REFUSED = {"degrees": "units", "sign-flipped": "sign", "out of order": "order"}
 REFUSED |= {"same": "copies", "identical": "copies"}
 """Words of errors by which no calibration was made, and the cause that each names."""
+SET_RIGHT = {"drifted": "drift", "base moved": "base_moved", "ball sits": "ball_bent"}
+SET_RIGHT |= {" is off by ": "zero_lost", " in socket ": "socket", " reads ": "gain"}
+"""Words on recordings that were set right, and the cause that each names."""
 VAGUE = ("sound", "unexplained", "", "few", "still", "floor", "model", "held-out")
 
 
@@ -537,11 +541,15 @@ def refitted(robot: mukca.Robot, train: Placement, settings: Mapping[str, Any]) 
 
 
 def first_cause(calibration: mukca.Calibration) -> str:
-    """Return the name of the cause that the verdict names first."""
+    """Return the name of the cause that the verdict names first, else of what was set right."""
     document = calibration.document
     hypotheses = getattr(document, "hypotheses", None)
     if hypotheses is not None:
-        return next((h.name for h in hypotheses), "")
+        name = next((h.name for h in hypotheses), "")
+        texts = [c.text for c in document.checks or () if c.code == "set_right"]
+        pairs = product(texts, SET_RIGHT.items())
+        mended = next((cause for text, (words, cause) in pairs if words in text), "")
+        return mended if name in VAGUE and mended else name
     codes = [c.code for c in document.checks or () if c.level == "error"]
     first = {"scale": "distance", "moved": "base_moved", "mislabelled": "socket"}
     return first.get(codes[0], codes[0]).replace("-", "_") if codes else "held-out"
