@@ -22,7 +22,7 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     variances, axes = np.linalg.eigh(covariance[:3, :3])
     is_known = bool(variances[-1] <= UNSEEN**2)
-    base_to_base = BaseToBase(
+    result = BaseToBase(
         xyz=origin.xyz if is_known else None,
         rpy=origin.rpy if is_known else None,
         xyz_deviation=as_point(deviation[3:]) if is_known else None,
@@ -31,8 +31,8 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
         shared_sockets=len(shared),
         text="",
     )
-    text = _words(names, base_to_base) if is_known else _turned(names, len(shared), axes[:, -1])
-    return replace(base_to_base, text=text)
+    text = _words(names, result) if is_known else _turned(names, len(shared), axes[:, -1])
+    return replace(result, text=text)
 
 
 def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float | None:

@@ -77,10 +77,7 @@ def fit_robots(
     ]
     if options.method == "paper":
         pairs = zip(robots, parameters, strict=True)
-        return [
-            _fit_by_paper(recordings, parameters_of_arm, options)
-            for recordings, parameters_of_arm in pairs
-        ]
+        return [_fit_by_paper(*pair, options) for pair in pairs]
     begin = time.perf_counter()
     places = places_of(
         robots,
@@ -104,14 +101,14 @@ def fit_robots(
         frame = places.frames.index(recordings.base_frame) if i else WORLD
         visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
         chosen.append(selected)
-    world = None
-    if robots[0].name:  # one of several
-        world = tie(visitors, places)
-        pairs = zip(chosen, world.robots, strict=True)
-        chosen = [replace(selected, full=robot.fit) for selected, robot in pairs]
+    world = tie(visitors, places) if robots[0].name else None
     seconds = time.perf_counter() - begin
-    fits = [_fit_of(*pair, seconds) for pair in zip(robots, chosen, strict=True)]
-    return [replace(fit, world=world) for fit in fits]
+    posteriors = [robot.fit for robot in (visitors if world is None else world.robots)]
+    rows = zip(robots, chosen, posteriors, strict=True)
+    return [
+        replace(_fit_of(recordings, replace(selected, full=fit), seconds), world=world)
+        for recordings, selected, fit in rows
+    ]
 
 
 def _with_name(progress: Callable[[str], None], name: str, word: str) -> None:
