@@ -1,7 +1,8 @@
 """Seats of balls: sockets, and frames of instruments, whose rotation is unknown beside their place.
 
 The residual of a sample is Phi(q_i) - R y_i - c, with c the place of its seat and y_i what an
-instrument measured in its frame R, c; in a socket y_i is zero.
+instrument measured in its frame R, c; in a socket y_i is zero. Where all samples are poses, any
+point of the target may stand for the ball: its place on the flange is unknown anyway.
 """
 
 from collections.abc import Sequence
@@ -15,6 +16,8 @@ Seat = tuple[str, int]
 """Placement and socket; for a frame its name, and :data:`OF_INSTRUMENT`."""
 OF_INSTRUMENT = -1
 """In the place of a socket's number."""
+LEVER = np.full(3, 0.06)
+"""Place of that point on the target [m]: off any axis of its frame, so that all joints move it."""
 
 
 def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.ndarray]:
@@ -33,12 +36,20 @@ def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.
 
 
 def measured_points(measurements: Sequence[Measurement]) -> np.ndarray:
-    """Return what instruments measured, zero in sockets, shape (N, 3) [m]."""
-    parts = [
-        m.points[m.order] if m.kind == "points" else np.zeros((len(m.positions), 3))
-        for m in measurements
-    ]
-    return np.concatenate(parts)
+    """Return what instruments measured, zero in sockets, shape (N, 3) [m].
+
+    Of poses it is a point beside the ball, which orientations move, too.
+    """
+    lever = LEVER if all(m.has_orientations for m in measurements) else None
+    return np.concatenate([_measured(m, lever) for m in measurements])
+
+
+def _measured(m: Measurement, lever: np.ndarray | None) -> np.ndarray:
+    """Return a placement's points by socket, a lever beside the ball, shape (N, 3) [m]."""
+    if m.kind == "sockets":
+        return np.zeros((len(m.positions), 3))
+    points = m.points if lever is None else m.points + m.rotations @ lever
+    return points[m.order]
 
 
 def rotations(points: np.ndarray, measured: np.ndarray, weights: np.ndarray) -> np.ndarray:

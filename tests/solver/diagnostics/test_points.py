@@ -7,6 +7,7 @@ import pytest
 
 from mukca import calibrate
 from mukca.recorder import Placement, Sample
+from mukca.solver.calibration import quaternion_of
 from mukca.solver.robot import BallModel, turn, workspace
 
 HALF = 25
@@ -110,3 +111,54 @@ def test_points_and_sockets_are_explained_together(look, points, placements):
     survey = look(both)
     assert survey.hypotheses[0].name == "zero_lost"
     assert [one.measured.name for one in survey.placements] == ["front", "tracker", "left"]
+
+
+def last_scaled(q):
+    return q * [1, 1, 1, 1, 1, 1, 1.02]
+
+
+def last_uneven(q):
+    return q + 0.02 * np.sin(q) * np.eye(7)[6]
+
+
+def last_zero_lost(q):
+    return np.concatenate([q[:HALF], q[HALF:] + 0.03 * np.eye(7)[6]])
+
+
+@pytest.fixture(scope="module")
+def poses(panda, true_panda):
+    """Return measured poses of a target on the axis of the last joint, with wrong readings."""
+
+    def poses(wrong=lambda q: q):
+        generator = np.random.default_rng(7)
+        q, model = workspace(panda, 2 * HALF), BallModel(true_panda, ())
+        none, turned = np.zeros(0), q + 1.0 * np.eye(7)[6]
+        R, p = model.rotations(none, q).points, model.points(none, q)
+        by_turn = R - model.rotations(none, turned).points
+        moves = model.points(none, turned) - p
+        on_axis = np.linalg.lstsq(by_turn.reshape(-1, 3), moves.ravel(), rcond=None)[0]
+        frame, tool = turn(np.array([0.3, 2.0, -0.4])), turn(np.array([0.5, -0.2, 1.0]))
+        y = (p + R @ on_axis - 1.0) @ frame + 1e-4 * generator.normal(size=p.shape)
+        noise = np.array([turn(w) for w in 5e-4 * generator.normal(size=p.shape)])
+        quaternions = quaternion_of(frame.T @ R @ tool @ noise)
+        rows = zip(wrong(q).tolist(), y.tolist(), quaternions.tolist(), strict=True)
+        samples = [Sample(tuple(a), 0, point=tuple(b), orientation=tuple(o)) for a, b, o in rows]
+        names = panda.joint_names
+        common = {"joint_names": names, "poses_of": "flange"}
+        return [Placement(name="poses", samples=tuple(samples), **common)]
+
+    return poses
+
+
+@pytest.mark.parametrize(
+    "wrong, name", [(last_scaled, "gain"), (last_uneven, "uneven"), (last_zero_lost, "zero_lost")]
+)
+def test_orientations_show_a_joint_on_whose_axis_the_target_lies(look, poses, wrong, name):
+    first = look(poses(wrong)).hypotheses[0]
+    assert first.name == name and "panda_joint7" in first.text
+
+
+def test_sound_poses_are_sound_and_a_zero_of_the_last_joint_is_a_turn_of_the_target(look, poses):
+    for wrong in (lambda q: q, lambda q: q + 0.1 * np.eye(7)[6]):
+        survey = look(poses(wrong))
+        assert survey.hypotheses[0].name == "sound" and not survey.shared
