@@ -1,7 +1,10 @@
 """The help of the verbs: each option has a text, each text an option; long ones are cut short."""
 
 import io
+import os
 import re
+import subprocess
+import sys
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
@@ -48,3 +51,24 @@ def test_a_verb_shows_what_people_use_and_two_examples(verb):
     assert 1 <= len(re.findall(r"(?m)^  mukca ", short)) <= 2
     hidden = len(more - names)
     assert (f"{hidden} more option" in short) == (hidden > 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("mukca so", ["solve"]),
+        ("mukca solve --di", ["--distance", "--distance-deviation"]),
+        ("mukca export calibrated --to m", ["mjcf", "mdh"]),
+    ],
+)
+def test_tab_completes_what_was_begun(tmp_path, line, words):
+    pytest.importorskip("argcomplete")
+    out = tmp_path / "words"
+    shell = {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_IFS": "\n",
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(out),
+    }
+    shell |= {"COMP_LINE": line, "COMP_POINT": str(len(line))}
+    subprocess.run([sys.executable, "-m", "mukca"], env=os.environ | shell, check=False)
+    assert out.read_text().split() == words

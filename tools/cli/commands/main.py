@@ -78,6 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; an exception is a defect of mukca."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if "_ARGCOMPLETE" in os.environ:
+        complete(os.environ.get("COMP_LINE", ""))
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
@@ -106,6 +108,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader went away, as with `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+
+
+def complete(line: str) -> None:
+    """Tell a shell what may follow a line, and end; needs mukca[completion], which is small.
+
+    A shell asks so after ``eval "$(register-python-argcomplete mukca)"``.
+    """
+    import argcomplete
+
+    verb = next(iter(line.split()[1:]), None)
+    parser = build_parser(verb if verb in VERBS else None, ["--help-all"])
+    argcomplete.autocomplete(parser)
 
 
 def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
