@@ -13,7 +13,7 @@ from ...errors import MukcaError
 from ...recorder import DEFAULT_DISTANCE, Placement
 from ..robot import BallModel, Robot
 from .efforts import with_plausible_efforts
-from .instrument import check_orientations
+from .instrument import check_orientations, other_columns
 from .lengths import Readings, agreed_length, agreeing, readings_of
 from .measurements import Load, Measurement
 from .sample_choice import counted_once, unwound, without_single
@@ -197,8 +197,12 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
             "placement.json; --flange-poses says it, too"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
-        R = BallModel(robot, []).rotations(np.zeros(0), measured.positions).points
-        check_orientations(R, measured.quaternions, str(where))
+        ball, none = BallModel(robot, []), np.zeros(0)
+        q = measured.positions
+        R = ball.rotations(none, q).points
+        columns = other_columns(robot.joint_names, q)
+        mended = ((words, ball.rotations(none, other).points) for words, other in columns)
+        check_orientations(R, measured.quaternions, str(where), mended)
 
 
 def _check_sockets(measured: Measurement, minimum: int) -> None:

@@ -1,6 +1,8 @@
 """Where what a link carries, and an instrument's frame, stand, by poses that it measured."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -12,7 +14,7 @@ ALONG_ONE_AXIS = 1e-3
 DOUBTFUL, STRANGE = 5e-3, 0.1
 """Typical angles [rad]: beyond the first other columns are tried, and no arm errs by the second."""
 BETTER = 0.25
-"""Share of the angle that is left if they turn the other way."""
+"""Share of the angle that is left if they turn the other way, or with other columns of joints."""
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
@@ -92,29 +94,56 @@ def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sizes, robust_weights(sizes**2)
 
 
-def check_orientations(R: np.ndarray, quaternions: np.ndarray, where: str) -> None:
+def other_columns(names: Sequence[str], q: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield mistakes in columns of joint positions, shape (N, m), in words, and those mended."""
+    for j, name in enumerate(names):
+        words = f"joint {j + 1} ({name}) looks sign-flipped: with -q they fit"
+        yield words, q * np.where(np.arange(len(names)) == j, -1.0, 1.0)
+    for pair in combinations(range(len(names)), 2):
+        mended = q.copy()
+        mended[:, pair] = q[:, pair[::-1]]
+        joints = " and ".join(f"{j + 1} ({names[j]})" for j in pair)
+        yield f"the columns of joints {joints} look swapped: they fit the other way round", mended
+
+
+def check_orientations(
+    R: np.ndarray,
+    quaternions: np.ndarray,
+    where: str,
+    mended: Iterable[tuple[str, np.ndarray]] = (),
+) -> None:
     """See that measured orientations turn as the link does, by its rotations, shape (N, 3, 3).
 
     Columns swapped, in another order, with a wrong sign, or inverse: all of these quaternions x, y,
     z, w, shape (N, 4), turn the other way, so they are told from right ones, and not from each
-    other.
+    other. ``mended`` has mistakes in words, and the link's rotations without each.
     """
     M = rotation_matrices(quaternions)
-    as_is = float(np.median(_turns(R, M)[2]))
+    as_is = _angle(R, M)
     if as_is < DOUBTFUL:
         return
-    other_way = float(np.median(_turns(R, M.swapaxes(1, 2))[2])) < BETTER * as_is
-    if other_way or as_is > STRANGE:
+    if _angle(R, M.swapaxes(1, 2)) < BETTER * as_is:
         words = (
             "they turn the other way: two of the columns qx,qy,qz,qw are swapped, they stand in "
             "another order (qw first?), one has the wrong sign, or the poses are inverse, as a "
             "camera's are"
         )
-        if not other_way:
-            words = "see the order of the joints, their unit (radians) and the robot's model"
-        raise FrameError(
-            f"{where}: orientations are {as_is:.2g} rad off those of the robot's flange; {words}"
+    elif as_is > STRANGE:
+        angles = {mistake: _angle(rotations, M) for mistake, rotations in mended}
+        likely = [mistake for mistake, angle in angles.items() if angle < BETTER * as_is]
+        words = " or ".join(likely) or (
+            "see the order of the joints, their zeros, their unit (radians) and the robot's model"
         )
+    else:
+        return
+    raise FrameError(
+        f"{where}: orientations are {as_is:.2g} rad off those of the robot's flange; {words}"
+    )
+
+
+def _angle(R: np.ndarray, M: np.ndarray) -> float:
+    """Return the typical angle that the best frame and tool leave [rad]."""
+    return float(np.median(_turns(R, M)[2]))
 
 
 def _nearest(matrix: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from cases import by_table
 from worlds.zoo import recorded_of
 
 import mukca
-from mukca.recorder import Sample
+from mukca.recorder import Placement, Sample
 from mukca.solver.calibration import quaternion_of
 from mukca.solver.data import check_orientations, hand_eye, measure, rotation_matrices
 from mukca.solver.robot import BallModel, rotation_vectors, turn, workspace
@@ -91,6 +91,26 @@ def test_wrong_columns_of_quaternions_are_named(panda):
         wrong[:, order] = given * sign
         with pytest.raises(mukca.MukcaError, match="they turn the other way: two of the columns"):
             check_orientations(R, wrong, "file")
+
+
+@pytest.mark.parametrize(
+    "order, signs, words",
+    [
+        ((0, 1, 2, 3, 4, 5, 6), (1, 1, 1, 1, 1, 1, -1), r"joint 7 \(panda_joint7\) looks sign-fl"),
+        ((0, 1, 2, 3, 4, 5, 6), (-1, 1, 1, 1, 1, 1, 1), r"joint 1 \(panda_joint1\) looks sign-fl"),
+        ((0, 1, 4, 3, 2, 5, 6), (1, 1, 1, 1, 1, 1, 1), r"3 \(panda_joint3\) and 5 .* look swapped"),
+        ((0, 1, 4, 3, 2, 5, 6), (1, -1, 1, 1, 1, 1, 1), "see the order of the joints, their zeros"),
+    ],
+)
+def test_wrong_columns_of_joints_are_named_by_orientations(panda, order, signs, words):
+    q, R, p = poses(panda)
+    recorded = q[:, order] * signs
+    rows = zip(recorded.tolist(), p.tolist(), quaternion_of(R).tolist(), strict=True)
+    samples = [Sample(tuple(a), 0, point=tuple(b), orientation=tuple(o)) for a, b, o in rows]
+    names = panda.joint_names
+    placement = Placement("poses", tuple(samples), names, poses_of="flange")
+    with pytest.raises(mukca.MukcaError, match=words):
+        measure(placement, panda)
 
 
 def test_the_turns_of_the_link_are_its_derivatives(panda):
