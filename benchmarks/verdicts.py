@@ -39,6 +39,7 @@ from mukca.solver.robot import (
     BallModel,
     Origin,
     choose_parameters,
+    even_bodies,
     link_poses,
     parse_robot,
     scan,
@@ -62,6 +63,8 @@ NOISE, LEAST_NOISE = 0.3, 5e-5
 PAIRS = 1000
 """Distances in the workspace by which the true errors are taken."""
 TRAVEL = np.deg2rad(20)
+MASS_ERROR = 0.1
+"""Share by which masses are off those of the URDF."""
 ROUNDS = 20
 """Rounds of a fixed-point iteration, each of which lowers its error to a hundredth."""
 BENDING = {"compliance": 4e-5, "tilt": 2e-5, "transmission": 1e-4}
@@ -325,9 +328,14 @@ def several_lengths(w: World, size: float) -> None:
 
 
 def soft_base(w: World, size: float) -> None:
+    bodies = w.robot.bodies or even_bodies(w.robot.joints)
+    unlike = np.exp(MASS_ERROR * w.generator.normal(size=len(bodies)))
+    masses = unlike * [body.mass for body in bodies]
+    centres = np.array([[*body.centre, 1.0] for body in bodies])
+
     def tilt(p: Placement) -> np.ndarray:
-        links = link_poses(w.robot.joints, p.positions)[..., 3]
-        middle = links.mean(axis=1)  # of mass, as good as that
+        links = link_poses(w.robot.joints, p.positions)[:, [body.joint + 1 for body in bodies]]
+        middle = np.average(np.einsum("nbij,bj->nbi", links, centres), axis=1, weights=masses)
         reach = float(np.linalg.norm(middle[:, :2], axis=1).mean())
         turns = size / reach * np.column_stack([-middle[:, 1], middle[:, 0], 0 * middle[:, 0]])
         return -np.cross(turns, w.truth(p.positions))  # what the model does not know of
