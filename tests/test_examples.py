@@ -163,6 +163,7 @@ def test_a_tour_runs_from_its_heading(tour, tmp_path, monkeypatch, capsys):
             continue
         for line in block.splitlines():
             assert main(shlex.split(line)[1:]) in (0, 3), line
+    assert not re.search(r"Robot \w+\nRobot", capsys.readouterr().out)
     kept = (Path(name) for name in TOUR_ENDS[tour.partition("\n")[0]])
     assert all(file.exists() for file in kept)
     if "truth" in names:

@@ -208,6 +208,7 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
 def _check_sockets(measured: Measurement, minimum: int) -> None:
     where = measured.placement.path or measured.name
     if measured.kind == "points":
+        where = next(iter(measured.placement.files), measured.name)
         if sum(measured.counts) < LEAST_POINTS:
             raise TooFewError(
                 f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "

@@ -89,7 +89,7 @@ def reason_and_advice(
             return text, "Calibrate again with more placements."
         return f"{drifted}. No single joint explains it: calibrate again.", ""
     if not likely and allowed is None:
-        return f"not known; {rows[0].reason}.", ""
+        return f"not known whether it is still valid; {rows[0].reason}.", ""
     checks = next(row for row in rows if row.name == "data_checks")
     if checks.status != "pass":
         return f"within its limits ({figures}), but look: {checks.text}.", ""

@@ -152,7 +152,7 @@ def what_changed(
     samples = calibration.calibrated, new, held_out, limits
     rows, causes = rows_since(*samples, zeros=zeros, compared=compared)
     if new is None:
-        reason = f"not known; {rows[0].reason}."
+        reason = f"not known whether it is still valid; {rows[0].reason}."
     elif few := too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed):
         reason, changes = few, replace(changes, untold=())
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]

@@ -302,9 +302,10 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         for output.name, file in files.items():
             settings: dict[str, Any] = {"calibration": file}
             for name, out in outputs.items():
-                if out is not None:
-                    file_out = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
-                    settings[name] = file_out if out.suffix else out / output.name
+                if out is not None and out.suffix:
+                    settings[name] = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
+                elif out is not None:
+                    settings[name] = out / output.name
             if recordings is not None:
                 settings["data"] = recordings[output.name]
             if recordings is None or settings["data"]:

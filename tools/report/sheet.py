@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 from ...errors import MukcaError
-from ...solver.assessment import RoleSummaries, mm, plural
+from ...solver.assessment import Quantiles, RoleSummaries, mm, plural
 from ...solver.results import CalibrationDocument
 from . import figures
 from .figures import ReportDocument
@@ -14,6 +14,8 @@ BLANK = "_" * 24
 """What nobody noted is filled in by hand."""
 BAND = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
+UNKNOWN = "\N{EN DASH}"
+"""For what the calibration's file does not keep."""
 MOST_HASHES = 12
 """Hashes on the sheet; the others are in calibration.json."""
 
@@ -107,15 +109,17 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     """Return errors at held-out places by each model: mean, 95 %, largest."""
     held_out = summary.judged[1]
     quantiles = held_out.quantiles
-    models = (
-        ("nominal model", held_out.nominal, quantiles.nominal),
-        ("calibrated.urdf", held_out.loaded, quantiles.loaded),
-    )
-    rows: list[list[str]] = []
-    for title, metrics, spread in models:
-        errors = (metrics.mean_absolute_error, spread.p95, spread.max)
-        rows.append([title, *(mm(error, 3) for error in errors)])
-    return rows
+    rows = [_row("nominal model", held_out.nominal.mean_absolute_error, quantiles.nominal)]
+    if (refitted := held_out.ball_refitted) is not None:
+        lengths = mm(refitted.mean_absolute_error, 3), UNKNOWN, mm(refitted.max_error, 3)
+        rows.append(["nominal model, ball refitted", *lengths])
+    now = held_out.loaded.mean_absolute_error
+    return [*rows, _row("calibrated.urdf", now, quantiles.loaded)]
+
+
+def _row(title: str, mean: float, spread: Quantiles) -> list[str]:
+    """Return the errors of one model."""
+    return [title, *(mm(error, 3) for error in (mean, spread.p95, spread.max))]
 
 
 def _limits(report: ReportDocument) -> list[list[str]]:

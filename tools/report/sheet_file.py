@@ -11,9 +11,9 @@ from .sheet_pdf import draw, has_library
 
 def check_certificate(file: Path | None) -> None:
     """Refuse a file that is neither a page nor a PDF that can be written here."""
-    if file is None or file.suffix == ".html":
+    if file is None or file.suffix.lower() == ".html":
         return
-    if file.suffix != ".pdf":
+    if file.suffix.lower() != ".pdf":
         raise CertificateError(f"--certificate {file}: end its name in .pdf or .html")
     if not has_library():
         raise CertificateError(

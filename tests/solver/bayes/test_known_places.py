@@ -1,6 +1,7 @@
 """Known places: sockets in a table's frame or the base, points that an instrument measured."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -169,5 +170,7 @@ def test_too_few_points_are_refused(panda):
     points = as_points(truth, poses(panda, 30))
     with pytest.raises(mukca.MukcaError, match="3 measured points; at least 4"):
         mukca.calibrate(panda, replace(points, samples=points.samples[:3]))
-    with pytest.raises(mukca.MukcaError, match="all 9 points are of one configuration"):
-        mukca.calibrate(panda, replace(points, samples=points.samples[:1] * 9))
+    file = Path("tracker", "points.csv")
+    alike = replace(points, samples=points.samples[:1] * 9, files=(file,))
+    with pytest.raises(mukca.MukcaError, match=f"{file}: all 9 points are of one configuration"):
+        mukca.calibrate(panda, alike)

@@ -50,7 +50,8 @@ def test_a_verb_shows_what_people_use_and_two_examples(verb):
     assert len(names) <= 10 and names <= more
     assert 1 <= len(re.findall(r"(?m)^  mukca ", short)) <= 2
     hidden = len(more - names)
-    assert (f"{hidden} more option" in short) == (hidden > 0)
+    noun = "option," if hidden == 1 else "options,"
+    assert (f"{hidden} more {noun}" in short) == (hidden > 0)
 
 
 @pytest.mark.parametrize(

@@ -25,8 +25,9 @@ def test_the_sheet_has_errors_limits_verdict_and_digests(run, calibrated, tmp_pa
     page = sheet.read_text()
     assert status in (0, 1, 3) and f"Wrote {sheet}" in out
     held_out = report["summary"]["test"]
-    figures = held_out["nominal"]["mean_absolute_error"], held_out["quantiles"]["nominal"]["p95"]
-    assert all(f"{1e3 * figure:.3f} mm" in page for figure in figures)
+    figures = [held_out[model]["mean_absolute_error"] for model in ("nominal", "ball_refitted")]
+    figures.append(held_out["quantiles"]["nominal"]["p95"])
+    assert all(f"<td>{1e3 * figure:.3f} mm</td>" in page for figure in figures)
     assert "0.700 mm" in page and report["verdict"]["title"] in page
     assert report["provenance"]["model_sha256"] in page
     assert "<script" not in page and page.count("date</p>") == 2
@@ -36,6 +37,9 @@ def test_what_nobody_noted_is_left_to_fill_in(run, calibrated, tmp_path):
     sheet = tmp_path / "sheet.html"
     run(calibrated / "calibration.json", "--out", tmp_path, "--certificate", sheet)
     assert "<th>Operator</th><td>____" in sheet.read_text()
+    same, large = (calibrated / "calibration.json", "--out", tmp_path), tmp_path / "LARGE.HTML"
+    run(*same, "--certificate", large)
+    assert large.read_bytes() == sheet.read_bytes()
 
 
 def test_a_sheet_without_held_out_places_is_refused(command, refused, session, tmp_path):

@@ -211,7 +211,9 @@ def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> li
     names = option_names(options)
     hidden = len(names) - len(about.often) if often else 0
     add_options(parser, options, often)
-    more = f"{hidden} more options, and all about them" if hidden else "all about it"
+    more = "all about it"
+    if hidden:
+        more = f"{hidden} more option{'s' * (hidden > 1)}, and all about them"
     parser.add_argument("--help-all", action="help", help=more)
     parser.epilog = text if everything else _in_short(text)
     return [*names, "-h", "--help", "--help-all"]

@@ -94,7 +94,7 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     sheet = options.certificate
     signed: dict[str, bytes] = {}
     if sheet is not None:
-        content = report.certificate(document, document_of_report, sheet.suffix)
+        content = report.certificate(document, document_of_report, sheet.suffix.lower())
         signed[sheet.name] = content
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)

@@ -46,9 +46,10 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     if options.out and not refusals:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
     for name, one in robots.items():
-        terminal.say(*([f"Robot {name}"] if name else []))
         result = one.assessment
         todo = figures.steps(result)
+        if name and (todo or options.details):
+            terminal.say(f"Robot {name}")
         if options.details:
             report.show_limits(terminal.console, result.verdict, result.limits, todo)
         else:
