@@ -16,7 +16,7 @@ from ..assessment import Assessment, Verdict, assess, distance_text, distortion_
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from .deviation import FittedModel
-from .errors import Errors, placement_errors
+from .errors import Errors, placement_errors, refitted_at
 from .option import UsageError
 from .problem import as_list
 
@@ -157,8 +157,10 @@ class Calibration(FittedModel):
         """
         data = [self.as_read_now(m) for m in data]
         roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
+        ball = refitted_at(self.robot, self.document.refitted_ball)
+        beside = {} if ball is None else {"ball_refitted": ball}
         rows = [
-            placement_errors(self.calibrated, role, m, other_tip=other_tip)
+            placement_errors(self.calibrated, role, m, None, beside, other_tip=other_tip)
             for role, m in zip(roles, data, strict=True)
         ]
         return Errors(sorted(rows, key=lambda row: row.role == "test"))

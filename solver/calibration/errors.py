@@ -15,7 +15,7 @@ from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, build_problem, solve
-from ..robot import BallModel, choose_parameters
+from ..robot import BallModel, Parameter, Robot, choose_parameters
 from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem
@@ -247,7 +247,7 @@ def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None
     regularization = problem.options.regularization or REGULARIZATION
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]
-    ball = choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"])
+    ball = _ball_of(robot)
     if paired:
         x = solve(build_problem(robot, paired, parameters=ball, regularization=regularization)).x
     elif measured:
@@ -255,6 +255,19 @@ def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None
     else:
         return None
     return results.CalibratedRobot(robot, ball, x)
+
+
+def refitted_at(
+    robot: Robot, place: tuple[float, float, float] | None
+) -> results.CalibratedRobot | None:
+    """Return the nominal robot with its ball at a place in its link [m]; None without one."""
+    if place is None:
+        return None
+    return results.CalibratedRobot(robot, _ball_of(robot), np.array(place))
+
+
+def _ball_of(robot: Robot) -> tuple[Parameter, ...]:
+    return tuple(choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"]))
 
 
 def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarray:

@@ -70,6 +70,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         ),
         deflection={name: tuple(values.tolist()) for name, values in coefficients},
         load=calibrated.load,
+        refitted_ball=None if before is None else as_point(before.values),
         data=_samples(problem, posterior),
         scale=estimates.scale_of(fit),
         outlook=outlook_of(problem, fit),

@@ -218,6 +218,9 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     load: Load
     """Load of the joints while recording."""
     data: tuple[PlacementSamples, ...]
+    refitted_ball: tuple[float, float, float] | None = None
+    """The ball of the nominal model in its link, fitted to what was trained on [m]; None where that
+    is not identified, and in older files."""
     posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
 

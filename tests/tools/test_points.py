@@ -97,7 +97,7 @@ def test_points_of_another_probe_refit_its_tip(solved, true_panda, tmp_path, com
     lost = replace(points, samples=tuple(replace(s, position=tuple(row)) for s, row in pairs))
     write_points(lost, tmp_path / "lost")
     status, text, _ = command(*words[:2], tmp_path / "lost" / "points.csv")
-    assert status == 1 and "drifted" in text and "refitted" not in text
+    assert status == 1 and "drifted" in text and "tip was refitted" not in text
 
 
 def test_check_and_info_name_the_points(measured, command):
