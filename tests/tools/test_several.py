@@ -76,6 +76,8 @@ def test_two_arms_are_written_each_and_together(cell, true_panda, tmp_path, comm
     assert status == 2 and told.count("trained on, so left out") == 4
     assert "placements that the calibration was not trained on, of two arms" in told
     refused("calibrated together", "validate", out / "left", cell / "left", "--tool-to-tool")
+    words = ("validate", out, *trained, "--distance", "0.05")
+    refused("--tool-to-tool and --distance: give one of the two", *words)
     for file in (".", "sheet", "sheet.doc"):
         status, _, told = command("report", out, "--certificate", file)
         assert status == 2 and "end its name in .pdf or .html" in told

@@ -27,7 +27,7 @@ class ValidateOptions(cli.OutputOptions):
         False,
         "of arms calibrated together: compare distances between their tools, where both "
         "touched the same sockets or points in one frame; DATA are placements held out",
-        unless="stood",
+        unless="stood distance",
     )
     limit_mm: float | None = cli.option(
         None,
