@@ -144,6 +144,8 @@ def _measured(posterior: Posterior) -> list[Use]:
     generator = np.random.default_rng(0)
     for frame in np.unique(data.measured_in[data.measured_in >= 0]).tolist():
         rows = np.flatnonzero((data.measured_in == frame) & ~data.turned)
+        if 3 * len(rows) <= posterior.model.geometry:
+            continue  # a geometry can meet so few whatever they are
         firsts = np.tile(rows, PARTNERS)
         seconds = np.concatenate([generator.permutation(rows) for _ in range(PARTNERS)])
         pairs = np.concatenate([firsts, seconds])

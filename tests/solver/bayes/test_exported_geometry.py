@@ -106,3 +106,14 @@ def test_where_balls_were_measured_no_rigid_geometry_is_much_better(panda):
         for b in balls
     )
     assert exported < 1.2 * best
+
+
+def test_a_few_measured_balls_do_not_bend_the_geometry(panda):
+    """Four can be met whatever they are; the workspace is no worse for them."""
+    truth, (train,) = mukca.simulate_recordings(panda, 1, samples=15, seed=1, noise=7e-5, **ELASTIC)
+    points = near_a_table(truth, "points", np.random.default_rng(0))
+    few, q = replace(points, samples=points.samples[:4]), workspace(panda, 400)
+    balls = [mukca.calibrate(panda, p).calibrated.geometric_ball(q) for p in (train, [train, few])]
+    true, *lengths = (np.linalg.norm(b[1::2] - b[::2], axis=1) for b in (truth.ball(q), *balls))
+    without, beside = (np.median(np.abs(length - true)) for length in lengths)
+    assert beside < 1.1 * without
