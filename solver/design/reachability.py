@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..robot import InverseKinematics, Robot, SimulationError, link_poses, workspace
+from ..robot import InverseKinematics, Robot, link_poses, workspace
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""
@@ -18,6 +18,10 @@ OFF = 1e-3
 """The ball is this near to its seat on a way that it follows [m]."""
 LEAN = np.deg2rad(58)
 """Lean of the ball's neck on a way; the printed socket allows 60 deg [rad]."""
+BATCHES = 40
+"""Batches of random starts: where few arrive, fewer poses do, so that the guide answers soon."""
+FUTILE = 3
+"""A place that none of so many batches reached is out of reach."""
 FOOT = 0.03
 """The ball's centre is about so high above the table [m]."""
 
@@ -47,13 +51,10 @@ class Reach:
             Joint positions, shape (N, m); N is 0 where the place is out of reach.
         """
         reached = np.zeros((0, len(self._guide.lower)))
-        for _ in range(4):
-            try:
-                q = self._guide.reach(np.tile(centre, (count, 1)), self._generator, rounds=2)
-            except SimulationError:
-                break
+        for batch in range(BATCHES):
+            q = self._guide.arrivals(centre, self._generator)
             reached = np.concatenate([reached, q[self._allowed(q, centre)]])
-            if len(reached) >= count:
+            if len(reached) >= count or (batch > FUTILE and not len(reached)):
                 break
         return reached[:count]
 

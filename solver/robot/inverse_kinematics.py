@@ -68,6 +68,20 @@ class InverseKinematics:
             failures = 0 if arrived else failures + 1
         return reached
 
+    def arrivals(self, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Return the configurations in which a batch of random starts reach a point, (N, m).
+
+        Args:
+            point: Where the ball is to be, shape (3,) [m].
+            generator: It draws the starts, of which few or none may arrive.
+        """
+        if np.linalg.norm(point) > self.longest:
+            return np.zeros((0, len(self.lower)))
+        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        targets = np.concatenate([np.tile(point, (BATCH, 1)), _random_necks(generator)], axis=1)
+        q, arrived = self._follow(starts, targets)
+        return q[arrived]
+
     def _out_of_reach(self, point: np.ndarray) -> SimulationError:
         return SimulationError(f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}")
 
