@@ -28,9 +28,19 @@ EVERY = slice(None)
 
 
 def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse of a covariance or precision of unknowns that have different units."""
-    unit = 1 / np.sqrt(np.diag(matrix))
-    return np.linalg.inv(matrix * unit[:, None] * unit) * unit[:, None] * unit
+    """Return the inverse of a covariance or precision of unknowns that have different units.
+
+    Raises:
+        numpy.linalg.LinAlgError: A variance is not positive, of the matrix or of its inverse.
+    """
+    variances = np.diag(matrix)
+    if not np.all(variances > 0):
+        raise np.linalg.LinAlgError("a variance is not positive")
+    unit = 1 / np.sqrt(variances)
+    inverse = np.linalg.inv(matrix * unit[:, None] * unit) * unit[:, None] * unit
+    if not np.all(np.diag(inverse) > 0):  # of a matrix that rounding made indefinite
+        raise np.linalg.LinAlgError("a variance of the inverse is not positive")
+    return inverse
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import pytest
 
 from mukca.solver.bayes.inference.laplace import expectation_propagation
 from mukca.solver.bayes.inference.normal_equations import ArrowheadMatrix, active_set_step
+from mukca.solver.bayes.model import scaled_inverse
 
 
 def random_arrowhead(seed, sockets, known):
@@ -116,3 +117,11 @@ def test_what_is_far_beyond_its_bound_decays_exponentially():
 def test_what_is_far_within_is_left_alone():
     found = expectation_propagation(np.array([8.0, 9.0]), np.array([[1.0, 0.5], [0.5, 1.0]]))
     assert np.abs(np.hstack(found)).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "matrix", [[[-1.0, 0.0], [0.0, 1.0]], [[1.0, 2.0], [2.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]]]
+)
+def test_what_is_no_covariance_has_no_inverse(matrix):
+    with pytest.raises(np.linalg.LinAlgError, match="not positive"):
+        scaled_inverse(np.array(matrix))
