@@ -51,6 +51,11 @@ class Calibration(FittedModel):
         """Per placement: its role, and its errors by each model [m]."""
         return Errors(self.document.placements)
 
+    @cached_property
+    def ball_refitted(self) -> results.CalibratedRobot | None:
+        """Nominal robot with its ball refitted; None if not identified, and in older files."""
+        return refitted_at(self.robot, self.document.refitted_ball)
+
     @property
     def parameters(self) -> tuple[results.ParameterValue, ...]:
         """Calibrated numbers of the geometry, with their nominal values and deviations."""
@@ -157,8 +162,8 @@ class Calibration(FittedModel):
         """
         data = [self.as_read_now(m) for m in data]
         roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
-        ball = refitted_at(self.robot, self.document.refitted_ball)
-        beside = {} if ball is None else {"ball_refitted": ball}
+        ball_refitted = self.ball_refitted
+        beside = {} if ball_refitted is None else {"ball_refitted": ball_refitted}
         rows = [
             placement_errors(self.calibrated, role, m, None, beside, other_tip=other_tip)
             for role, m in zip(roles, data, strict=True)

@@ -56,6 +56,24 @@ def test_a_calibration_equals_its_copy_wherever_the_base_frame_is(
     assert pair["apart"]["max"] == pytest.approx(0, abs=1e-12)
 
 
+def test_the_nominal_model_stands_with_its_ball_refitted_as_in_solve(
+    run, calibrated, document, written
+):
+    def compared(file):
+        _, out, err = run(file, "--json")
+        result = json.loads(out)
+        return result["ball_refitted"], result["placements"], err
+
+    by_name = {row["name"]: row for row in document["placements"]}
+    for key in ("ball_refitted", "nominal"):
+        was_refitted, placements, err = compared(written(document))
+        assert was_refitted == (key == "ball_refitted") == ("its ball refitted" in err)
+        for row in placements:
+            error = by_name[row["name"]][key]["mean_absolute_error"]
+            assert row["models"][0]["mean_absolute_error"] == pytest.approx(error)
+        document.pop("refitted_ball", None)  # as files of before
+
+
 def test_where_all_were_trained_nothing_is_said(run, session, calibrated):
     _, out, err = run(calibrated / "calibration.json", "--data", session / "front", "--json")
     result = json.loads(out)

@@ -209,7 +209,7 @@ def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument"
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
     bold = (len(rows) - 1,)
-    terminal.tabulate("MAE in mm; * trained on", heads, rows, bold=bold)
+    terminal.tabulate(figures.comparison_title(result), heads, rows, bold=bold)
     terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
 
 

@@ -99,6 +99,8 @@ class ComparisonDocument(Document, kw_only=True, frozen=True):
     """Indices of the placements that none of the models was trained on."""
     pairs: tuple[ComparedPair, ...]
     """Each model less each one before it in the list."""
+    ball_refitted: bool
+    """Whether the ball of the nominal model was fitted to what the first calibration had."""
     plots: tuple[PlotCaption, ...] | None = None
     """Only where a page was written."""
 
@@ -142,9 +144,14 @@ def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
 def compare(
     contenders: Mapping[str, Calibration], data: Sequence[Measurement]
 ) -> ComparisonDocument:
-    """Compare calibrations, and the nominal model of the first of them, on placements."""
+    """Compare calibrations, and the nominal model of the first of them, on placements.
+
+    The ball of the nominal model is the refitted one, where that calibration keeps it.
+    """
     contestants = list(contenders.values())
-    models = [contestants[0].calibrated.nominal, *(c.calibrated for c in contestants)]
+    ball_refitted = contestants[0].ball_refitted
+    nominal = ball_refitted or contestants[0].calibrated.nominal
+    models = [nominal, *(contender.calibrated for contender in contestants)]
     points = [[model.predict(m) for model in models] for m in data]
     by_model = [np.concatenate(column) for column in zip(*points, strict=True)]
     pairs = list(zip(points, data, strict=True))
@@ -198,6 +205,7 @@ def compare(
         placements=tuple(map(placement, range(len(data)))),
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
+        ball_refitted=ball_refitted is not None,
     )
 
 
@@ -237,6 +245,12 @@ def _overall(rows: Sequence[Difference]) -> Difference:
 def _beyond(mean: float, noise: float) -> Difference:
     mean, noise = float(mean), float(noise)
     return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
+
+
+def comparison_title(result: ComparisonDocument) -> str:
+    """Return the title of the errors by placement."""
+    refitted = "nominal: its ball refitted; " if result.ball_refitted else ""
+    return f"MAE in mm; {refitted}* trained on"
 
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
