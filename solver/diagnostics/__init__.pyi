@@ -16,6 +16,7 @@ from .explain import OF_JOINTS as OF_JOINTS
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
+from .fault import Fault as Fault
 from .hypotheses import FLAWS as FLAWS
 from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL
@@ -29,7 +30,6 @@ from .inspection import Survey as Survey
 from .inspection import farthest_place as farthest_place
 from .inspection import inspect_all as inspect_all
 from .inspection import next_placement as next_placement
-from .live import Fault as Fault
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse
 from .robust_fit import RigidModel as RigidModel

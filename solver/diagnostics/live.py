@@ -4,19 +4,20 @@ How often sound sessions may be called faulty sets the threshold (``benchmarks/s
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain, compress, pairwise
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain, compress
 
 import numpy as np
 
 from ...recorder import Placement
 from ..data import CALIPER_DEVIATION, Measurement
-from ..results import Hypothesis
 from ..robot import Robot
 from .configurations import known_distances
 from .explain import scene_of
-from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
+from .fault import Fault, FaultComparison, evidence_of, fault_of
+from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Comparison, Scene
+from .relabelling import Relabelling, Run, forgotten, relabelled, runs_of
 from .robust_fit import ABOUT, FEW, RigidModel
 from .samples import Samples
 
@@ -46,24 +47,6 @@ SMALL, CLEAN = 0.015, 2.0
 """Size [m] and remaining noise, as a multiple of the usual, of a fault that is no other socket."""
 FAULTS = 3
 """Largest number of faults."""
-RIVAL = 3.0
-"""Log Bayes factor up to which a fault of another kind counts as nearly as probable."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A fault of a session, with the samples that it concerns."""
-
-    hypothesis: Hypothesis
-    placement: int
-    samples: tuple[int, ...]
-    """Numbers of the samples that are affected, as they were recorded."""
-    evidence: float
-    """Logarithm of its probability beside that of sound samples."""
-    socket: int | None = None
-    """Socket in which the ball truly was, where it was in another."""
-    rivals: tuple[Hypothesis, ...] = ()
-    """Other kinds of fault that are nearly as probable, the most probable first."""
 
 
 def is_coarse(repeatability: float | None) -> bool:
@@ -86,60 +69,47 @@ class LiveCheck:
 
         Their joints are in the robot's order, and their distances are there where they are known.
         """
-        faults: list[Fault] = []
-        if not placements[-1].samples or sum(len(p.samples) for p in placements) < LEAST:
+        count = sum(len(placement.samples) for placement in placements)
+        if not placements[-1].samples or count < LEAST:
             return ()
+        faults = list[Fault]()
         scene, current = self.scene(placements), placements
         while len(faults) < FAULTS:
-            (first, *rivals), evidence = self._compared(scene)
-            scene, sound = first.scene, first.log_evidence
-            logs = [c.log_evidence - sound for c in rivals]
-            if evidence < DOUBT:
+            comparison = self._compared(scene)
+            if comparison.evidence < DOUBT:
                 break
-            likeliest = max(rivals, key=lambda c: c.log_evidence)
-            # where one small fault leaves nothing more, no samples lie in another socket; nor are
-            # they looked for beside another fault, which only both together would explain
-            clean = likeliest.sigma < CLEAN * scene.noise
-            clean = clean and likeliest.parameters.get("size", math.inf) < SMALL
-            throughout = clean and likeliest.log_evidence - sound > EVIDENCE
-            elsewhere = (
-                [] if throughout or scene.explained else list(self._elsewhere(current, scene))
-            )
-            logs += [log - sound for log, _, _ in elsewhere]
-            total = np.logaddexp.reduce([evidence, *logs[len(rivals) :]])
-            if total < (MORE if faults else EVIDENCE):
+            relabellings = self._relabellings(current, comparison)
+            evidence = [comparison.evidence, *(r.fault.evidence for r in relabellings)]
+            if np.logaddexp.reduce(evidence) < (MORE if faults else EVIDENCE):
                 break
-            best = int(np.argmax(logs))
-            if best >= len(rivals):
-                _, current, fault = elsewhere[best - len(rivals)]
-                faults.append(replace(fault, evidence=logs[best]))
+            best = comparison.best
+            other = max(relabellings, key=lambda r: r.fault.evidence, default=None)
+            if other is not None and other.fault.evidence > comparison.factor(best):
+                faults.append(other.fault)
+                current = other.placements
                 scene = self.scene(current)
-            else:
-                fault = _fault(rivals[best], logs[best])
-                is_loose = rivals[best].kind.noise is not None
-                balls = self._unseated(rivals, sound, logs[best]) if is_loose else []
-                faults += balls or [replace(fault, rivals=_rivals(rivals, logs, best))]
-                if is_loose:
-                    break
-                scene = rivals[best].after()
+                continue
+            if best.kind.noise is not None:
+                faults += self._unseated(comparison) or [comparison.fault]
+                break
+            faults.append(comparison.fault)
+            scene = best.after()
         return tuple(faults)
 
-    def _unseated(
-        self, rivals: Sequence[Candidate], sound: float, evidence_loose: float
-    ) -> list[Fault]:
+    def _unseated(self, comparison: FaultComparison) -> list[Fault]:
         """Return balls that were not seated, if a few explain the scatter better; else none."""
         faults, evidence = list[Fault](), 0.0
+        evidence_loose = comparison.factor(comparison.best)
         for _ in range(FAULTS):
-            balls = [c for c in rivals if c.kind.name == "ball_sample"]
-            best = max(balls, key=lambda c: c.log_evidence, default=None)
-            if best is None or best.log_evidence - sound < 0:
+            balls = [c for c in comparison.causes if c.kind.name == "ball_sample"]
+            best = max(balls, key=comparison.factor, default=None)
+            if best is None or comparison.factor(best) < 0:
                 break
-            evidence += best.log_evidence - sound
-            faults.append(_fault(best, best.log_evidence - sound))
+            evidence += comparison.factor(best)
+            faults.append(fault_of(best, comparison.factor(best)))
             if evidence > evidence_loose:
                 return faults
-            (first, *rivals), _ = self._compared(best.after())
-            sound = first.log_evidence
+            comparison = self._compared(best.after())
         return []
 
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
@@ -149,41 +119,48 @@ class LiveCheck:
         nothing = [0.0] * len(measured)
         return scene_of(self._model, measured, lengths, self._repeatability, nothing, start)
 
-    def _compared(self, scene: Scene) -> tuple[list[Candidate], float]:
-        """Return explanations by the most probable arm, and the log Bayes factor over all arms."""
-        arms = [replace(scene, play=p, wide=max(WIDES)) for p in PLAYS if scene.zeros]
+    def _compared(self, scene: Scene) -> FaultComparison:
+        """Return explanations by the most probable arm, and their evidence over all arms."""
+        arms = [replace(scene, play=play, wide=max(WIDES)) for play in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
         comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
-        # sound is compared first
         sound = [candidates[0].log_evidence for candidates in comparisons]
-        fault = list[float]()
-        for _, *faults in comparisons:
-            fault.append(float(np.logaddexp.reduce([c.log_evidence for c in faults])))
-        evidence = np.logaddexp.reduce(fault) - np.logaddexp.reduce(sound)
-        return comparisons[int(np.argmax(np.logaddexp(fault, sound)))], float(evidence)
+        causes = [evidence_of(candidates[1:]) for candidates in comparisons]
+        evidence = np.logaddexp.reduce(causes) - np.logaddexp.reduce(sound)
+        likeliest = int(np.argmax(np.logaddexp(causes, sound)))
+        first, *others = comparisons[likeliest]
+        return FaultComparison(first, others, float(evidence))
 
-    def _elsewhere(
-        self, placements: Sequence[Placement], arm: Scene
-    ) -> Iterator[tuple[float, Sequence[Placement], Fault]]:
-        """Yield evidence, corrected placements and fault of samples in another socket."""
+    def _relabellings(
+        self, placements: Sequence[Placement], comparison: FaultComparison
+    ) -> list[Relabelling]:
+        """Return samples that may be of another socket, and what they would be evidence of.
+
+        None are looked for where one small fault leaves nothing more, nor beside another fault,
+        which only both together would explain.
+        """
+        arm, best = comparison.sound.scene, comparison.best
+        is_small = best.parameters.get("size", math.inf) < SMALL
+        leaves_nothing = best.sigma < CLEAN * arm.noise
+        if arm.explained or (is_small and leaves_nothing and comparison.factor(best) > EVIDENCE):
+            return []
         *before, placement = placements
-        runs = list(_runs(placement))
+        runs = list(runs_of(placement))
         prior = math.log(FORGOTTEN / max(len(runs), 1))
         errors = self._left(placements, arm.x, runs)
         limit = min([TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]])
-        for rows, socket in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
-            samples = tuple(
-                replace(s, socket=socket) if i in rows else s
-                for i, s in enumerate(placement.samples)
-            )
-            relabelled = [*before, replace(placement, samples=samples)]
-            scene = replace(self.scene(relabelled, arm.x), play=arm.play, wide=arm.wide)
+        relabellings = list[Relabelling]()
+        for run in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
+            parts = [*before, relabelled(placement, run)]
+            scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
-            log = sound.log_evidence + prior
-            yield log, relabelled, _forgotten(placement, len(before), rows, socket, sound.sigma)
+            fault = forgotten(placement, len(before), run, sound.sigma)
+            evidence = sound.log_evidence + prior - comparison.sound.log_evidence
+            relabellings.append(Relabelling(parts, replace(fault, evidence=evidence)))
+        return relabellings
 
     def _left(
-        self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[tuple[range, int]]
+        self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[Run]
     ) -> list[float]:
         """Return the mean error of a linear fit with each of some runs corrected [m]."""
         count = max(ABOUT // (len(placements) or 1), FEW)
@@ -200,71 +177,3 @@ class LiveCheck:
             fit = self._model.fit(Samples(q, sockets), STEPS, x, linear)
             errors.append(float(fit.errors.mean()))
         return errors
-
-
-def _runs(placement: Placement) -> Iterator[tuple[range, int]]:
-    """Yield samples at a change of socket that may be numbered wrongly, and their true socket."""
-    sockets = [sample.socket for sample in placement.samples]
-    changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
-    for first, end in pairwise([0, *changes, len(sockets)]):
-        before = sockets[first - 1] if first else sockets[0] + 1
-        for last in range(first + 1, end + 1) if first else ():
-            yield range(first, last), before
-        for begin in range(end - 1, first, -1):
-            yield range(begin, end), sockets[end] if end < len(sockets) else before
-
-
-def _forgotten(placement: Placement, index: int, rows: range, socket: int, noise: float) -> Fault:
-    numbers = tuple(_number(placement, i) for i in rows)
-    label = placement.samples[rows[0]].socket
-    many = f"samples {numbers[0]} to {numbers[-1]} lie"
-    which = many if numbers[-1] != numbers[0] else f"sample {numbers[0]} lies"
-    text = f"{which} in socket {socket}, not {label}"
-    hypothesis = Hypothesis(
-        "socket",
-        1.0,
-        {"placement": placement.name, "sample": rows[0], "socket": label, "noise": noise},
-        text,
-        "was a change of socket forgotten?",
-        "",
-    )
-    return Fault(hypothesis, index, numbers, 0.0, socket)
-
-
-def _number(placement: Placement, row: int) -> int:
-    return placement.samples[row].number or row + 1
-
-
-def _rivals(
-    candidates: Sequence[Candidate], logs: Sequence[float], best: int
-) -> tuple[Hypothesis, ...]:
-    """Return the best of each other kind that is nearly as probable, the most probable first."""
-    rivals: dict[str, Hypothesis] = {}
-    order: list[int] = np.argsort(logs[: len(candidates)])[::-1].tolist()
-    for i in order:
-        candidate = candidates[i]
-        is_near = logs[best] - logs[i] < RIVAL
-        if is_near and candidate.kind.name not in (candidates[best].kind.name, *rivals):
-            rivals[candidate.kind.name] = _fault(candidate, logs[i]).hypothesis
-    return tuple(rivals.values())
-
-
-def _fault(candidate: Candidate, evidence: float) -> Fault:
-    scene, p = candidate.scene, candidate.parameters
-    names = [m.name for m in scene.measurements]
-    place = names.index(p["placement"]) if "placement" in p else len(names) - 1
-    placement, rows = scene.measurements[place].placement, scene.places[place]
-    first, last = 0, len(placement.samples)
-    if "sample" in p:
-        in_socket = scene.sockets[rows] == scene.labels.index((names[place], p["socket"]))
-        first = int(scene.times[place][np.argmax(in_socket & (scene.numbers[rows] == p["sample"]))])
-    if candidate.kind.name == "ball_sample":
-        last = first + 1
-    numbers = tuple(_number(placement, i) for i in range(first, last))
-    hypothesis = candidate.hypothesis()
-    if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
-        joint = scene.robot.joint_names.index(p["joint"])
-        arms = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
-        size = abs(p["offset"]) * float(arms.mean())
-        hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
-    return Fault(hypothesis, place, numbers, evidence)

@@ -1,0 +1,98 @@
+"""A fault of a recording session, and the comparison with sound samples that names it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...recorder import Placement
+from ..results import Hypothesis
+from .hypotheses import Candidate
+
+RIVAL = 3.0
+"""Log Bayes factor up to which a fault of another kind counts as nearly as probable."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a session, with the samples that it concerns."""
+
+    hypothesis: Hypothesis
+    placement: int
+    samples: tuple[int, ...]
+    """Numbers of the samples that are affected, as they were recorded."""
+    evidence: float
+    """Logarithm of its probability beside that of sound samples."""
+    socket: int | None = None
+    """Socket in which the ball truly was, where it was in another."""
+    rivals: tuple[Hypothesis, ...] = ()
+    """Other kinds of fault that are nearly as probable, the most probable first."""
+
+
+@dataclass(frozen=True)
+class FaultComparison:
+    """Explanations of some samples, compared with the hypothesis of sound ones."""
+
+    sound: Candidate
+    causes: Sequence[Candidate]
+    evidence: float
+    """Log Bayes factor of all causes together, over all arms that may be."""
+
+    @cached_property
+    def best(self) -> Candidate:
+        """The most probable cause."""
+        return max(self.causes, key=self.factor)
+
+    def factor(self, candidate: Candidate) -> float:
+        """Return the log Bayes factor of a candidate against sound samples."""
+        return candidate.log_evidence - self.sound.log_evidence
+
+    @property
+    def fault(self) -> Fault:
+        """The most probable cause as a fault, with its rivals."""
+        return replace(fault_of(self.best, self.factor(self.best)), rivals=self.rivals)
+
+    @property
+    def rivals(self) -> tuple[Hypothesis, ...]:
+        """The best of each other kind that is nearly as probable, the most probable first."""
+        rivals = dict[str, Hypothesis]()
+        for candidate in sorted(self.causes, key=self.factor, reverse=True):
+            name = candidate.kind.name
+            is_near = self.factor(self.best) - self.factor(candidate) < RIVAL
+            if is_near and name not in (self.best.kind.name, *rivals):
+                rivals[name] = fault_of(candidate, self.factor(candidate)).hypothesis
+        return tuple(rivals.values())
+
+
+def evidence_of(candidates: Sequence[Candidate]) -> float:
+    """Return the logarithm of the evidence of several candidates together."""
+    return float(np.logaddexp.reduce([candidate.log_evidence for candidate in candidates]))
+
+
+def fault_of(candidate: Candidate, evidence: float) -> Fault:
+    """Return a candidate as a fault, with the samples from its first one on."""
+    scene, p = candidate.scene, candidate.parameters
+    names = [m.name for m in scene.measurements]
+    place = names.index(p["placement"]) if "placement" in p else len(names) - 1
+    placement, rows = scene.measurements[place].placement, scene.places[place]
+    first, last = 0, len(placement.samples)
+    if "sample" in p:
+        label = scene.labels.index((names[place], p["socket"]))
+        is_first = (scene.sockets[rows] == label) & (scene.numbers[rows] == p["sample"])
+        first = int(scene.times[place][np.argmax(is_first)])
+    if candidate.kind.name == "ball_sample":
+        last = first + 1
+    numbers = tuple(number_of(placement, i) for i in range(first, last))
+    hypothesis = candidate.hypothesis()
+    if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
+        joint = scene.robot.joint_names.index(p["joint"])
+        arms = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
+        size = abs(p["offset"]) * float(arms.mean())
+        hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
+    return Fault(hypothesis, place, numbers, evidence)
+
+
+def number_of(placement: Placement, row: int) -> int:
+    """Return a sample's number as it was recorded, or its place from 1 on."""
+    return placement.samples[row].number or row + 1
