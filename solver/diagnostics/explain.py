@@ -4,9 +4,8 @@ The most probable one is added to the nuisances, and all others are compared aga
 sound recordings is the most probable.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ..data import Known, Load, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
-from .hypotheses import KINDS, Candidate, Comparison, Scene
+from .hypotheses import KINDS, Candidate, Comparison, Kind, Scene
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 from .samples import medians, samples_of
 from .stuck import of_stuck
@@ -118,70 +117,102 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
 
 def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
     """Return causes, and all explanations at the round of the first error."""
-    findings, listed = list[Candidate](), tuple[Hypothesis, ...]()
-    decided, explained, kinds = False, set[str](), KINDS
+    causes, listed = list[Candidate](), tuple[Hypothesis, ...]()
     if len(scene.q) < LEAST:
-        return findings, listed
+        return causes, listed
+    decided, kinds, residuals = False, KINDS, set[str]()
     for _ in range(ROUNDS):
-        options = Comparison(scene, kinds).candidates
-        if scene.readings is None and "samples" not in explained:
-            sound = shares_of(options)["sound"] >= SURE
-            likeliest = max(options, key=lambda o: o.log_evidence)
-            options += of_columns(model, scene, likeliest, sound=sound)
-            options += [] if sound else of_stuck(model, scene)
-        shares = shares_of(options)
-        likely = max(shares, key=lambda name: shares[name])
-        listed = listed or listed_of(options, shares)
-        if likely == "sound" or shares["sound"] >= SURE:
+        candidates = _candidates(model, scene, kinds, residuals)
+        shares = shares_of(candidates)
+        listed = listed or listed_of(candidates, shares)
+        accepted = _accepted(candidates, shares)
+        if not accepted:
             break
-        of_kind = [o for o in options if o.kind.name == likely]
-        of_kind.sort(key=lambda o: -o.log_evidence)
-        sure = [o for o in of_kind if o.kind.separate and o.log_evidence > options[0].log_evidence]
-        of_kind = sure or of_kind[:1]
-        first, *alternatives = of_kind
+        first, *alternatives = accepted
         if len(scene.q) < MORE and first.kind.level != "error":
-            listed = listed if findings else ()
+            listed = listed if causes else ()
             break
-        if "placement" not in first.parameters:
-            if explained & first.residuals:
+        if first.of_all:
+            if residuals & first.residuals:
                 break  # residuals of one global cause would look like another
-            explained |= first.residuals
-        findings += of_kind
+            residuals |= first.residuals
+        causes += accepted
         if not decided and first.kind.level == "error":
-            listed, decided = listed_of(options, shares), True
+            listed, decided = listed_of(candidates, shares), True
         if first.has_no_effect:
             kinds = tuple(kind for kind in kinds if kind is not first.kind)
-        before, scene = scene, _scene_after(model, first)
-        if "placement" not in first.parameters and first.kind.noise is None:
-            scene = replace(scene, floors=())  # of fits without it
-        addition = list(
-            chain.from_iterable(o.after().explained[len(before.explained) :] for o in alternatives)
-        )
-        scene = replace(scene, explained=(*scene.explained, *addition))
-    return findings, listed
+        scene = _beside(_scene_after(model, first), alternatives)
+    return causes, listed
+
+
+def _candidates(
+    model: RigidModel, scene: Scene, kinds: Sequence[Kind], residuals: Collection[str]
+) -> list[Candidate]:
+    """Return all explanations of a scene, sound recordings first.
+
+    The meaning of columns is asked where no cause of all samples was accepted before.
+    """
+    candidates = Comparison(scene, kinds).candidates
+    if scene.readings is not None or "samples" in residuals:
+        return candidates
+    sound = shares_of(candidates)["sound"] >= SURE
+    likeliest = max(candidates, key=lambda candidate: candidate.log_evidence)
+    candidates += of_columns(model, scene, likeliest, sound=sound)
+    if not sound:
+        candidates += of_stuck(model, scene)
+    return candidates
+
+
+def _accepted(candidates: Sequence[Candidate], shares: Mapping[str, float]) -> list[Candidate]:
+    """Return what is right of the most probable kind, the best first; none where all is sound."""
+    likeliest = max(shares, key=lambda name: shares[name])
+    if likeliest == "sound" or shares["sound"] >= SURE:
+        return []
+    of_kind = [candidate for candidate in candidates if candidate.kind.name == likeliest]
+    of_kind.sort(key=lambda candidate: -candidate.log_evidence)
+    sound = candidates[0]
+    separate = [c for c in of_kind if c.kind.separate and c.log_evidence > sound.log_evidence]
+    return separate or of_kind[:1]
+
+
+def _beside(scene: Scene, alternatives: Sequence[Candidate]) -> Scene:
+    """Return a scene in which more candidates of the same round are right, too."""
+    explained = list(scene.explained)
+    for candidate in alternatives:
+        explained += candidate.after().explained[len(candidate.scene.explained) :]
+    return replace(scene, explained=tuple(explained))
 
 
 def _scene_after(model: RigidModel, accepted: Candidate) -> Scene:
-    """Return the scene where an explanation is right, fitted again where it turns joints by much.
+    """Return the scene where an explanation is right, fitted anew where it turns joints."""
+    kind = accepted.kind
+    right = accepted if kind.turns is None else _turned_back(model, accepted)
+    scene = right.after()
+    if accepted.of_all and kind.noise is None:
+        return replace(scene, floors=())  # of fits without it
+    return scene
+
+
+def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
+    """Return an explanation after a fit of joints that are turned back by it.
 
     There its unknown stays among the nuisances: its size is known only so well.
     """
-    scene, kind, names = accepted.scene, accepted.kind, accepted.block.parameters[0]
-    if kind.turns is None:
-        return accepted.after()
-    joint = scene.robot.joint_names.index(names["joint"])
+    scene, kind, parameters = accepted.scene, accepted.kind, accepted.parameters
+    assert kind.turns is not None
+    joint = scene.robot.joint_names.index(parameters["joint"])
     measurements = list[Measurement]()
     for m in scene.measurements:
         offsets = np.zeros_like(m.positions)
         turns = kind.turns(m.placement.positions[:, joint])
-        offsets[:, joint] = -accepted.parameters["offset"] * turns
+        offsets[:, joint] = -parameters["offset"] * turns
         measurements.append(m.shifted(offsets))
     fit = model.fit(samples_of(measurements).thinned(ABOUT, FEW), start=scene.x)
     corrected = replace(scene, measurements=tuple(measurements))
     fitted = replace(corrected, x=fit.x, centres=fit.centres, R=fit.R)
     (block,) = kind.blocks(fitted)
     unknown = block.only([joint])
-    return replace(accepted, scene=fitted, block=unknown).after()
+    return replace(accepted, scene=fitted, block=unknown)
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

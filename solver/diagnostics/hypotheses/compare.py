@@ -1,11 +1,11 @@
 """Comparison of all explanations by Bayes' rule, and the scene once one was accepted."""
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, groupby, repeat
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,10 @@ the former trials."""
 TINY = 0.1
 """Largest joint position, below which another unit is likely [rad]: 4 rad, taken for degrees, are
 0.07."""
-REFINED = 3
-"""Candidates of each kind whose evidence is refined."""
+REFINED, SEPARATE = 3, 60
+"""Candidates of each kind whose evidence is refined, and of one of which several may be right."""
+NEAR = 30.0
+"""Log Bayes factor from the best, beyond which none is refined."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class Candidate:
         place = names.get("placement")
         concerned = [m for m in self.scene.measurements if place in (None, m.name)]
         return "frame" in names or all(m.kind == "points" for m in concerned)
+
+    @property
+    def of_all(self) -> bool:
+        """True where it concerns all placements, or the arm."""
+        return "placement" not in self.parameters
 
     @property
     def has_no_effect(self) -> bool:
@@ -112,31 +119,42 @@ class Comparison:
         scene, blocks = self.scene, list(kind.blocks(self.scene))
         total = sum(len(block.parameters) for block in blocks)
         # the noise of servos is never much less
-        default = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
-        noise = default if kind.noise is None else kind.noise(scene)
-        prior = self._base + noise.log_density(self._trials)
-        rough: list[tuple[float, int, int, int]] = []
-        for b, block in enumerate(blocks):
-            logs = self.evidence.log_ratios(block, self._trials).max(axis=1)
-            logs = logs + prior[:, None]
-            best = np.argmax(logs, axis=0)
-            values: list[float] = logs[best, np.arange(len(best))].tolist()
-            rough += [
-                (v, b, trial, c) for c, (v, trial) in enumerate(zip(values, best, strict=True))
-            ]
-        rough.sort(reverse=True)
-        likeliest = [r for r in rough if r[0] > rough[0][0] - 30][
-            : 60 if kind.separate else REFINED
-        ]
-        for (b, trial), some in itertools.groupby(
-            sorted(r[1:] for r in likeliest), key=lambda r: r[:2]
-        ):
-            few = blocks[b].only([c for *_, c in some])
-            trials = self._trials[trial] * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
+        usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
+        noise = usual if kind.noise is None else kind.noise(scene)
+        prior = math.log(STEP * kind.prior / max(total, 1))
+        for trial, few in self._likeliest(blocks, noise, SEPARATE if kind.separate else REFINED):
+            trials = trial * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
             base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
             ratios = np.logaddexp.reduce(self.evidence.log_ratios(few, trials), axis=1)
             logs = ratios + base[:, None]
-            evidences = np.logaddexp.reduce(logs, axis=0) + math.log(STEP * kind.prior / total)
-            for c, (log, best) in enumerate(zip(evidences, np.argmax(logs, axis=0), strict=True)):
-                sigma = float(trials[best])
-                yield Candidate(kind, few.only([c]), float(log), sigma, scene, self.evidence)
+            evidence = np.logaddexp.reduce(logs, axis=0) + prior
+            best = trials[np.argmax(logs, axis=0)]
+            for c, (log, sigma) in enumerate(zip(evidence.tolist(), best.tolist(), strict=True)):
+                yield Candidate(kind, few.only([c]), log, sigma, scene, self.evidence)
+
+    def _likeliest(
+        self, blocks: Sequence[Block], noise: NoisePrior, count: int
+    ) -> Iterator[tuple[float, Block]]:
+        """Yield the best columns of each block by few trials, and the noise at which they are."""
+        prior = self._base + noise.log_density(self._trials)
+        rough = list[_Trial]()
+        for b, block in enumerate(blocks):
+            logs = self.evidence.log_ratios(block, self._trials).max(axis=1) + prior[:, None]
+            trials = np.argmax(logs, axis=0).tolist()
+            evidence = logs.max(axis=0).tolist()
+            rough += map(_Trial, evidence, repeat(b), trials, range(len(trials)))
+        rough.sort(reverse=True)
+        near = [trial for trial in rough[:count] if trial.evidence > rough[0].evidence - NEAR]
+        near.sort(key=lambda trial: trial[1:])
+        for (b, noise_index), group in groupby(near, key=lambda trial: (trial.block, trial.noise)):
+            columns = [trial.column for trial in group]
+            yield float(self._trials[noise_index]), blocks[b].only(columns)
+
+
+class _Trial(NamedTuple):
+    """A candidate's evidence by one of few trials of the noise."""
+
+    evidence: float
+    block: int
+    noise: int
+    column: int
