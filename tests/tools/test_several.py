@@ -79,8 +79,9 @@ def test_two_arms_are_written_each_and_together(cell, true_panda, tmp_path, comm
     words = ("validate", out, *trained, "--distance", "0.05")
     refused("--tool-to-tool and --distance: give one of the two", *words)
     for file in (".", "sheet", "sheet.doc"):
-        status, _, told = command("report", out, "--certificate", file)
-        assert status == 2 and "end its name in .pdf or .html" in told
+        refused(f"--certificate {file}: end its name in .pdf", "report", out, "--certificate", file)
+    sheet = ("--certificate", tmp_path / "sheet.html")
+    refused("mukca report: left: a certificate rests on held-out", "report", out, *sheet)
     for verb in ("poses", "rezero", "tool", "handeye --camera on-arm"):
         refused(f"name one of {out / 'left'}, {out / 'right'}", *verb.split(), out, "q.csv")
 
@@ -148,7 +149,9 @@ def used_again(out, cell, command):
     ):
         status, text, _ = command(verb, out / "arms.json", *words, "--json")
         assert status in (0, 1, 3) and set(json.loads(text)["robots"]) == {"left", "right"}
-    assert (out / "again" / "right" / "report.html").is_file() and (out / "arm_left.urdf").is_file()
+    assert (out / "again" / "right" / "report.html").is_file() and (
+        out / "arm_left.urdf"
+    ).is_file()
     (front,) = mukca.read_placements(cell / "right" / "front")
     q, sockets = front.positions - 5e-3 * np.eye(6)[2], front.sockets.tolist()
     since = mukca.Placement.of_arrays("since", q, sockets, distance=front.distance)

@@ -19,15 +19,15 @@ from .commands.main import main as main
 from .console import Terminal as Terminal
 from .console import table as table
 from .defect import report_defect as report_defect
+from .each_arm import for_each_arm as for_each_arm
+from .each_arm import one_arm as one_arm
 from .robots import DISTANCES as DISTANCES
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS
 from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
 from .robots import WorkerOptions as WorkerOptions
-from .robots import for_each_arm as for_each_arm
 from .robots import measured_of as measured_of
-from .robots import one_arm as one_arm
 from .robots import read_data as read_data
 from .robots import split_by_robot as split_by_robot
 from .robots import survey_of as survey_of

@@ -1,19 +1,16 @@
-"""Options of a robot or several, their placements, the workers of a verb, and each arm in turn."""
+"""Options of a robot or several, their placements, and the workers of a verb."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import wraps
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypedDict
 
 from ... import recorder
-from ...solver import assessment, calibration, data, diagnostics
+from ...solver import assessment, data, diagnostics
 from ...solver import robot as robots
 from ...solver.calibration import SolveOptions, UsageError
 from .. import parallel
 from .arguments import Options, option
-from .console import Terminal
 
 DISTANCES = (0.01, 3.0)
 """Range of a distance between sockets [m]: they hold balls side by side, in an arm's reach."""
@@ -147,7 +144,7 @@ def split_by_robot(
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
     no robot, or to train on and named for the test too, is a UsageError.
     """
-    training, test_folders = _by_robot(train, sources), _by_robot(test, sources)
+    training, test_folders = paths_by_robot(train, sources), paths_by_robot(test, sources)
     tested: dict[str, list[Path]] = {name: [] for name in sources}
     left_out: list[str] = []
     for name, paths in test_folders.items():
@@ -166,7 +163,8 @@ def split_by_robot(
     return training, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
 
 
-def _by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict[str, list[Path]]:
+def paths_by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict[str, list[Path]]:
+    """Return placements by robot, as :func:`split_by_robot` reads them."""
     if "" in sources:
         return {"": list(paths)}
     by_robot: dict[str, list[Path]] = {name: [] for name in sources}
@@ -257,61 +255,3 @@ class WorkerOptions(Options):
     def workers(self) -> "parallel.Workers":
         """Workers that were asked for."""
         return parallel.Workers(self.processes, self.cluster)
-
-
-class _Kept(Terminal):
-    """Keeps the JSON of each robot, to be written as one object."""
-
-    def __init__(self, terminal: Terminal) -> None:
-        super().__init__(json=terminal.json, brief=terminal.brief)
-        self.robots: dict[str, Any] = {}
-        self.name = ""
-
-    def emit(self, value: Any) -> None:
-        """Keep an object by the robot's name."""
-        self.robots[self.name] = value if isinstance(value, dict) else value.as_dict()
-
-
-def one_arm(file: Path) -> Path:
-    """Return the ``calibration.json`` of a single robot; several are a UsageError."""
-    files = calibration.calibration_files(file)
-    if "" not in files:
-        folders = ", ".join(str(path.parent) for path in files.values())
-        raise UsageError(f"{file}: holds several robots; name one of {folders}")
-    return files[""]
-
-
-OUTPUTS = ("out", "certificate")
-"""Options that name what is written; of several robots each has its own."""
-
-
-def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:
-    """Verb that runs for each robot of a calibration, and returns the worst exit status.
-
-    Each has placements of its own, ``NAME:PATH``, and writes what is named after it.
-    """
-
-    @wraps(run)
-    def run_all(options: Any, terminal: Terminal) -> int:
-        files = calibration.calibration_files(options.calibration)
-        if "" in files:
-            return run(replace(options, calibration=files[""]), terminal)
-        output, statuses = _Kept(terminal), list[int]()
-        outputs = {name: getattr(options, name, None) for name in OUTPUTS}
-        recordings = _by_robot(options.data, files) if hasattr(options, "data") else None
-        for output.name, file in files.items():
-            settings: dict[str, Any] = {"calibration": file}
-            for name, out in outputs.items():
-                if out is not None and out.suffix:
-                    settings[name] = out.with_name(f"{out.stem}_{output.name}{out.suffix}")
-                elif out is not None:
-                    settings[name] = out / output.name
-            if recordings is not None:
-                settings["data"] = recordings[output.name]
-            if recordings is None or settings["data"]:
-                terminal.say(f"Robot {output.name}")
-                statuses.append(run(replace(options, **settings), output))
-        terminal.emit({"robots": output.robots})
-        return assessment.worst(statuses)
-
-    return run_all

@@ -50,6 +50,14 @@ def test_a_sheet_without_held_out_places_is_refused(command, refused, session, t
     assert not (tmp_path / "sheet.html").exists()
 
 
+def test_a_sheet_that_is_there_is_refused_before_anything_is_written(refused, calibrated, tmp_path):
+    sheet, out = tmp_path / "sheet.html", tmp_path / "out"
+    sheet.write_text("signed")
+    words = (calibrated, "--certificate", sheet, "--out", out)
+    refused(f"{sheet}: exists", "report", *words)
+    assert not out.exists()
+
+
 def texts(pdf):
     """The words that a PDF shows, in their order."""
     streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, re.S)

@@ -75,10 +75,14 @@ class _ReportOptions(cli.OutputOptions):
     json: bool = cli.option(False, "print report.json, SI units", group="output")
 
 
-@cli.for_each_arm
 def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
-    """Write the report, and show it in short."""
+    """Write the report of each arm, and show it in short."""
     report.check_certificate(options.certificate)
+    return _report(options, terminal)
+
+
+@cli.for_each_arm
+def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     document = results.read_calibration(options.calibration)
     lengths = SolveOptions(known=options.known).validated().distances
     limits = assessment.Options(
@@ -96,6 +100,7 @@ def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     if sheet is not None:
         content = report.certificate(document, document_of_report, sheet.suffix.lower())
         signed[sheet.name] = content
+        new_files(sheet.parent, signed, force=options.force)
     folder = options.calibration.parent if options.out is None else options.out
     new = write_report(folder, files, force=options.force)
     report.show(terminal.console, document_of_report)
@@ -118,14 +123,20 @@ def metres(length: float | None) -> float | None:
 
 def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> bool:
     """Write a report's files, unless they are there already; return if anything was written."""
+    new = new_files(folder, contents, force=force)
+    if new:
+        results.write_files(folder, new)
+    return bool(new)
+
+
+def new_files(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> dict[str, bytes]:
+    """Return the files that are not there yet; an OutputError if others of their names are."""
     existing = {
         name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()
     }
     new = {name: data for name, data in contents.items() if existing.get(name) != data}
     results.refuse_existing(folder, new, force=force)
-    if new:
-        results.write_files(folder, new)
-    return bool(new)
+    return new
 
 
 def emit_with_page(
