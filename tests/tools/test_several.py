@@ -144,12 +144,12 @@ def used_again(out, cell, command):
     places = [f"{name}:{cell / name / 'front'}" for name in ("left", "right")]
     for verb, *words in (
         ("validate", *places),
-        ("report", "--out", out / "again"),
+        ("report", "--out", out / "again-1.0"),
         ("export", "--to", "urdf", "--out", out / "arm.urdf"),
     ):
         status, text, _ = command(verb, out / "arms.json", *words, "--json")
         assert status in (0, 1, 3) and set(json.loads(text)["robots"]) == {"left", "right"}
-    assert (out / "again" / "right" / "report.html").is_file() and (
+    assert (out / "again-1.0" / "right" / "report.html").is_file() and (
         out / "arm_left.urdf"
     ).is_file()
     (front,) = mukca.read_placements(cell / "right" / "front")

@@ -118,7 +118,7 @@ def _outputs_of_arm(options: Any, name: str) -> Mapping[str, Path]:
         path = getattr(options, entry.name)
         if path is None:
             continue
-        if path.suffix:
+        if path.suffix and entry.metadata["metavar"] != "DIR":
             outputs[entry.name] = path.with_name(f"{path.stem}_{name}{path.suffix}")
         else:
             outputs[entry.name] = path / name
