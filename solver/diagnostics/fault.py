@@ -26,7 +26,7 @@ class Fault:
     """Logarithm of its probability beside that of sound samples."""
     socket: int | None = None
     """Socket in which the ball truly was, where it was in another."""
-    rivals: tuple[Hypothesis, ...] = ()
+    rivals: tuple["Fault", ...] = ()
     """Other kinds of fault that are nearly as probable, the most probable first."""
 
 
@@ -54,14 +54,14 @@ class FaultComparison:
         return replace(fault_of(self.best, self.factor(self.best)), rivals=self.rivals)
 
     @property
-    def rivals(self) -> tuple[Hypothesis, ...]:
+    def rivals(self) -> tuple[Fault, ...]:
         """The best of each other kind that is nearly as probable, the most probable first."""
-        rivals = dict[str, Hypothesis]()
+        rivals = dict[str, Fault]()
         for candidate in sorted(self.causes, key=self.factor, reverse=True):
             name = candidate.kind.name
             is_near = self.factor(self.best) - self.factor(candidate) < RIVAL
             if is_near and name not in (self.best.kind.name, *rivals):
-                rivals[name] = fault_of(candidate, self.factor(candidate)).hypothesis
+                rivals[name] = fault_of(candidate, self.factor(candidate))
         return tuple(rivals.values())
 
 

@@ -75,10 +75,16 @@ class SessionAlarms:
             cause, words, form = "base", "BASE MOVED", AROUND
         sentence = hypothesis.text.partition(",")[0]
         text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
-        for rival in _rivals(fault) if form != AROUND else ():
-            text = f"{text}; as likely {ALSO[rival.name].format_map(_shown(rival))}"
-            cause = "base" if rival.name == "base_moved" else cause
-        return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+        rival = _rival(fault)
+        if rival is None or form == AROUND:
+            return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+        other = rival.hypothesis
+        statement = text.partition(";")[0]  # without the question that follows
+        text = f"{statement}; as likely {ALSO[other.name].format_map(_shown(other))}"
+        if other.name != "base_moved":
+            return Alarm(cause, words, text, fault.samples)
+        # its cure moves the samples since then: a drift concerns all
+        return Alarm("base", words, text, rival.samples)
 
 
 def _size(hypothesis: Hypothesis) -> float:
@@ -89,10 +95,10 @@ def _size(hypothesis: Hypothesis) -> float:
     return max(numbers.get("size", 0.0), difference, scatter)
 
 
-def _rivals(fault: diagnostics.Fault) -> list[Hypothesis]:
+def _rival(fault: diagnostics.Fault) -> diagnostics.Fault | None:
     """Return the second cause of samples since one that fits as well, if any."""
-    rivals = [rival for rival in fault.rivals if rival.name in ALSO]
-    return rivals[:1] if fault.hypothesis.name in ALSO else []
+    rivals = [rival for rival in fault.rivals if rival.hypothesis.name in ALSO]
+    return rivals[0] if rivals and fault.hypothesis.name in ALSO else None
 
 
 def _shown(hypothesis: Hypothesis) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Practice with a hand that goes to the proposed pose and socket, and seats the ball."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from record_commands import read
@@ -51,19 +53,33 @@ def test_it_waits_for_the_capture_and_goes_where_it_is_asked_to(panda, session, 
     assert np.abs(np.subtract(led.rest(tuple(third)), third)).max() < 0.05
 
 
-def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virtual_time):
-    def alarms(words):
-        led, poses = Led(panda, f"{session / 'front'}?follow{words}"), read(session / "front")
-        for block, socket in enumerate((0, 1, 0, 1)):
-            led.session = led.session.switched(socket)
-            for q in poses.positions[poses.sockets == socket][6 * (block // 2) :][:6]:
-                led.rest(tuple(q + 0.1))
-                led.capture()
-        placement = mukca.Placement("here", led.session.live, panda.joint_names, 0.05)
-        return [(alarm.words, alarm.samples[0]) for alarm in SessionAlarms(panda)([placement])]
+def led_with(robot, session, fault=""):
+    """A placement of a session that follows the screen, with a fault."""
+    led, poses = Led(robot, f"{session / 'front'}?follow{fault}"), read(session / "front")
+    for block, socket in enumerate((0, 1, 0, 1)):
+        led.session = led.session.switched(socket)
+        for q in poses.positions[poses.sockets == socket][6 * (block // 2) :][:6]:
+            led.rest(tuple(q + 0.1))
+            led.capture()
+    return mukca.Placement("here", led.session.live, robot.joint_names, 0.05)
 
-    assert alarms("") == []
-    assert alarms("&fault=base@13:10mm")[0] == ("BASE MOVED", 13)
+
+def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virtual_time):
+    alarms = SessionAlarms(panda)
+    assert not alarms([led_with(panda, session)])
+    moved = alarms([led_with(panda, session, "&fault=base@13:10mm")])[0]
+    assert (moved.words, moved.samples[0]) == ("BASE MOVED", 13)
+
+
+def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
+    panda, session, virtual_time
+):
+    """A drift concerns all samples: a new placement would begin with all, and drift again."""
+    placement = led_with(panda, session, "&fault=drift@9:5mm")
+    (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:18])])
+    assert (alarm.words, alarm.cause) == ("DRIFTS", "base")
+    assert alarm.text == "the base drifts, by 3.2 mm so far; as likely the base moved by 2.5 mm"
+    assert alarm.samples[0] == 13
 
 
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
