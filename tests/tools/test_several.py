@@ -70,7 +70,7 @@ def test_two_arms_are_written_each_and_together(cell, true_panda, tmp_path, comm
     again = shlex.split(json.loads(report)["command"])
     assert json.loads(command(*again[1:], "--json")[1])["left_to_right"]["xyz"] == pose["xyz"]
     used_again(out, cell, command)
-    tools_meet(out, tmp_path / "again", true_panda, command)
+    tools_meet(out, tmp_path / "again", true_panda, command, refused)
     trained = (f"left:{cell / 'left'}", f"right:{cell / 'right'}", "--tool-to-tool")
     status, _, told = command("validate", out, *trained)
     assert status == 2 and told.count("trained on, so left out") == 4
@@ -95,7 +95,7 @@ def test_arms_that_shared_one_base_are_written_without_where_they_stand(cell, tm
     assert not (out / "arms.urdf").exists() and (out / "right" / "report.html").is_file()
 
 
-def tools_meet(out, later, true_panda, command):
+def tools_meet(out, later, true_panda, command, refused):
     """Where both arms have the ball in one socket, their tools are predicted at one place."""
     arms, generator = two_arms(true_panda), np.random.default_rng(12)
     recorded = recorded_face_to_face(arms, generator, samples=4, noise=1e-4)
@@ -119,7 +119,10 @@ def tools_meet(out, later, true_panda, command):
     assert [spread["mean"], spread["max"]] == pytest.approx([np.mean(errors), max(errors)])
     assert spread["mean"] < spread["p95"] < spread["max"] < 1e-3
     status, _, told = command("validate", *words, "--limit-mm", "0.05")
-    assert status == 1 and "FAIL: 95 %" in told
+    assert status == 1 and "FAIL: 95 %" in told and "swapped" not in told
+    told = f"look swapped; type left:{later / 'left'} right:{later / 'right'}"
+    swapped = (f"left:{later / 'right'}", f"right:{later / 'left'}", "--tool-to-tool")
+    refused(told, "validate", out, *swapped)
 
 
 def used_again(out, cell, command):
@@ -173,7 +176,7 @@ def test_one_base_is_said_in_words(cell, command):
     assert "two placements cure it, three are better" in err
 
 
-def test_two_arms_of_one_type_need_no_extension():
+def test_two_arms_of_one_type_need_no_extension_and_may_be_swapped(tmp_path, command, refused):
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)
     arms = [perturb(load_robot("panda"), generator, 2e-3, 5e-3) for _ in range(2)]
@@ -181,6 +184,14 @@ def test_two_arms_of_one_type_need_no_extension():
     robots = {name: load_robot("panda") for name in ("left", "right")}
     found = mukca.calibrate(robots, dict(zip(robots, recorded, strict=True)), distance=0.05)
     assert set(found) == set(robots)
+    found.save(tmp_path / "out")
+    written_by_arm(recorded, tmp_path)
+    left, right = tmp_path / "left", tmp_path / "right"
+    words = ("validate", tmp_path / "out", "--tool-to-tool")
+    _, told, _ = command(*words, f"left:{right}", f"right:{left}")
+    assert "look swapped: exchanged, 95 % are right within 0." in told
+    assert told.endswith(f"type left:{left} right:{right}\n")
+    refused("are the same placement", *words, f"left:{left}", f"right:{left}")
 
 
 def test_the_samples_of_one_arm_are_not_those_of_another(cell, refused):

@@ -1,9 +1,12 @@
 """``mukca validate --tool-to-tool``: the distance of two arms' tools, predicted and measured."""
 
+import shlex
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from contextlib import suppress
+from itertools import chain, combinations
 from pathlib import Path
 
+from ....errors import MukcaError
 from ....solver import calibration, data
 from ....solver.assessment import mm, plural
 from ....solver.calibration import (
@@ -15,11 +18,17 @@ from ....solver.calibration import (
 )
 from ... import cli
 
+SWAPPED = 0.2
+"""Recordings of two arms look swapped where they have this share of the error once exchanged."""
+
+_Paths = Mapping[str, Sequence[Path]]
+"""Recordings of each arm, by its name."""
+
 
 def compare_tools(
     file: Path, paths: Sequence[Path], settings: SolveOptions, terminal: cli.Terminal
-) -> list[ToolToTool]:
-    """Return the errors of tool to tool of each two arms that have placements held out.
+) -> tuple[list[ToolToTool], list[str]]:
+    """Return the errors of tool to tool of each two arms, and lines on swapped recordings.
 
     Raises:
         UsageError: A single robot, or fewer than two arms with placements held out.
@@ -28,36 +37,87 @@ def compare_tools(
     if not isinstance(arms, MultiRobotCalibration):
         raise UsageError(f"{file}: --tool-to-tool needs arms that were calibrated together")
     by_robot, _, _ = cli.split_by_robot(paths, (), arms)
-    held_out: dict[str, list[data.Measurement]] = {}
-    for name, folders in by_robot.items():
-        measured = _held_out(arms, name, folders, settings, terminal) if folders else []
-        if measured:
-            held_out[name] = measured
+    by_robot = {name: folders for name, folders in by_robot.items() if folders}
+    held_out = _held_out(arms, _measured(arms, by_robot, settings), terminal)
     if len(held_out) < 2:
         raise UsageError(
             "--tool-to-tool: give placements that the calibration was not trained on, of two arms"
         )
-    return [
+    rows = [
         calibration.tool_distances(arms, {name: held_out[name] for name in names})
         for names in combinations(held_out, 2)
     ]
+    hints: list[str] = []
+    for row in rows:
+        exchanged = _exchanged(arms, by_robot, row.robots, settings)
+        if exchanged and exchanged.loaded.p95 < SWAPPED * row.loaded.p95:
+            within = f": exchanged, 95 % are right within {mm(exchanged.loaded.p95)}"
+            hints.append(_swapped_words(by_robot, row.robots, within))
+    return rows, hints
+
+
+def _measured(
+    arms: MultiRobotCalibration, by_robot: _Paths, settings: SolveOptions
+) -> dict[str, list[data.Measurement]]:
+    """Return the placements of each arm, checked; an error says whether arms look swapped."""
+    try:
+        measured = {name: _of_arm(arms, name, by_robot[name], settings) for name in by_robot}
+    except MukcaError as error:
+        for names in combinations(by_robot, 2):
+            if _exchanged(arms, by_robot, names, settings):
+                raise UsageError(f"{error}. {_swapped_words(by_robot, names)}") from None
+        raise
+    data.check_distinct(list(chain.from_iterable(measured.values())))
+    return measured
+
+
+def _of_arm(
+    arms: MultiRobotCalibration, name: str, paths: Sequence[Path], settings: SolveOptions
+) -> list[data.Measurement]:
+    arm = arms[name]
+    placements = settings.carrying(cli.read_data(paths, settings), others=True)
+    measured = [data.measure(p, arm.robot, settings.distance, sockets=1) for p in placements]
+    return [arm.as_read_now(m) for m in measured]
+
+
+def _exchanged(
+    arms: MultiRobotCalibration,
+    by_robot: _Paths,
+    names: tuple[str, str],
+    settings: SolveOptions,
+) -> ToolToTool | None:
+    """Return the errors with two arms' recordings exchanged; None where they cannot be so."""
+    first, second = names
+    with suppress(MukcaError):
+        placements = {
+            first: _of_arm(arms, first, by_robot[second], settings),
+            second: _of_arm(arms, second, by_robot[first], settings),
+        }
+        return calibration.tool_distances(arms, placements)
+    return None
+
+
+def _swapped_words(by_robot: _Paths, names: tuple[str, str], within: str = "") -> str:
+    """Return that two arms' recordings look swapped, and what to type."""
+    first, second = names
+    words = [f"{first}:{path}" for path in by_robot[second]]
+    words += [f"{second}:{path}" for path in by_robot[first]]
+    return f"Recordings of {first} and {second} look swapped{within}; type {shlex.join(words)}"
 
 
 def _held_out(
     arms: MultiRobotCalibration,
-    name: str,
-    paths: Sequence[Path],
-    settings: SolveOptions,
+    measured: Mapping[str, Sequence[data.Measurement]],
     terminal: cli.Terminal,
-) -> list[data.Measurement]:
-    """Return the placements of a robot that it was not trained on; each other is a warning."""
-    arm, held_out = arms[name], list[data.Measurement]()
-    for placement in settings.carrying(cli.read_data(paths, settings), others=True):
-        measured = data.measure(placement, arm.robot, settings.distance, sockets=1)
-        if arm.was_trained_on(measured):
-            terminal.warn(f"{name}, {measured.name}: trained on, so left out")
-        else:
-            held_out.append(arm.as_read_now(measured))
+) -> dict[str, list[data.Measurement]]:
+    """Return the arms' placements that they were not trained on; each other is a warning."""
+    held_out: dict[str, list[data.Measurement]] = {}
+    for name, placements in measured.items():
+        for placement in placements:
+            if arms[name].was_trained_on(placement):
+                terminal.warn(f"{name}, {placement.name}: trained on, so left out")
+            else:
+                held_out.setdefault(name, []).append(placement)
     return held_out
 
 

@@ -46,10 +46,11 @@ def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     if not options.tool_to_tool:
         return _validate(options, terminal)
     options.check_out()
-    rows = compare_tools(options.calibration, options.data, options.settings, terminal)
+    rows, hints = compare_tools(options.calibration, options.data, options.settings, terminal)
     limit = metres(options.limit_mm)
-    terminal.say(*lines_of(rows, limit))
-    emit_with_page(options, terminal, lines_of(rows, limit), document_of(rows, limit))
+    lines = [*lines_of(rows, limit), *hints]
+    terminal.say(*lines)
+    emit_with_page(options, terminal, lines, document_of(rows, limit))
     return 1 if status_of(rows, limit) == "fail" else 0
 
 
