@@ -126,9 +126,9 @@ class Calibration(FittedModel):
         if refusal := self.refusal(accept_distorted):
             raise DistortedError(refusal)
         contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
-        outputs = {"urdf": str(folder / "calibrated.urdf")}
-        outputs["calibration"] = str(folder / "calibration.json")
-        further: Mapping[str, bytes] = pages(self) if pages is not None else {}
+        saved = self.saved_in(folder)
+        outputs = dict(saved.document.outputs)
+        further: Mapping[str, bytes] = pages(saved) if pages is not None else {}
         if "report.html" in further:
             outputs["report"] = str(folder / "report.html")
         settings = dict(self.document.settings)
@@ -138,6 +138,15 @@ class Calibration(FittedModel):
         contents["calibration.json"] = results.encode(document, indent=1)
         results.write_files(folder, {**contents, **further})
         return outputs
+
+    def saved_in(self, folder: Path) -> "Calibration":
+        """Return the calibration with the paths in its document that :meth:`save` writes to."""
+        files = {"urdf": "calibrated.urdf", "calibration": "calibration.json"}
+        outputs = {kind: str(folder / name) for kind, name in files.items()}
+        document = msgspec.structs.replace(self.document, outputs=outputs)
+        saved = Calibration(document, self.calibrated, self.source)
+        saved.base_in = self.base_in
+        return saved
 
     def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
         """Measure the calibration on other recordings.

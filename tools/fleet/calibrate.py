@@ -135,7 +135,8 @@ def _session(
     arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
 ) -> FleetSession:
     document = calibration.document
-    report, files = build_report(calibration.assessment)
+    saved = calibration if document.distorted else calibration.saved_in(arm.out / name)
+    report, files = build_report(saved.assessment)
     outputs: dict[str, str] = {}
     if not document.distorted:
         outputs = calibration.save(arm.out / name, force=True, pages=lambda _: files)

@@ -3,6 +3,7 @@
 import json
 import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from altered import moved, row_of, statuses
 from cases import by_table
 
 import mukca
+from mukca.recorder import write_holes
 from mukca.solver.assessment import worst
 from mukca.solver.assessment.scale_check import scale_row
 from mukca.solver.results import Diagnostic, Hypothesis, Scale
@@ -224,11 +226,28 @@ def test_the_urdf_alone_is_judged_and_the_full_model_stands_beside_it(document, 
     for key in ("data", "placements"):  # with one held out, none is left to train on
         document[key] = [row for row in document[key] if not row["name"].endswith("right")]
     (step,) = report(with_geometric(document, 0.5e-3))["todo"]
-    assert step["command"].startswith("mukca command") and step["before"] == 0.5e-3
+    file = document["outputs"]["calibration"]
+    assert step["command"] == f"mukca command {Path(file).parent} poses.csv --out joints.csv"
+    assert step["before"] == 0.5e-3
+    (step,) = report({**with_geometric(document, 0.5e-3), "outputs": {}})["todo"]
+    assert step["command"].startswith("mukca command DIR ")
     assert rows(with_geometric(document, 0.2e-3))[0] == "pass"
     worse = report(with_geometric(document, 1.0))["verdict"]
     assert (worse["status"], worse["kind"], worse["use"]) == ("incomplete", "no_better", False)
     assert worse["title"] == "NO BETTER" and worse["answer"][-1].startswith("DO NOT LOAD IT")
+
+
+def test_the_step_names_the_folder_that_was_written(panda, tmp_path, command):
+    """Of an arm that bends, whose URDF alone misses the limits; the report says the same."""
+    _, bending = mukca.simulate_recordings(panda, 3, seed=3, samples=12, compliance=3e-4)
+    for placement in bending:
+        write_holes(placement, tmp_path / placement.name)
+    *train, test = [tmp_path / placement.name for placement in bending]
+    words = ("solve", *train, "--test", test, "--robot", "panda", "--distance", "0.05")
+    out = tmp_path / "results 1.0"
+    said = command(*words, "--without", "tilt", "transmission", "--out", out)[1]
+    assert f"mukca command '{out}' poses.csv --out joints.csv" in said
+    assert "is up to date" in command("report", out)[1]
 
 
 @by_table("value", "deviation", "expected", "status")

@@ -46,7 +46,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     if options.out and not refusals:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
     for name, one in robots.items():
-        result = one.assessment
+        saved = one.saved_in(options.out / name) if options.out and outputs else one
+        result = saved.assessment
         todo = figures.steps(result)
         if name and (todo or options.details):
             terminal.say(f"Robot {name}")

@@ -91,7 +91,9 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     before, after = cast("float", first.found), cast("float", first.full)
     text = "Command corrected joint positions where the limits matter; no rigid URDF keeps them"
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
-    command = "mukca command calibrated poses.csv --out joints.csv"
+    file = result.predictions.document.outputs.get("calibration")
+    folder = "DIR" if file is None else str(Path(file).parent)
+    command = shlex.join(["mukca", "command", folder, "poses.csv", "--out", "joints.csv"])
     yield Step(text, command, words, before, after)
 
 
