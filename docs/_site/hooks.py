@@ -23,6 +23,7 @@ BY_HAND = "<!-- where the site has them -->"
 OPTIONS = "<!-- every option -->"
 EXAMPLES = "<!-- every example -->"
 SAID = {"Diagnostic", "warn"}
+CODE = ast.FunctionDef | ast.Assign | ast.Call
 BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
 
 
@@ -90,12 +91,20 @@ def _messages() -> Iterator[str]:
 def _told(tree: ast.AST) -> Iterator[str]:
     """Yield what the code says to users: errors, warnings, and findings with their advice."""
     raised = {id(node.exc) for node in ast.walk(tree) if isinstance(node, ast.Raise)}
-    for node in ast.walk(tree):
+    nodes = [node for node in ast.walk(tree) if isinstance(node, CODE)]
+    variables: dict[str, str] = {}
+    for node in sorted(nodes, key=lambda node: (node.lineno, node.col_offset)):
+        match node:
+            case ast.FunctionDef():
+                variables = {}
+            case ast.Assign(targets=[ast.Name(id=variable)], value=value):
+                variables[variable] = _text(value)
         if not isinstance(node, ast.Call):
             continue
         name = ast.unparse(node.func).rpartition(".")[2]
         said = id(node) in raised or name.endswith("Error") or name in SAID
-        words = [text for argument in node.args if (text := _text(argument))]
+        texts = (variables.get(ast.unparse(word), _text(word)) for word in node.args)
+        words = [text for text in texts if text]
         if name not in BARE and said and words and len(words[-1]) > 12:
             yield "; ".join(words[-2:]) if name == "Diagnostic" else words[-1]
 

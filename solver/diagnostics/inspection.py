@@ -180,7 +180,7 @@ def inspect_all(
 def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:
     text = (
         f"fitted alone it leaves {1e3 * floor:.2f} mm, more than {MANY:.0f} times the "
-        f"{1e3 * noise:.2f} mm that are usual of this arm, and no single cause explains it"
+        f"{1e3 * noise:.2f} mm that are usual of this arm. No single cause explains it"
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
     if measured.kind == "points":

@@ -8,9 +8,15 @@ from altered import coefficients, moved, with_efforts
 from imagined import held_out
 
 import mukca
+from mukca.solver.bayes.model import effects
 
 pytestmark = pytest.mark.slow
-EXTENSIONS = ("compliance", "tilt", "transmission", "curves")
+EXTENSIONS = tuple(
+    extension
+    for extension, names in effects.EXTENSIONS.items()
+    if not any(effects.EFFECTS[name].requires for name in names)
+)
+"""Those that are tried without --zeros."""
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite"])

@@ -11,6 +11,7 @@ from cases import by_table
 from imagined import edited
 
 import mukca
+from mukca.tools.export import FORMATS
 
 
 def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path):
@@ -129,5 +130,4 @@ def test_bad_input_gets_one_line_and_writes_nothing(
 def test_help_names_every_format(export):
     status, out, _ = export("--help")
     assert status == 0 and export("x.json", "--to", "pdf", "--out", "a.csv")[0] == 2
-    formats = ("urdf", "xacro", "ur", "franka", "xarm", "lerobot", "mjcf", "c", "dh", "mdh")
-    assert all(f"\n  {name} " in out for name in formats)
+    assert all(f"\n  {name} " in out for name in FORMATS)

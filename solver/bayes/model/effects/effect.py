@@ -22,7 +22,8 @@ class Readings:
     q: Array
     """Joint positions as the encoders read them, shape (N, m) [rad]."""
     moments: Array
-    """Moments that hold the joints, shape (N, 3 m) [N m]."""
+    """Moments that hold the joints, shape (N, 3 m) [N m]: about the axes :data:`OWN` of all joints,
+    which are their torques, then about :data:`ACROSS_1`, then about :data:`ACROSS_2`."""
     clocks: "Array | None" = None
     """Index, time and temperature, shape (N, 3); None for poses that are no samples."""
 
