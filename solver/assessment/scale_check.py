@@ -30,7 +30,7 @@ _SOURCES = {
 
 def distance_text(placements: Sequence[PlacementErrors]) -> str:
     """Return which distances between sockets the scale rests on, and where they are from."""
-    rows = [row for row in placements if row.role == "train" and len(row.samples) > 1]
+    rows = [row for row in placements if row.role == "train" and row.has_distance]
     points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in rows]), rows, strict=True):
@@ -66,7 +66,7 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
     premises: list[Premise] = []
     for placement in rows:
         source = _source(placement, document)
-        if placement.distance is None or source not in _TYPED:
+        if placement.distance is None or not placement.has_distance or source not in _TYPED:
             continue
         effect = STEP / placement.distance
         twice = ", read twice" if (placement.distance_readings or 1) > 1 else ""
@@ -99,15 +99,14 @@ def assumed_distances(document: CalibrationDocument) -> list[float]:
     return [
         row.distance or 0.0
         for row in document.placements
-        if row.role == "train" and row.kind == "sockets" and len(row.samples) > 1
-        if _source(row, document) not in _TYPED
+        if row.role == "train" and row.has_distance and _source(row, document) not in _TYPED
     ]
 
 
 def most_readings(placements: Sequence[PlacementErrors]) -> int:
     """Return how many readings agree on the distance of a placement trained on, at the most."""
-    readings = (row.distance_readings or 1 for row in placements if row.role == "train")
-    return max(readings, default=1)
+    rows = (row for row in placements if row.role == "train" and row.has_distance)
+    return max((row.distance_readings or 1 for row in rows), default=1)
 
 
 def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | None:

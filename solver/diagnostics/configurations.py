@@ -1,6 +1,7 @@
 """Checks that need no fit: few or like samples, joints that stood still, and known distances."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, product
@@ -15,6 +16,7 @@ from ..data import (
     KnownDistance,
     Measurement,
     find_socket,
+    whole_name,
 )
 from ..results import Diagnostic
 from ..robot import Robot
@@ -180,15 +182,18 @@ def single_socket_diagnostics(
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length.
 
-    Beside one with two sockets they tell of the arm's shape alone.
+    Beside one with two sockets they tell of the arm's shape alone. Of those that were divided, what
+    was done says so.
     """
     named_lengths = named(measurements, lengths)
     ends = chain.from_iterable((k.first, k.second) for k in named_lengths)
     scaled = {name for name, _ in ends}
     sized = [m for m in measurements if m.has_distance or m.name in scaled]
     level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
+    parts = Counter(whole_name(m.name) for m in measurements)
     if not sized:
         level, code, use = "error", "lone", "so solve refuses it"
+        parts.clear()
     return [
         Diagnostic(
             level,
@@ -199,6 +204,7 @@ def single_socket_diagnostics(
         )
         for m in measurements
         if m.kind == "sockets" and not m.has_distance and m.name not in scaled
+        if parts[whole_name(m.name)] < 2
     ]
 
 

@@ -46,6 +46,11 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
     """Standard deviation of the full model's distance error, where it was held out [m]."""
 
     @property
+    def has_distance(self) -> bool:
+        """True where the distance is between two sockets that have samples."""
+        return self.distance is not None and len(self.samples) > 1
+
+    @property
     def loaded(self) -> Metrics:
         """By ``calibrated.urdf``, which is what a user loads."""
         return self.geometric or self.calibrated
