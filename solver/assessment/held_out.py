@@ -18,7 +18,7 @@ from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
-NOTHING_HELD_OUT = "no placement was held out; record another and add it by --test"
+NOTHING_HELD_OUT = "no placement was held out; record another and add it by solve --test"
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""

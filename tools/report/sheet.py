@@ -59,7 +59,8 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     held_out, verdict, provenance = report.summary.test, report.verdict, report.provenance
     if held_out is None:
         raise CertificateError(
-            "a certificate rests on held-out placements, and there is none: hold one out by --test"
+            "a certificate rests on held-out placements, and there is none: hold one out by "
+            "solve --test"
         )
     amount = f"{plural(held_out.placements, 'placement')}, {plural(held_out.samples, 'sample')}"
     errors = Section(

@@ -82,6 +82,25 @@ def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
     assert alarm.samples[0] == 13
 
 
+def test_balls_far_off_twice_in_a_row_are_joints(panda, session, virtual_time):
+    words = "&fault=ball@13:150mm&fault=ball@14:120mm"
+    *sound, first, second = led_with(panda, session, words).samples[:14]
+    alarms = SessionAlarms(panda)
+    (alarm,) = alarms([mukca.Placement("here", (*sound, first), panda.joint_names, 0.05)])
+    assert (alarm.words, alarm.samples) == ("NOT SEATED", (13,))
+    placement = mukca.Placement("here", (*sound, second), panda.joint_names, 0.05)
+    (alarm,) = alarms([placement], doubted=[first])
+    assert (alarm.words, alarm.samples) == ("JOINTS?", (13, 14))
+    assert "since sample 13 the ball comes out 0.1 m off" in alarm.reason
+
+
+def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual_time):
+    placement = led_with(panda, session, "&fault=ball@1:500mm")
+    (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
+    assert alarm.words == "JOINTS?" and alarm.samples == (1,)
+    assert alarm.reason.endswith(": k keep")
+
+
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
     keys, out = tmp_path / "keys.txt", tmp_path / "out"
     keys.write_text("a*3 s a*2 s a q")

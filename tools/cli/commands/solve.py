@@ -12,8 +12,8 @@ from .. import DetailsOptions, RobotsOptions, Terminal, argument, option, part, 
 from .report import show_errors
 from .solve_details import show_details
 
-MORE = "--details shows limits, joints and choices; the report has all."
-"""Last line of the screen."""
+MORE = "--details shows limits, joints and choices"
+"""Begin of the last line of the screen."""
 
 
 class _CalibrateOptions(RobotsOptions, DetailsOptions):
@@ -62,7 +62,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
     usable = all(verdict.use for verdict in verdicts)
-    terminal.say(*([] if options.details else [MORE]))
+    more = f"{MORE}; the report has all." if outputs else f"{MORE}."
+    terminal.say(*([] if options.details else [more]))
     terminal.say(*_closing_lines(outputs, usable=usable) if not refusals else ())
     verdict_by_name = {
         name: calibrated_arm.verdict.as_said() for name, calibrated_arm in robots.items()

@@ -46,7 +46,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     document, status = result.predictions.document, verdict.status_of
     if status("data_checks") != "pass":
         yield from _leave_out(result)
-        text = "See what is wrong in the recordings; mend what it names, or give --leave-out"
+        text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
         words = "figures that can be believed"
         folders = list(dict.fromkeys(row.folder for row in document.data))
         same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
@@ -68,7 +68,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
             yield _repeatability(document)
         text, words = "Measure more points, in poses as varied as can be", ""
         if not held_out:
-            text += ", and hold some of them out by --test"
+            text += ", and hold some of them out by solve --test"
             words = "an error that nothing was fitted to"
         yield Step(text, solve_command(document), words)
         return
@@ -77,7 +77,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     text = f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    text += ", and train on it too" if held_out else ", and hold it out by --test"
+    text += ", and train on it too" if held_out else ", and hold it out by solve --test"
     yield _forecast(document, None, text, record_command(document))
 
 
