@@ -15,7 +15,7 @@ from mukca.recorder import write_holes
 from mukca.solver.assessment import worst
 from mukca.solver.assessment.scale_check import scale_row
 from mukca.solver.results import Diagnostic, Hypothesis, Scale
-from mukca.tools.cli import main
+from mukca.tools.cli import build_parser, main
 
 pytestmark = pytest.mark.slow
 
@@ -367,9 +367,7 @@ def test_no_distance_is_asked_to_be_known_better_than_links_are(extended, rows):
         assert rows(extended)[1]["predicted_distance"] == expected, length
 
 
-def test_whatever_is_not_a_pass_says_what_to_do_next(
-    document, report, tmp_path, monkeypatch, capsys
-):
+def test_whatever_is_not_a_pass_says_what_to_do_next(document, report):
     assert "todo" not in report(document)
     todo = report(with_geometric(document, 1.5e-3))["todo"]
     assert len(todo) == 1 and "--type-prior" not in todo[0]["command"]
@@ -386,13 +384,21 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(
     todo += report(document)["todo"]
     assert todo[-1]["command"].startswith("mukca check")
     assert "--distance 0.051" in todo[-1]["command"]
-    monkeypatch.chdir(tmp_path)
-    capsys.readouterr()
     for step in todo:  # each can be copied: its verb and options exist
         words = shlex.split(step["command"].replace("MEASURED", "0.05"))[1:]
-        if words[0] != "record":  # that needs a keyboard
-            main(words)
-            assert "usage" not in capsys.readouterr().err
+        build_parser(words[0]).parse_args(words)
+
+
+def test_another_placement_is_recorded_beside_the_others(document, report):
+    for key in ("data", "placements"):
+        document[key] = document[key][:1]
+    document["summary"]["test"] = None
+    (row,) = document["data"]
+    front = Path(row["files"][0]).parent
+    for folder, out in (("front", "another"), ("another", "another-2")):
+        row["files"] = [str(front.parent / folder / Path(file).name) for file in row["files"]]
+        (step,) = report(document)["todo"]
+        assert step["command"].endswith(f" --out {front.parent / out}")
 
 
 def test_each_step_says_what_it_should_bring(extended, report):

@@ -180,10 +180,18 @@ def record_command(document: CalibrationDocument) -> str:
     driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
     words = ["mukca", "record", *_one_robot(document), "--driver", driver or "NAME:ADDRESS"]
     words += as_options({"distance": _distance(document) or distance})
-    if document.arms is None:
-        return shlex.join([*words, "--out", "recordings/another"])
-    folder = Path(document.data[0].folder).parent / "another"
-    return shlex.join([*words, "--robot-name", document.arm_name, "--out", str(folder)])
+    if document.arms is not None:
+        words += ["--robot-name", document.arm_name]
+    return shlex.join([*words, "--out", str(_folder_beside(document))])
+
+
+def _folder_beside(document: CalibrationDocument) -> Path:
+    """Return a folder for another placement, beside the recordings and of another name."""
+    folders = [Path(row.folder) for row in document.data if row.files]
+    parent = folders[0].parent if folders else Path("recordings")
+    names = {folder.name for folder in folders}
+    tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
+    return parent / next(name for name in tries if name not in names)
 
 
 def _distance(document: CalibrationDocument) -> float | None:
