@@ -57,6 +57,7 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     assert status == 1 and "Verdict: BETTER" in out and "no placement was held out" in out
     assert out.startswith("Distances in the workspace were wrong by ")
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
+    assert "the report" not in out
     assert sorted(session.rglob("*")) == before
 
 
