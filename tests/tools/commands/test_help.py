@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from kept import compare
 
+from mukca.solver.assessment.verdict import STAMPS
 from mukca.tools.cli import VERBS, main
 
 SCREENS = Path(__file__).with_name("screens")
@@ -52,6 +53,13 @@ def test_a_verb_shows_what_people_use_and_two_examples(verb):
     hidden = len(more - names)
     noun = "option," if hidden == 1 else "options,"
     assert (f"{hidden} more {noun}" in short) == (hidden > 0)
+
+
+def test_the_help_of_solve_has_each_verdict_with_its_status():
+    statuses = re.search(r"Exit status 1: (.*) 3: (.*)", shown("solve", "--help-all"))
+    for (status, kind), title in STAMPS.items():
+        if status != "pass" and kind != "not_validated":  # of samples recorded later
+            assert title in statuses[1 if status == "fail" else 2]
 
 
 @pytest.mark.parametrize(
