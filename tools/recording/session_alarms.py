@@ -9,7 +9,7 @@ from ...recorder.session import Alarm, Cause
 from ...solver import assessment, diagnostics
 from ...solver.results import Hypothesis
 from ...solver.robot import Robot
-from .checks import BEYOND, wrong_model
+from .checks import BEYOND, FAR, wrong_model
 
 CAUSES: dict[str, tuple[Cause, str, str]] = {
     "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
@@ -58,18 +58,27 @@ class SessionAlarms:
         numbers = {sample.number for sample in doubted}
         samples = sorted([*placement.samples, *doubted], key=lambda sample: sample.number)
         faults = self._check.faults([*before, replace(placement, samples=tuple(samples))])
-        return tuple(
-            self._alarm(fault)
+        alarms = [
+            self._alarm(fault, doubted)
             for fault in faults
             if fault.placement == len(before) and not set(fault.samples) <= numbers
-        )
+        ]
+        return tuple(_curable(alarm, samples) for alarm in alarms)
 
-    def _alarm(self, fault: diagnostics.Fault) -> Alarm:
+    def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
+        """Return a fault as an alarm.
+
+        Nobody seats a ball far off twice in a row: then the joints read wrongly.
+        """
         hypothesis, first = fault.hypothesis, fault.samples[0]
-        size = _size(hypothesis)
-        if size > BEYOND and fault.socket is None:
+        size, concerned = _size(hypothesis), fault.samples
+        again = hypothesis.name == "ball_sample" and size > FAR and doubted
+        if again:
+            first = doubted[0].number
+            concerned = (*(sample.number for sample in doubted), *concerned)
+        if again or (size > BEYOND and fault.socket is None):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
-            return Alarm("joints", "JOINTS?", text, fault.samples)
+            return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form = CAUSES[hypothesis.name]
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
             cause, words, form = "base", "BASE MOVED", AROUND
@@ -85,6 +94,12 @@ class SessionAlarms:
             return Alarm(cause, words, text, fault.samples)
         # its cure moves the samples since then: a drift concerns all
         return Alarm("base", words, text, rival.samples)
+
+
+def _curable(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
+    """Return an alarm whose cure does something: none moves all samples to a new placement."""
+    moves = alarm.cause in ("base", "joints")
+    return replace(alarm, cause="other") if moves and samples[0].number in alarm.samples else alarm
 
 
 def _size(hypothesis: Hypothesis) -> float:

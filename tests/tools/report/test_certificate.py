@@ -46,7 +46,8 @@ def test_a_sheet_without_held_out_places_is_refused(command, refused, session, t
     folder = tmp_path / "trained"
     command("solve", session / "front", "--robot", "panda", "--method", "paper", "--out", folder)
     words = (folder / "calibration.json", "--certificate", tmp_path / "sheet.html", "--force")
-    refused("rests on held-out placements, and there is none", "report", *words)
+    told = "rests on held-out placements, and there is none: hold one out by solve --test"
+    refused(told, "report", *words)
     assert not (tmp_path / "sheet.html").exists()
 
 
