@@ -149,12 +149,12 @@ def used_again(out, cell, command):
         ("validate", *places),
         ("report", "--out", out / "again-1.0"),
         ("export", "--to", "urdf", "--out", out / "arm.urdf"),
+        ("export", "--to", "urdf", "--out", out / "exported-1.0"),
     ):
         status, text, _ = command(verb, out / "arms.json", *words, "--json")
         assert status in (0, 1, 3) and set(json.loads(text)["robots"]) == {"left", "right"}
-    assert (out / "again-1.0" / "right" / "report.html").is_file() and (
-        out / "arm_left.urdf"
-    ).is_file()
+    for file in ("again-1.0/right/report.html", "arm_left.urdf", "exported-1.0/left"):
+        assert (out / file).is_file(), file
     (front,) = mukca.read_placements(cell / "right" / "front")
     q, sockets = front.positions - 5e-3 * np.eye(6)[2], front.sockets.tolist()
     since = mukca.Placement.of_arrays("since", q, sockets, distance=front.distance)

@@ -110,7 +110,7 @@ def _run_arm(run: Callable[[Any, Terminal], int], options: Any, terminal: _Termi
 def _outputs_of_arm(options: Any, name: str) -> Mapping[str, Path]:
     """Return folders and files to write, named after an arm.
 
-    A folder may have a dot in its name, as in ``results-1.0``; of a file that begins its ending.
+    A dot begins the ending of a file, unless a digit follows, as in ``results-1.0``.
     """
     outputs: dict[str, Path] = {}
     entries = (entry for entry in fields(options) if entry.name in OUTPUTS)
@@ -118,7 +118,8 @@ def _outputs_of_arm(options: Any, name: str) -> Mapping[str, Path]:
         path = getattr(options, entry.name)
         if path is None:
             continue
-        if path.suffix and entry.metadata["metavar"] != "DIR":
+        has_ending = path.suffix[1:2].isalpha()
+        if has_ending and entry.metadata["metavar"] != "DIR":
             outputs[entry.name] = path.with_name(f"{path.stem}_{name}{path.suffix}")
         else:
             outputs[entry.name] = path / name
