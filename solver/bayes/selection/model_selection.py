@@ -183,9 +183,16 @@ def _search(
         fits.append(candidate)
         gain = gains[stage] = candidate.log_evidence - best.log_evidence
         if candidate.active not in models:
-            models[candidate.active] = candidate
+            candidate = models[candidate.active] = _without_idle(candidate)
             best = candidate if gain > 0 else best
     return _Tried(list(models.values()), gains, fits)
+
+
+def _without_idle(fit: FitPosterior) -> FitPosterior:
+    """Return a fit without effects that it holds at zero, as if they were known exactly."""
+    idle = {group.name for group in fit.state.groups if not group.width}
+    effects = {*fit.model.extensions} - idle
+    return refit(fit, fit.model.with_effects(effects)) if idle else fit
 
 
 def _by_type(
@@ -200,7 +207,8 @@ def _by_type(
         if extended.extensions not in models:
             progress("type prior")
             with suppress(NotConverged):
-                models[extended.extensions] = refit(fit, replace(extended, of_type=of_type))
+                like_type = refit(fit, replace(extended, of_type=of_type))
+                models[extended.extensions] = _without_idle(like_type)
     return list({model.active: model for model in models.values()}.values())
 
 
