@@ -63,7 +63,7 @@ class SessionAlarms:
             for fault in faults
             if fault.placement == len(before) and not set(fault.samples) <= numbers
         ]
-        return tuple(_curable(alarm, samples) for alarm in alarms)
+        return tuple(_curable(alarm, placement.samples) for alarm in alarms)
 
     def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
         """Return a fault as an alarm.
@@ -97,9 +97,10 @@ class SessionAlarms:
 
 
 def _curable(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
-    """Return an alarm whose cure does something: none moves all samples to a new placement."""
+    """Return an alarm whose cure leaves some of the samples: a new placement takes no whole one."""
     moves = alarm.cause in ("base", "joints")
-    return replace(alarm, cause="other") if moves and samples[0].number in alarm.samples else alarm
+    stays = any(sample.number < min(alarm.samples) for sample in samples)
+    return replace(alarm, cause="other") if moves and not stays else alarm
 
 
 def _size(hypothesis: Hypothesis) -> float:
