@@ -99,10 +99,6 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
     assert alarm.words == "JOINTS?" and alarm.samples == (1,)
     assert alarm.reason.endswith(": k keep")
-    (first, *others) = led_with(panda, session, "&fault=ball@2:500mm").samples[:12]
-    remaining = mukca.Placement("here", tuple(others), panda.joint_names, 0.05)
-    (alarm,) = SessionAlarms(panda)([remaining], doubted=[first])
-    assert alarm.samples == (2,) and alarm.reason.endswith(": k keep")
 
 
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
