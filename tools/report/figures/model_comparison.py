@@ -100,7 +100,7 @@ class ComparisonDocument(Document, kw_only=True, frozen=True):
     pairs: tuple[ComparedPair, ...]
     """Each model less each one before it in the list."""
     ball_refitted: bool
-    """Whether the ball of the nominal model was fitted to what the first calibration had."""
+    """True where the nominal model's ball was fitted to what the first calibration had."""
     plots: tuple[PlotCaption, ...] | None = None
     """Only where a page was written."""
 
@@ -150,8 +150,8 @@ def compare(
     """
     contestants = list(contenders.values())
     ball_refitted = contestants[0].ball_refitted
-    nominal = ball_refitted or contestants[0].calibrated.nominal
-    models = [nominal, *(contender.calibrated for contender in contestants)]
+    models = [ball_refitted or contestants[0].calibrated.nominal]
+    models += [contender.calibrated for contender in contestants]
     points = [[model.predict(m) for model in models] for m in data]
     by_model = [np.concatenate(column) for column in zip(*points, strict=True)]
     pairs = list(zip(points, data, strict=True))
@@ -159,14 +159,6 @@ def compare(
     metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
     uses = [[False, *(contender.was_trained_on(m) for contender in contestants)] for m in data]
     fair = [i for i, row in enumerate(uses) if not any(row)]
-
-    def overall(k: int) -> ErrorsOverall:
-        mean = mean_metrics([metrics[i][k] for i in fair])
-        return ErrorsOverall.filled(
-            quantiles(np.concatenate([errors[i][k] for i in fair])),
-            mean_absolute_error=mean.mean_absolute_error,
-            distance_error=mean.distance_error,
-        )
 
     def placement(i: int) -> ComparedPlacement:
         rows = zip(metrics[i], errors[i], uses[i], strict=True)
@@ -180,9 +172,7 @@ def compare(
         )
 
     def pair(a: int, b: int) -> ComparedPair:
-        # A placement's mean difference, and the noise that its samples leave in it.
-        changes = [row[b] - row[a] for row in errors]
-        rows = tuple(_beyond(d.mean(), 2 * d.std(ddof=1) / len(d) ** 0.5) for d in changes)
+        rows = tuple(_beyond_noise(row[b] - row[a]) for row in errors)
         return ComparedPair(
             a=a,
             b=b,
@@ -196,7 +186,10 @@ def compare(
 
     by_pair = _by_chance(contestants, data)
     curves = [None, *(contender.document.curves for contender in contestants)]
-    summaries = [overall(k) if fair else None for k in range(len(models))]
+    summaries = list[ErrorsOverall | None]()
+    for k in range(len(models)):
+        of_model = [metrics[i][k] for i in fair], [errors[i][k] for i in fair]
+        summaries.append(_errors_overall(*of_model) if fair else None)
     pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
     return ComparisonDocument(
         format=COMPARISON,
@@ -206,6 +199,21 @@ def compare(
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
         ball_refitted=ball_refitted is not None,
+    )
+
+
+def _beyond_noise(changes: np.ndarray) -> Difference:
+    """Return a placement's mean difference beside the noise that its samples leave in it."""
+    return _beyond(changes.mean(), 2 * changes.std(ddof=1) / len(changes) ** 0.5)
+
+
+def _errors_overall(metrics: Sequence[Metrics], errors: Sequence[np.ndarray]) -> ErrorsOverall:
+    """Return a model's errors over some placements."""
+    mean = mean_metrics(metrics)
+    return ErrorsOverall.filled(
+        quantiles(np.concatenate(errors)),
+        mean_absolute_error=mean.mean_absolute_error,
+        distance_error=mean.distance_error,
     )
 
 
