@@ -22,7 +22,6 @@ ALL_ACTIONS: tuple[Action, ...] = (
 )
 ACTIONS: dict[str, Action] = {
     "base_moved": "split",
-    "base_between": "untie",
     "zero_lost": "split",
     "socket": "relabel",
     "ball_sample": "leave out",
@@ -68,8 +67,6 @@ def correction_of(
     if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
         return None
     seat = p.get("of") or measured.name, p.get("other", 0)
-    if name == "base_between":
-        return Correction(diagnostic, ACTIONS[name], (), seat)
     action, ranks = ACTIONS[name], _ranks(finding, measured)
     if name == "drift":
         drift = Apart(DRIFT, p["size"], tuple(p["shift"]))

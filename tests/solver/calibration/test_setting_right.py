@@ -9,7 +9,6 @@ import pytest
 
 import mukca
 from mukca.recorder import sample_files
-from mukca.solver.robot import BallModel, workspace
 from mukca.tools.simulation import Base, record
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
@@ -63,33 +62,6 @@ def test_as_recorded_sets_nothing_right(panda, moved):
     assert found.document.summary.test.calibrated.mean_absolute_error > 1e-3
     split = mukca.calibrate(panda, moved[0], as_recorded=True, split_moved=True)
     assert [row.name for row in split.document.placements] == ["front", "front, part 2"]
-
-
-def _errors(ball, arm, q):
-    """Mean errors of distances between random poses [m]."""
-    places, truth = ball(q), BallModel(arm, []).points(np.empty(0), q)
-    pairs = [np.linalg.norm(p[::2] - p[1::2], axis=1) for p in (places, truth)]
-    return np.abs(pairs[0] - pairs[1]).mean()
-
-
-@pytest.mark.slow
-def test_a_distance_that_most_others_contradict_is_left_out(panda, true_panda, placements):
-    """With it distances are wrong by centimetres in the workspace; of two, which is wrong?"""
-    right = _recorded(true_panda, "right", (0.3, -0.45, 0.1))
-    wrong = replace(placements[0], distance=0.0485)
-    kept = [replace(p, distance=0.05) for p in (right, placements[1])]
-    calibration = mukca.calibrate(panda, [wrong, *kept])
-    names = [row.name for row in calibration.document.placements]
-    assert names == ["front", "front, part 2", "right", "left"]
-    (told,) = remarks(calibration)
-    assert told.where == "front" and "not 48.5 mm: the base moved" in told.text
-    assert [p.value for p in calibration.verdict.rests_on if p.name == "distance"] == [0.05]
-    assert not any(check.code == "few" for check in calibration.document.checks)
-    q = workspace(panda, 200)
-    assert _errors(calibration.ball, true_panda, q) < 1e-3
-    stuck = mukca.calibrate(panda, [wrong, *kept], as_recorded=True)
-    assert _errors(stuck.ball, true_panda, q) > 2e-3
-    assert not remarks(mukca.calibrate(panda, [wrong, kept[0]]))
 
 
 def test_samples_of_another_socket_are_taken_so(panda, placements):
