@@ -39,8 +39,6 @@ NOTHING_SEEN = Survey((), ())
 """Of no placements."""
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
-OF_TRAINING: frozenset[Action] = frozenset(["untie"])
-"""Done to placements to train on alone: the distance of one held out is evidence."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
 
@@ -90,8 +88,8 @@ def mended(
         inspections = survey.placements[: len(training)]
         training, done = mend(training)
         if not done:  # too few to tell by themselves: where a base moved, all tell together
-            training, done = by_findings(training, inspections, LEAST, of_training - OF_TRAINING)
-        mend = partial(set_right, look, actions=actions - OF_TRAINING)
+            training, done = by_findings(training, inspections, LEAST, of_training)
+        mend = partial(set_right, look, actions=actions)
         held_out, actions_held_out = mend(held_out, training, LEAST_HELD_OUT)
         survey, done = look(training, held_out), [*done, *actions_held_out]
     effects = _effects_seen(survey, look, training) if actions_of(options) == ALL_ACTIONS else ()
@@ -198,21 +196,11 @@ def set_right(
             inspections = alone
         elif len(reference) == 1:
             inspections = _beside_one(survey.placements[0], inspections)
-        possible = set(actions)
-        if not _keep_distances(placements, inspections):
-            possible -= OF_TRAINING
-        placements, diagnostics = by_findings(placements, inspections, minimum, possible)
+        placements, diagnostics = by_findings(placements, inspections, minimum, actions)
         if not diagnostics:
             break
         done += diagnostics
     return placements, done
-
-
-def _keep_distances(measurements: Sequence[Measurement], seen: Sequence[Inspection]) -> bool:
-    """Tell whether most distances of bases stay where the contradicted ones are left out."""
-    corrections = chain.from_iterable(inspection.corrections for inspection in seen)
-    contradicted = sum(correction.action == "untie" for correction in corrections)
-    return 2 * contradicted < sum(measured.has_distance for measured in measurements)
 
 
 def _beside_one(reference: Inspection, held_out: Sequence[Inspection]) -> list[Inspection]:

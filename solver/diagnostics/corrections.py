@@ -4,7 +4,7 @@ What follows a move stands apart, as a placement of its own: its sockets are as 
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Literal
@@ -16,10 +16,8 @@ from ..data import BALL, DRIFT, PART, Apart, Measurement
 from ..results import Diagnostic
 from .hypotheses import Candidate
 
-Action = Literal["split", "untie", "relabel", "leave out", "set apart", "follow"]
-ALL_ACTIONS: tuple[Action, ...] = (
-    *("split", "untie", "relabel", "leave out", "set apart", "follow"),
-)
+Action = Literal["split", "relabel", "leave out", "set apart", "follow"]
+ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out", "set apart", "follow")
 ACTIONS: dict[str, Action] = {
     "base_moved": "split",
     "zero_lost": "split",
@@ -147,8 +145,6 @@ def corrected(
         )
         ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
         pieces = [list(filter(None, samples[a:b])) for a, b in ends]
-        if any(correction.action == "untie" for correction in corrections_here):
-            pieces = [*chain.from_iterable(map(_by_socket, pieces))]
         differences = [
             correction.apart for correction in corrections_here if correction.apart is not None
         ]
@@ -156,12 +152,6 @@ def corrected(
     merged = [_with(part, moving.pop(part.name, [])) for part in chain(*parts)]
     remaining = [_told(part, minimum) for part in merged]
     return _named([part for part in remaining if part is not None]), remarks
-
-
-def _by_socket(samples: Sequence[Sample]) -> Iterator[list[Sample]]:
-    """Yield the samples of each socket, which nothing ties to those of another."""
-    for socket in dict.fromkeys(sample.socket for sample in samples):
-        yield [sample for sample in samples if sample.socket == socket]
 
 
 def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
@@ -215,12 +205,11 @@ def _told(measured: Measurement, minimum: int) -> Measurement | None:
 def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)
-    samples = f"{count} samples {'before' if 0 in correction.ranks else 'from there on'} are"
+    samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
     of_frame = ", in a frame of its own" * correction.of_points
     samples = "the sample is" if count == 1 else samples
     done = {
         "split": "what follows is taken for a placement of its own" + of_frame,
-        "untie": "its sockets are taken for placements of their own, without that distance",
         "relabel": "counted for that socket" if correction.seat[0] in names else "left out",
         "leave out": f"{samples} left out",
         "set apart": "fitted by itself in that placement",

@@ -116,7 +116,7 @@ class Survey:
     def unclear(self) -> bool:
         """True where samples scatter, maybe since several placements have faults of their own."""
         corrections = chain.from_iterable(one.corrections for one in self.placements)
-        corrected = any(one.action not in ("follow", "untie") for one in corrections)
+        corrected = any(one.action != "follow" for one in corrections)
         return not corrected and not UNCLEAR.isdisjoint(self.causes)
 
     @property

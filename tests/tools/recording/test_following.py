@@ -99,6 +99,11 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
     assert alarm.words == "JOINTS?" and alarm.samples == (1,)
     assert alarm.reason.endswith(": k keep")
+    samples = led_with(panda, session, "&fault=base@13:30mm").samples
+    remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
+    (alarm,) = SessionAlarms(panda)([remaining], doubted=samples[:12])
+    assert (alarm.words, alarm.samples[0]) == ("BASE MOVED", 13)
+    assert alarm.reason.endswith(": k keep")
 
 
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
