@@ -94,6 +94,11 @@ def read_bytes(file: str | os.PathLike[str], largest: int = LARGEST_FILE) -> byt
     return path.read_bytes()
 
 
+def reason_of(error: Exception) -> str:
+    """Return why a file cannot be read, without the number and the path of an OSError."""
+    return getattr(error, "strerror", None) or str(error)
+
+
 def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
     """Return what a JSON file holds; the options are those of :func:`json.loads`.
 

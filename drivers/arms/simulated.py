@@ -11,7 +11,7 @@ from itertools import chain
 from pathlib import Path
 from urllib.parse import parse_qsl
 
-from ...errors import read_bytes
+from ...errors import read_bytes, reason_of
 from .. import Driver, JointState, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 
@@ -172,7 +172,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
         text = read_bytes(file).decode("utf-8-sig")
         lines = [line for line in csv.reader(io.StringIO(text, newline="")) if line]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {error}") from None
+        raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {reason_of(error)}") from None
     header = lines.pop(0) if lines and _number(lines[0][0]) is None else []
     positions = [i for i, name in enumerate(header) if name.startswith("position.")]
     efforts = [i for i, name in enumerate(header) if name.startswith("effort.")]

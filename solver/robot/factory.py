@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import LARGEST_DOCUMENT, read_bytes
+from ...errors import LARGEST_DOCUMENT, read_bytes, reason_of
 from .chain import Joint
 from .pose_model import last_frame
 from .urdf import Robot
@@ -45,7 +45,7 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     try:
         text = read_bytes(file, LARGEST_DOCUMENT).decode()
     except (OSError, UnicodeDecodeError) as error:
-        raise ModelError(f"{file}: cannot be read: {error}") from None
+        raise ModelError(f"{file}: cannot be read: {reason_of(error)}") from None
     deltas: list[np.ndarray] = []
     for name in ("theta", "d", "a", "alpha"):
         row = re.search(_ROW.format(name), text, re.M)

@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 
 from ...drivers.arms.servos import read_lerobot
-from ...errors import read_json, require_file
+from ...errors import read_json, reason_of, require_file
 from .log import (
     ExtractError,
     Log,
@@ -171,7 +171,7 @@ def _info(folder: Path) -> dict[str, Any]:
     try:
         info: Any = read_json(folder / INFO)
     except (OSError, ValueError) as error:
-        raise ExtractError(f"{folder / INFO}: cannot be read: {error}") from None
+        raise ExtractError(f"{folder / INFO}: cannot be read: {reason_of(error)}") from None
     content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}
     version = content.get("codebase_version")
     if version not in VERSIONS:

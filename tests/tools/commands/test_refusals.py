@@ -20,6 +20,8 @@ def test_it_is_told_in_one_line_and_nothing_is_written(
     monkeypatch.chdir(session)
     _, *words = shlex.split(typed)
     out = tmp_path / "out"
-    stands_for = {"OUT": str(out), "CALIBRATION": str(STORED / "1.0" / "calibrated")}
+    folder = STORED / "1.0"
+    calibrations = {"CALIBRATION": str(folder / "calibrated"), "CALIBRATIONS": str(folder)}
+    stands_for = {"OUT": str(out), **calibrations}
     error = refused(told, *(stands_for.get(word, word) for word in words))
     assert error.startswith("mukca") and not out.exists()
