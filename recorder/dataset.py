@@ -47,10 +47,13 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
             folders.append(path.parent)
             continue
         if not path.exists():
-            kind = (
-                "file" if path.suffix == ".csv" else "folder; a placement is a folder of recordings"
-            )
-            raise RecordingError(f"{path}: no such {kind}")
+            if path.suffix == ".csv":
+                raise RecordingError(f"{path}: no such file")
+            advice = "a placement is a folder of recordings"
+            _, _, path_after_name = str(path).partition(":")
+            if path_after_name and Path(path_after_name).exists():
+                advice = f"of one robot write {path_after_name}"
+            raise RecordingError(f"{path}: no such folder; {advice}")
         if not path.is_dir():
             raise RecordingError(
                 f"{path}: not a folder; name the placement's folder, {path.absolute().parent}"
