@@ -240,8 +240,10 @@ def solve_command(
             itertools.chain.from_iterable(("--robot", f"{arm.name}={arm.robot}") for arm in arms)
         )
         for arm in arms:
-            links = ((key, arm.options.get(key)) for key in _CHAIN[:-1])
-            robots += as_options({key: f"{arm.name}={link}" for key, link in links if link})
+            links = {key: arm.options.get(key) for key in _CHAIN[:-1]}
+            if links["tip"] == BALL_LINK:
+                del links["tip"]
+            robots += as_options({key: f"{arm.name}={link}" for key, link in links.items() if link})
         robots += as_options(
             {"ball": next(filter(None, (a.options.get("ball") for a in arms)), None)}
         )
