@@ -8,37 +8,22 @@ import casadi as ca
 import numpy as np
 
 from .pose_model import MAX_STEP, Goal, NewtonStep, PoseModel, limited_step, newton_step
+from .pose_search import SETTLED, STUCK, Searches, SearchStep
 from .row_function import RowFunction
 
 TOLERANCE = 1e-9
 """A pose is reached where the residual is smaller [m, rad]."""
-SETTLED = 1e-3
-"""A smaller step toward the preferred posture is the last one [rad]."""
 LAST = 3e-6
 """A smaller step is the last one if it would bring the residual within a thirtieth of the
 tolerance, were it to shrink that as much as the step before did [rad]."""
 ROUNDS = 60
-STUCK, NEAR = 12, 1e-5
-"""So many rounds that do not halve the residual end a search, once its square is less than NEAR: at
-a singular configuration, or where a limit is in the way."""
-AWAY, MARGIN = 3, 2.0
-"""In the first of these rounds joints keep a distance from their limits, this multiple of the root
-of the residual: an arm that is singular at a limit reaches a pose near it by way of others."""
 FREE_STEPS = 5
 """Steps that bring one pose from a start nearby to TOLERANCE, without anything else in the way."""
-SHORTEST = 0.3
-"""In the other rounds, the least share of a step that is taken, see :func:`_relaxed`."""
-TINY = 1e-300
-"""Keeps divisors from zero."""
-STILL = 1e-3
-"""A step that is smaller relative to the residual ends a search, too [rad/m]."""
 STARTS = 8
 """New starts for a pose at a time; the solution nearest to its first start is taken."""
 SPREADS = (0.3, 0.6, 1.2, *[np.inf] * 13)
 """Standard deviations of these starts, one time after the other [rad]; infinite for the whole range
 of the joints."""
-ZERO = np.zeros(1)
-"""Distance that joints keep from their limits where no search is stuck."""
 NO_TOOL = np.eye(4)[:3].ravel()
 
 
@@ -57,6 +42,13 @@ class Solutions:
     def reached(self) -> np.ndarray:
         """True where the pose is reached, shape (N,)."""
         return self.left.max(axis=1) < TOLERANCE
+
+    def take(self, searches: Searches, ends: np.ndarray, rounds: np.ndarray) -> None:
+        """Take over where some of the searches ended, after so many rounds."""
+        poses = searches.pose[ends]
+        self.positions[poses] = searches.best[ends]
+        self.left[poses] = searches.residual[ends]
+        self.rounds[poses] = rounds[ends]
 
 
 class PoseSolver:
@@ -108,44 +100,24 @@ class PoseSolver:
         self, q: np.ndarray, targets: np.ndarray, prefer: np.ndarray, tool: np.ndarray
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
-        N, m = len(q), len(self.lower)
-        solutions = Solutions(q, np.full((N, 2), np.inf), np.zeros(N, dtype=int))
-        # A row holds q, target, prefer; the best q, and the step before; its residual, and the
-        # square of that. Columns are contiguous, since these are computed with.
-        parts = (q, targets, prefer, q, q, np.full((N, 3), np.inf))
-        table, end = np.asfortranarray(np.hstack(parts)), 2 * m + 12
-        moving, stuck = np.arange(N), np.zeros(N, dtype=int)
-        for round_ in range(ROUNDS):
-            rows, q, best = table[:, :end], table[:, :m], table[:, end : end + m]
-            before, residual, total = table[:, end + m : -3], table[:, -3:-1], table[:, -1]
-            stays = (stuck > 0) & (stuck <= AWAY)
-            margin = np.where(stays, MARGIN * np.sqrt(np.sqrt(total)), 0.0) if stays.any() else ZERO
-            remainder, change, longest = self._step(rows, tool, margin[:, None])
-            settled, largest = longest < SETTLED, np.maximum(remainder[:, 0], remainder[:, 1])
-            now = np.square(remainder) @ np.ones(2)
-            shrinks = np.sqrt(now / np.maximum(total, TINY))
-            arrived = settled & (largest < TOLERANCE)
-            last = (longest < self._last) & (largest * shrinks < TOLERANCE / 30) & (round_ > 0)
-            better = (arrived | last | (now <= total))[:, None]
-            stuck = np.where((now < total / 4) | (total > NEAR), 0, stuck + 1)
-            stuck[longest < STILL * largest] = STUCK
-            np.copyto(best, q, where=better)
-            np.copyto(residual, remainder, where=better)
-            np.add(best, change, out=best, where=last[:, None])
-            np.multiply(residual, shrinks[:, None], out=residual, where=last[:, None])
-            np.fmin(now, total, out=total)
-            q += _relaxed(change, before, stuck > AWAY)
-            before[:] = change
-            np.copyto(rows[:, m + 12 :], q, where=settled[:, None])
-            stay = ~(arrived | last) & (stuck < STUCK) & (round_ < ROUNDS - 1)
-            if not stay.all():
-                gone = ~stay
-                i = moving[gone]
-                solutions.positions[i], solutions.left[i] = best[gone], residual[gone]
-                solutions.rounds[i] = round_ + (last & ~arrived)[gone]
-                moving, stuck, table = moving[stay], stuck[stay], table.T.compress(stay, axis=1).T
-            if not moving.size:
-                break
+        solutions = Solutions(q, np.full((len(q), 2), np.inf), np.zeros(len(q), dtype=int))
+        searches = Searches.begun(q, targets, prefer)
+        for count in range(ROUNDS):
+            step = self._step(searches, tool)
+            arrived = step.settled & (step.largest < TOLERANCE)
+            shrinkage = searches.shrinkage(step)
+            promise = step.largest * shrinkage
+            last = (step.longest < self._last) & (promise < TOLERANCE / 30) & (count > 0)
+            searches.keep(step, arrived | last)
+            if last.any():
+                searches.finish(step, last, shrinkage)
+            searches.move(step)
+            ends = arrived | last | (searches.stalls >= STUCK) | (count == ROUNDS - 1)
+            if ends.any():
+                solutions.take(searches, ends, count + (last & ~arrived))
+                if ends.all():
+                    break
+                searches = searches.where(~ends)
         return solutions
 
     def search(
@@ -180,10 +152,8 @@ class PoseSolver:
             winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(len(failures))
             some = np.isfinite(rank[winners])
             into, winners = failures[some], winners[some]
-            solutions.positions[into], solutions.left[into] = (
-                retries.positions[winners],
-                retries.left[winners],
-            )
+            solutions.positions[into] = retries.positions[winners]
+            solutions.left[into] = retries.left[winners]
             solutions.rounds[into] += retries.rounds[winners]
         return solutions
 
@@ -224,11 +194,9 @@ class PoseSolver:
         outputs = ca.vertcat(after, target, posture, tool, step.left, stops)
         return RowFunction("steps", [state.T], [outputs], FREE_STEPS)
 
-    def _step(
-        self, rows: np.ndarray, tool: np.ndarray, margin: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return residuals at q, steps, and the largest change of a joint in each step."""
-        m = len(self.lower)
+    def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
+        """Return the steps of searches, within the limits."""
+        rows, margin, m = searches.rows, searches.margins, len(self.lower)
         remainder, change, model = self._free(rows, tool)
         after, lower, upper = rows[:, :m] + change, self.lower + margin, self.upper - margin
         longest = np.abs(change).max(axis=1, initial=0)
@@ -238,7 +206,7 @@ class PoseSolver:
             columns = [values[outside] for values in (rows, change, model, *bounds)]
             [change[outside]] = self._limited(np.hstack(columns))
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
-        return remainder, change, longest
+        return SearchStep(remainder, change, longest)
 
     @cached_property
     def _free(self) -> RowFunction:
@@ -263,13 +231,3 @@ class PoseSolver:
         """Expressions of a step, and its row of inputs."""
         step = newton_step(self._model, self._joint, self._goal)
         return step, ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
-
-
-def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.ndarray:
-    """Return the steps, shorter where they alternate in sign (Aitken's relaxation)."""
-    if not slow.any():
-        return change
-    scale, d = np.ones((len(change), 1)), change[slow] - before[slow]
-    moves = (change[slow] * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), TINY)
-    scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
-    return change * scale
