@@ -10,17 +10,21 @@ from msgspec import structs
 
 from .. import results
 from ..bayes.model import Expected
-from ..bayes.model.effects import EFFECTS, TILT
+from ..bayes.model.effects import EFFECTS, Effect
 from ..robot import Robot
 from .option import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
-SHARED = [effect for effect in EFFECTS.values() if effect.shared_by_type]
 TypePriors = Sequence[Mapping[str, Expected]]
 """Of each robot: by extension, expected coefficients and their deviations."""
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
+
+
+def shared_effects() -> list[Effect]:
+    """Effects that arms of one type have much the same."""
+    return [effect for effect in EFFECTS.values() if effect.shared_by_type]
 
 
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
@@ -42,7 +46,8 @@ def tilts_about_other_axes(robot: Robot) -> list[str]:
     """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
     if all(joint.tilts_by_frame for joint in robot.actuated):
         return []
-    return TILT.coefficient_names(robot.joint_names)
+    effects = [effect for effect in shared_effects() if effect.across]
+    return list(chain(*(effect.coefficient_names(robot.joint_names) for effect in effects)))
 
 
 def _without_tilts(
@@ -72,9 +77,10 @@ def _types_for(
             f"--type-prior {file}: of an arm with the joints {theirs}, while this has {ours}"
         )
     if not any(elasticity.coefficients for elasticity in types):
+        names = " or ".join(f"`{effect.name}`" for effect in shared_effects())
         raise UsageError(
             f"--type-prior {file}: no elasticity was found in that arm; give calibrations "
-            "that list `compliance` or `tilt` under `deflection`"
+            f"that list {names} under `deflection`"
         )
     return types
 
@@ -96,7 +102,7 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
         either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
         raise results.DocumentError(either) from None
     joints = document.model.joint_names
-    effects = [effect for effect in SHARED if effect.name in document.deflection]
+    effects = [effect for effect in shared_effects() if effect.name in document.deflection]
     names = set(chain.from_iterable(effect.coefficient_names(joints) for effect in effects))
     coefficients = tuple(
         coefficient for coefficient in document.coefficients or () if coefficient.name in names
@@ -143,7 +149,7 @@ def _expected(elasticity: results.TypeElasticity | None) -> dict[str, Expected]:
         for coefficient in elasticity.coefficients
     }
     expected: dict[str, Expected] = {}
-    for effect in SHARED:
+    for effect in shared_effects():
         names = effect.coefficient_names(elasticity.joint_names)
         if all(name in by_name for name in names):
             values, deviations = np.array([by_name[name] for name in names]).T

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..bases import TiedRobots, Visitor, places_alone, tie
 from ..bayes.inference import Posterior
-from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Prior, Selected, select_models
 from ..data import WORLD, RobotRecordings, observations_at, places_of
@@ -133,7 +132,7 @@ def _fit_by_paper(
 
 def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
     posterior = selected.full.arm
-    model, deflection = posterior.model, posterior.deflection.without(JOINT_OFFSET.name)
+    model, deflection = posterior.model, posterior.deflection.beyond_zeros
     nominal, values = (arm.robot, model.parameters), with_joint_offsets(posterior)
     exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
     calibrated = CalibratedRobot(*nominal, values, deflection, arm.load, exported)

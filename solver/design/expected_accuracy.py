@@ -13,7 +13,7 @@ import numpy as np
 
 from ..bayes.inference import FitPosterior, Posterior, estimate, refit
 from ..bayes.model import ExtendedModel, extend
-from ..bayes.model.effects import COMPLIANCE, JOINT_OFFSET
+from ..bayes.model.effects import EFFECTS, effects_of
 from ..bayes.results import scale, workspace_errors
 from ..data import (
     CALIPER_DEVIATION,
@@ -143,8 +143,9 @@ def accuracy_by(
 
     The arm may bend: one that bends, and is taken for a rigid one, comes out too long.
     """
-    parameters, rigid = choose_parameters(robot), (JOINT_OFFSET.name,) if zeros else ()
-    bending = extend(robot, parameters, (*rigid, COMPLIANCE.name))
+    parameters, rigid = choose_parameters(robot), effects_of(zeros=zeros)
+    twists = [e.name for e in EFFECTS.values() if e.elastic and not e.across]
+    bending = extend(robot, parameters, (*rigid, *twists))
     fits: list[FitPosterior] = []
     with suppress(KnownError, NotConverged):
         arm = RobotRecordings(robot, measurements, load)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..bayes.model import Deflection
-from ..bayes.model.effects import BACKLASH
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
     LAST,
@@ -95,7 +94,7 @@ class CalibratedRobot:
 
         Play changes steeply where a joint's load changes sign, so that steps foretell nothing.
         """
-        return 0.0 if BACKLASH.extension in self.deflection.extensions else LAST
+        return 0.0 if self.deflection.plays else LAST
 
     @cached_property
     def solver(self) -> Callable[[Goal], PoseSolver]:

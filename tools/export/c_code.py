@@ -92,7 +92,7 @@ def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:
     d, dd = ca.SX.sym("d", m), ca.SX.sym("dd", m)
     if deflection.curves is None:
         return calibrated.pose_model, d, dd
-    model = replace(calibrated, deflection=deflection.without("curve")).pose_model
+    model = replace(calibrated, deflection=deflection.without_curves).pose_model
 
     def correct(q: Any) -> Any:
         true = ca.substitute(model.corrected, model.q, q)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...errors import read_bytes
+from ...solver.bayes.model.effects import JOINT_OFFSET
 from ...solver.bayes.results import DECIDED, offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
 
@@ -102,14 +103,15 @@ def _check_signs(request: Request) -> None:
 def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zero]:
     """Return the estimated zero of each joint, in chain order."""
     document = request.calibration.document
-    coefficients = {c.name: c for c in document.coefficients or () if c.name.endswith(".zero")}
     joints = document.model.joint_names
+    names = JOINT_OFFSET.coefficient_names(joints)
+    coefficients = {c.name: c for c in document.coefficients or () if c.name in names}
     if not coefficients:
         raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
     by_motor = _motors_of(request, joints, motors)
     zeros: list[Zero] = []
-    for joint in joints:
-        value = coefficients[f"{joint}.zero"]
+    for joint, name in zip(joints, names, strict=True):
+        value = coefficients[name]
         ticks, why = round(value.value / TICK), ""
         if value.standard_deviation > DECIDED:
             ticks, why = 0, "not decided by the data, left as it is"

@@ -21,9 +21,9 @@ from .plots import (
     FOLDED,
     Plot,
     comparison_plots,
+    display_of,
     map_sentence,
     plots_of,
-    shown_unit,
     simulation_plot,
 )
 
@@ -146,7 +146,7 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         role_name={"test": "held out", "train": "trained on"}.__getitem__,
         degrees=math.degrees(1),
         settings=", ".join(f"{k} {v}" for k, v in settings if v not in (None, [], "", False)),
-        shown_unit=shown_unit,
+        display_of=display_of,
         notes=figures.session_notes(report.provenance.data_sha256),
         dots=dots,
         table_map=table_map,

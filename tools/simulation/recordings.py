@@ -8,13 +8,14 @@ printed socket allows. What is written down are the joint positions that put the
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from ...recorder import Placement
 from ...solver.bayes.model import Deflection
-from ...solver.bayes.model.effects import EFFECTS
+from ...solver.bayes.model.effects import EFFECTS, EXTENSIONS, Effect
 from ...solver.calibration import UsageError, check_keywords
 from ...solver.data import check_distance
 from ...solver.results import CalibratedRobot
@@ -55,7 +56,10 @@ class Base:
 
 
 class SimulationOptions(TypedDict, total=False):
-    """Options of :func:`simulate_recordings`; the values in brackets hold where one is left out."""
+    """Options of :func:`simulate_recordings`; the values in brackets hold where one is left out.
+
+    Every extension of the fit is one, with the size of its coefficients (0).
+    """
 
     samples: int
     """Configurations in each of the two sockets (30)."""
@@ -72,6 +76,8 @@ class SimulationOptions(TypedDict, total=False):
     [rad/(N m)]. Arms with harmonic drives have some 5e-5."""
     tilt: float
     """The same about the two axes across each joint's own (0); some 3e-5."""
+    play: float
+    """Largest turn of a joint to either side by backlash (0) [rad]; some 5e-3 in arms of servos."""
     transmission: float
     """Standard deviation of each coefficient of the transmission error (0) [rad]; some 2e-4."""
     curves: float
@@ -87,10 +93,6 @@ DEFAULTS: SimulationOptions = {
     "translation": 2e-3,
     "rotation": 5e-3,
     "noise": 5e-5,
-    "compliance": 0.0,
-    "tilt": 0.0,
-    "transmission": 0.0,
-    "curves": 0.0,
     "distance": 0.05,
 }
 LEAST = {"placements": 1, "samples": 2}
@@ -120,8 +122,9 @@ def simulate_recordings(
         UsageError: A number or an option that cannot be.
         SimulationError: The arm reaches too few places for the base.
     """
-    settings: dict[str, Any] = {"placements": placements, **DEFAULTS, **options}
-    check_keywords("simulate_recordings", options, ["placements", *DEFAULTS])
+    sizes = dict.fromkeys(EXTENSIONS, 0.0)
+    settings: dict[str, Any] = {"placements": placements, **DEFAULTS, **sizes, **options}
+    check_keywords("simulate_recordings", options, ["placements", *DEFAULTS, *sizes])
     for name, value in settings.items():
         lowest = LEAST.get(name, 0)
         if not lowest <= value < np.inf:
@@ -150,13 +153,15 @@ def _deflection(
     active = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
     drawn: list[np.ndarray] = []
     for effect in active:
-        count, size = len(effect.coefficient_names(robot.joint_names)), sizes[effect.extension]
-        if effect.random is not None:
-            drawn.append(size * effect.random(len(robot.joint_names), generator))
-            continue
-        draw = generator.random if effect.non_negative else generator.standard_normal
-        drawn.append(size * draw(count))
+        draw = effect.random or partial(_independent, effect)
+        drawn.append(sizes[effect.extension] * draw(len(robot.joint_names), generator))
     return Deflection(tuple(effect.name for effect in active), tuple(drawn))
+
+
+def _independent(effect: Effect, joints: int, generator: np.random.Generator) -> np.ndarray:
+    """Return coefficients of size 1 that are drawn independently, shape (p,)."""
+    count = len(effect.coefficient_names([""] * joints))
+    return generator.random(count) if effect.non_negative else generator.standard_normal(count)
 
 
 def record(

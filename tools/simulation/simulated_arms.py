@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...solver.bayes.model import Deflection, extend
-from ...solver.bayes.model.effects import JOINT_OFFSET
+from ...solver.bayes.model.effects import effects_of
 from ...solver.robot import (
     STANDARD_GRAVITY,
     Joint,
@@ -49,7 +49,7 @@ def perturb(
     differ by up to 2 %. With ``zeros``, as of servos, that is the size beside the joints' zeros.
     """
     parameters = choose_parameters(robot)
-    model = extend(robot, parameters, [JOINT_OFFSET.name] if zeros else [])
+    model = extend(robot, parameters, effects_of(zeros=zeros))
     widths = [translation if p.unit == "m" else angle for p in parameters]
     changes = generator.normal(0, 1, len(widths)) * widths
     for joint in robot.joints:

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...data import Observations, Pose
 from ..model import SampleRows, scaled_inverse, submatrix
-from ..model.effects import CURVE
 from .curve_marginal import CurveFit
 from .curve_prior import CurvePrior, add_blocks
 from .linear_samples import samples_around
@@ -96,7 +95,7 @@ def restored_covariance(
     sockets = np.arange(d - result.centres.size, d)
     if curves is None:
         return submatrix(of_rest, np.append(np.arange(size), sockets))
-    rigid = model.with_effects({*model.extensions} - {CURVE.name})
+    rigid = model.without_curves
     objective = Objective(rigid, (), SampleRows(data))
     noises = tuple(result.noises[kind] for kind in objective.rows.source_kinds)
     linear = linearise(objective, x, frames)

@@ -18,7 +18,6 @@ from ..model import (
     prior_covariance,
     submatrix,
 )
-from ..model.effects import CURVE
 from .objective import Objective, linearise
 from .state import State
 
@@ -64,7 +63,7 @@ class Posterior:
     @property
     def active(self) -> tuple[str, ...]:
         """Names of its groups that are not held at zero, but curves."""
-        return tuple(g.name for g in self.groups if g.width and g.name != CURVE.name)
+        return tuple(g.name for g in self.groups if g.width and g.length is None)
 
     @property
     def prior_covariance(self) -> np.ndarray:

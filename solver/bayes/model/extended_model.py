@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
-from .effects import CURVE, EFFECTS, GAIN, JOINT_OFFSET, KNOTS, OWN, Effect, Readings
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
@@ -47,28 +47,50 @@ class Deflection:
     """Their coefficients, see :meth:`.Effect.coefficient_names`."""
 
     @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects themselves."""
+        return tuple(EFFECTS[name] for name in self.extensions)
+
+    @property
+    def by_name(self) -> dict[str, np.ndarray]:
+        """Coefficients of each effect."""
+        return dict(zip(self.extensions, self.coefficients, strict=True))
+
+    @property
     def joint_offsets(self) -> np.ndarray | None:
         """Corrections of the encoders' readings, shape (m,) [rad]; None if not looked for."""
-        return dict(zip(self.extensions, self.coefficients, strict=True)).get(JOINT_OFFSET.name)
+        return self.by_name.get(JOINT_OFFSET.name)
 
     @property
     def curves(self) -> np.ndarray | None:
         """Coefficients of the joints' error curves, shape (KNOTS, m) [rad]; None without any."""
-        if CURVE.name not in self.extensions:
-            return None
-        return self.coefficients[-1].reshape(KNOTS, -1)
+        coefficients = self.by_name.get(CURVE.name)
+        return None if coefficients is None else coefficients.reshape(KNOTS, -1)
 
-    def without(self, name: str) -> "Deflection":
-        """Return all effects but one."""
-        pairs = zip(self.extensions, self.coefficients, strict=True)
-        coefficients = {extension: values for extension, values in pairs if extension != name}
+    def without(self, *names: str) -> "Deflection":
+        """Return all effects but some."""
+        coefficients = {name: c for name, c in self.by_name.items() if name not in names}
         return Deflection(tuple(coefficients), tuple(coefficients.values()))
+
+    @property
+    def beyond_zeros(self) -> "Deflection":
+        """The effects that joint origins cannot hold."""
+        return self.without(*(effect.name for effect in self.effects if effect.zeros))
+
+    @property
+    def without_curves(self) -> "Deflection":
+        """All effects but the error curves."""
+        return self.without(CURVE.name)
 
     @property
     def tilts(self) -> bool:
         """True if joints turn about axes across their own."""
-        axes = chain.from_iterable(EFFECTS[name].axes.values() for name in self.extensions)
-        return any(axis != OWN for axis in axes)
+        return any(effect.across for effect in self.effects)
+
+    @property
+    def plays(self) -> bool:
+        """True if a joint turns steeply where its load changes sign."""
+        return any(effect.joint_noise is not None for effect in self.effects)
 
     def true_positions(
         self, q: np.ndarray, moments: np.ndarray, clocks: np.ndarray | None = None
@@ -77,15 +99,14 @@ class Deflection:
 
         Arguments are those of :class:`.Readings`.
         """
-        by_extension = dict(zip(self.extensions, self.coefficients, strict=True))
-        effects = [EFFECTS[name] for name in by_extension if EFFECTS[name].shift is None]
-        coefficients = np.concatenate([np.zeros(0), *(by_extension[e.name] for e in effects)])
+        by_name = self.by_name
+        effects = [effect for effect in self.effects if effect.shift is None]
+        coefficients = np.concatenate([np.zeros(0), *(by_name[e.name] for e in effects)])
         readings = Readings(q, moments, clocks)
         true = deflected(q, *design_matrix(effects, readings), coefficients)
-        for name, values in by_extension.items():
-            shift = EFFECTS[name].shift
-            if shift is not None:
-                true[:, : q.shape[1]] += shift(q, values)
+        for effect in self.effects:
+            if effect.shift is not None:
+                true[:, : q.shape[1]] += effect.shift(q, by_name[effect.name])
         return true
 
 
@@ -155,6 +176,11 @@ class ExtendedModel:
     def with_effects(self, names: Collection[str]) -> "ExtendedModel":
         """Return the model with the effects of some names in place of its own."""
         return replace(self, extensions=tuple(name for name in EFFECTS if name in names))
+
+    @property
+    def without_curves(self) -> "ExtendedModel":
+        """The model without error curves."""
+        return self.with_effects({*self.extensions} - {CURVE.name})
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the free origin numbers for unknowns x, shape (geometry,) [m, rad]."""
@@ -238,13 +264,12 @@ class ExtendedModel:
         about its joint.
         """
         q = workspace(self.robot, SCALE_SAMPLES)
-        model = self.with_effects({*self.extensions} - {CURVE.name})
+        model = self.without_curves
         points, slopes, _ = model.linearise(np.zeros(model.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
         columns = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
         for effect, members in zip(model.effects, model.slices, strict=True):
-            of_readings = effect in (JOINT_OFFSET, GAIN)
-            columns += range(members.start, members.stop) if of_readings else ()
+            columns += range(members.start, members.stop) if effect.of_encoder else ()
         shifts = slopes[:, :, columns]
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
         directions = np.concatenate([shifts - shifts.mean(axis=0), turns], axis=2).reshape(

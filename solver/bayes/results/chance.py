@@ -20,7 +20,6 @@ from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
 from ..model import block_matrix, prior_covariance
-from ..model.effects import CURVE
 from .uncertainty import covariance_of
 
 DRAWS = 1000
@@ -70,7 +69,7 @@ class Estimate:
         Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
-        free = [g for g in self.posterior.groups if g.width and g.name != CURVE.name]
+        free = [g for g in self.posterior.groups if g.width and g.length is None]
         precision = block_matrix(size, ((g.members, g.precision(g.width)) for g in free))
         columns = [names.index(name) for name in self.posterior.model.names]
         P = block_matrix(len(names), [(columns, prior_covariance(free, size))])

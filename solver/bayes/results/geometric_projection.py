@@ -8,7 +8,6 @@ import numpy as np
 from ...data import IDENTITY, Load
 from ...robot import BallModel, workspace
 from ..inference import Posterior
-from ..model.effects import CURVE, JOINT_OFFSET
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
 from .uncertainty import sum_of_variances
@@ -64,7 +63,7 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
     It is that of the fit where nothing beyond the geometry was found.
     """
     start = with_joint_offsets(posterior)
-    if not posterior.deflection.without(JOINT_OFFSET.name).extensions:
+    if not posterior.deflection.beyond_zeros.extensions:
         return start
     uses, change = _uses(posterior, load), np.zeros(len(start))
     L = np.linalg.cholesky(posterior.prior_covariance[: len(start), : len(start)])
@@ -194,7 +193,7 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
     rows = difference(slopes)
     covariance = posterior.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
-    parts = np.array_split(rows, PLACES if CURVE.name in model.extensions else 1)
+    parts = np.array_split(rows, PLACES if model.scalars < model.size else 1)
     variance = sum(sum_of_variances(part, covariance) for part in parts) / max(len(rows), 1)
     return Use(q, points, difference, variance)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..inference import Posterior
 from ..model import ExtendedModel
-from ..model.effects import CURVE, curve_values, splines
+from ..model.effects import curve_values, splines
 from .uncertainty import covariance_of
 
 BATCH = 1024
@@ -64,7 +64,7 @@ def _derivatives(
     model, x, curves = posterior.model, posterior.x, posterior.deflection.curves
     if curves is not None:
         q = q + curve_values(q, curves.ravel())
-        model = model.with_effects({*model.extensions} - {CURVE.name})
+        model = model.without_curves
         x = x[: model.size]
     points, *of_point = model.linearise(x, q, moments)
     _, *of_turn = model.linearise(x, q, moments, of_turns=True)

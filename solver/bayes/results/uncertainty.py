@@ -9,7 +9,6 @@ from ...data import IDENTITY
 from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, Gaussian, PriorGroup, submatrix
-from ..model.effects import JOINT_OFFSET
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4)
 """In joint space, over which errors are alike [rad]."""
@@ -160,7 +159,7 @@ def distance_deviations(
 def covariance_of(posterior: Posterior) -> np.ndarray:
     """Return the covariance of the model's unknowns; play moves samples of servos together."""
     size = posterior.model.size
-    if JOINT_OFFSET.name in posterior.model.extensions:
+    if any(effect.zeros for effect in posterior.model.effects):
         return with_correlated_errors(posterior)
     return posterior.covariance[:size, :size]
 

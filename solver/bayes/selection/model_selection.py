@@ -13,7 +13,7 @@ from ...paper import NotConverged
 from ...robot import Parameter, Robot
 from ..inference import FitPosterior, estimate, refit, with_joint_curves
 from ..model import Expected, GivenPrior, Prior, differences_of, extend
-from ..model.effects import CURVE, EFFECTS, EXTENSIONS, JOINT_OFFSET
+from ..model.effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from ..results import joint_offsets_in_words
 from .model_averaging import (
     averaged,
@@ -78,7 +78,7 @@ def select_models(
     progress("geometry")
     stages = {*EXTENSIONS, JOINT_NOISE} - {*without}
     earlier = prior if isinstance(prior, GivenPrior) else None
-    first = (JOINT_OFFSET.name,) if zeros else ()
+    first = effects_of(zeros=zeros)
     robot, differences = recordings.robot, differences_of(recordings)
     effects = _effects_of(robot, earlier, recordings.effects)
     base = extend(robot, parameters, (*first, *effects))

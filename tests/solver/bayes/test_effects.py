@@ -9,7 +9,15 @@ from imagined import slopes
 import mukca
 from mukca.solver.bayes.inference import estimate
 from mukca.solver.bayes.model import Deflection, extend
-from mukca.solver.bayes.model.effects import EFFECTS, EXTENSIONS, OWN, Effect, Readings
+from mukca.solver.bayes.model.effects import (
+    EFFECTS,
+    EXTENSIONS,
+    OWN,
+    Display,
+    Effect,
+    Readings,
+    add_effect,
+)
 from mukca.solver.calibration import SolveOptions, problems_of
 from mukca.solver.data import observe
 from mukca.solver.robot import (
@@ -113,12 +121,21 @@ SAG = Effect(
 )
 
 
+@pytest.fixture
+def table():
+    """The table, to which a test may add effects."""
+    effects = [*EFFECTS.values()]
+    yield effects
+    EFFECTS.clear()
+    for effect in effects:
+        add_effect(effect)
+
+
 @pytest.mark.parametrize(("effect", "truth"), [(CREEP, [5e-5]), (SAG, [8e-5, 8e-5])])
-def test_an_effect_is_one_value_and_one_line_of_the_table(effect, truth, panda, bases, monkeypatch):
+def test_an_effect_is_one_value_and_one_line_of_the_table(effect, truth, panda, bases, table):
     """By the number of a sample, or by the load, at the first joint alone."""
     others = list(EXTENSIONS)
-    monkeypatch.setitem(EFFECTS, effect.name, effect)
-    monkeypatch.setitem(EXTENSIONS, effect.extension, (effect.name,))
+    add_effect(effect)
     placements = recorded(panda, bases, effect.name, truth)
     calibration = mukca.calibrate(panda, placements, without=others)
     rows = calibration.document.coefficients
@@ -126,6 +143,45 @@ def test_an_effect_is_one_value_and_one_line_of_the_table(effect, truth, panda, 
     for row, value in zip(rows, truth, strict=True):
         assert row.value == pytest.approx(value, abs=4 * row.standard_deviation)
         assert row.standard_deviation < 0.2 * value
+
+
+SWELL = Effect(
+    name="swell",
+    extension="swell",
+    unit="1/rad",
+    axes={"swell": OWN},
+    derivatives=lambda readings: readings.q**2,
+    typical_shift=1e-3,
+    shown=Display(
+        "per mille of a radian",
+        1e3,
+        usual_turn=2.0,
+        usual_words="swollen gears at 81 degrees",
+        heading="swollen gears",
+        by_joint=True,
+    ),
+)
+
+
+def test_an_effect_of_a_test_is_simulated_solved_and_shown_everywhere(panda, table, tmp_path):
+    others = list(EXTENSIONS)
+    add_effect(SWELL)
+    assert [*EFFECTS][-2:] == ["swell", "curve"]
+    sizes = {"samples": 20, "seed": 1, "swell": 3e-3}
+    truth, (train, test) = mukca.simulate_recordings(panda, 2, **sizes)
+    assert truth.deflection.extensions == ("swell",)
+    calibration = mukca.calibrate(panda, train, test=test, without=others, repeatability_mm=0.1)
+    assert calibration.calibrated.deflection.extensions == ("swell",)
+    mukca.write_report(calibration, tmp_path)
+    page, rows = (tmp_path / "report.html").read_text(), calibration.document.coefficients
+    assert "swollen gears, per mille of a radian" in page
+    assert "swollen gears at 81 degrees" in page
+    largest = max(rows, key=lambda row: abs(row.value))
+    assert f"{largest.name} by {1e3 * largest.value:+.2f} per mille of a radian" in page
+    assert ">panda_joint3<" in page
+    (group,) = [group for group in calibration.document.groups if group.name == "swell"]
+    assert f"{1e3 * group.width:.4f}</span> per mille of a radian" in page
+    assert "0.05 per mille of a radian<" in page  # 0.1 mm at 1 m
 
 
 def test_every_effect_has_its_extension_and_its_own_names(panda):

@@ -4,7 +4,7 @@ from .figure import Axis as Axis
 from .figure import Plot as Plot
 from .figure import named_rows as named_rows
 from .figure import to_scale as to_scale
-from .model import shown_unit as shown_unit
+from .model import display_of as display_of
 from .samples import map_sentence as map_sentence
 from .sections import FOLDED as FOLDED
 from .sections import plots_of as plots_of

@@ -1,21 +1,23 @@
 """Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....solver.assessment import Coverage, short_names
-from ....solver.results import Coefficient, JointCurve
+from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_named
+from ....solver.results import JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
 from .figure import Axis, Panel, Plot, full_model, named_rows, plot
 
-_SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "rad/(N m)": (1e6, "\N{MICRO SIGN}rad/(N m)")}
-"""Factor and unit on the screen, by SI unit."""
-_PER_MM = {"mm": 1, "mrad": 1, _SHOWN["rad/(N m)"][1]: 100}
-"""Change that moves a ball 1 m away by 1 mm, by unit on the screen; elastic under 10 N m, an arm's
-usual torque."""
+_ORIGINS = {
+    "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
+    "rad": replace(ANGLES, heading="joint origins, angles"),
+}
+"""How numbers of the geometry are shown, by SI unit."""
 _NOT_COUNTED = ("ball", "given")
 """Groups of the prior that the plot of groups leaves out."""
 _DEGREES = 180 / np.pi
@@ -24,52 +26,64 @@ LEAST_BLANK = 10.0
 """Angles without samples that are named, all together [degrees]."""
 
 
-def shown_unit(unit: str) -> tuple[float, str]:
-    """Return the factor and the name of the unit in which people read a parameter."""
-    return _SHOWN.get(unit, (1.0, unit))
+def display_of(name: str, unit: str) -> Display:
+    """Return how people read a parameter, or a group of them, by its name and SI unit."""
+    effect = effect_named(name)
+    return effect.display if effect else _ORIGINS.get(unit, Display(unit))
 
 
 def parameters(report: ReportDocument) -> Plot:
     """Changes by the calibration, as bars, with standard deviations where there are any."""
-    rows = [
-        ("joint origins, places" if row.unit == "m" else "joint origins, angles", row, row.change)
-        for row in report.parameters
-    ]
-    rows += [
-        ("elasticity" if row.unit == "rad/(N m)" else "corrections of joints", row, row.value)
-        for row in report.coefficients or ()
-        if row.value or row.standard_deviation  # the others are switched off
-    ]
-    kinds: dict[tuple[str, str], list[Coefficient]] = {}
-    for kind, row, change in rows:
-        factor, unit = shown_unit(row.unit)
-        deviation = factor * (row.standard_deviation or 0.0)  # 0 where it is not known
-        bar = Coefficient(
-            name=row.name, unit=unit, value=factor * change, standard_deviation=deviation
-        )
-        kinds.setdefault((kind, unit), []).append(bar)
-    determined = [bar for bar in chain(*kinds.values()) if bar.standard_deviation]
+    rows = [(row, row.change) for row in report.parameters]
+    # the coefficients of effects that are switched off are zero for certain
+    active = [row for row in report.coefficients or () if row.value or row.standard_deviation]
+    rows += [(row, row.value) for row in active]
+    bars_by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
+    for row, change in rows:
+        display = display_of(row.name, row.unit)
+        deviation = display.factor * (row.standard_deviation or 0.0)  # 0 where it is not known
+        bar = _Bar(row.name, display, display.factor * change, deviation)
+        axis = display.heading, display.unit, display.per_mm
+        bars_by_axis.setdefault(axis, []).append(bar)
+    panels = [*bars_by_axis.values()]
+    determined = [bar for bar in chain(*panels) if bar.standard_deviation]
     repeatability = 1e3 * (report.limits.repeatability or 0)
+    usual_words = dict.fromkeys(effect.display.usual_words for effect in EFFECTS.values())
     return plot(
         "parameters",
-        *(_bars_panel(kind, bars, repeatability) for (kind, _), bars in kinds.items()),
+        *(_bars_panel(bars, repeatability) for bars in panels),
         repeatability=repeatability,
+        usual=[words for words in usual_words if words],
         model=full_model(report),
-        largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in kinds.values()],
+        largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in panels],
         known=len(determined),
         clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in determined),
     )
 
 
-def _bars_panel(kind: str, bars: Sequence[Coefficient], repeatability: float) -> Panel:
-    unit, changes = bars[0].unit, np.array([bar.value for bar in bars])
-    deviations = np.array([bar.standard_deviation for bar in bars])
+class _Bar(NamedTuple):
+    """A change as it is drawn, in the unit of its display."""
+
+    name: str
+    display: Display
+    value: float
+    standard_deviation: float
+
+    @property
+    def label(self) -> str:
+        """The name on the axis."""
+        return self.name.rpartition(".")[0] if self.display.by_joint else self.name
+
+
+def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
+    display, changes = bars[0].display, np.array([bar.value for bar in bars])
+    unit, deviations = display.unit, np.array([bar.standard_deviation for bar in bars])
     # Deviations of what no ball can show are far larger than any change; they are cut off.
     ends = abs(changes) + np.minimum(deviations, abs(changes).max())
-    names = [bar.name.removesuffix(".compliance") for bar in bars]
-    panel = named_rows(f"{kind}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
+    names = [bar.label for bar in bars]
+    panel = named_rows(f"{display.heading}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
-    smallest = repeatability * _PER_MM.get(unit, 0)
+    smallest = repeatability * display.per_mm
     if 0 < smallest < panel.x_axis.high:
         panel.threshold("", x=-smallest)
         panel.threshold(f"{smallest:g} {unit}", x=smallest)

@@ -10,7 +10,9 @@ from .curve import kernel as kernel
 from .curve import random_curves as random_curves
 from .curve import spectrum as spectrum
 from .curve import splines as splines
+from .effect import ANGLES as ANGLES
 from .effect import OWN as OWN
+from .effect import Display as Display
 from .effect import Effect as Effect
 from .effect import Readings as Readings
 from .elasticity import COMPLIANCE as COMPLIANCE
@@ -19,4 +21,7 @@ from .gain import GAIN as GAIN
 from .joint_offset import JOINT_OFFSET as JOINT_OFFSET
 from .table import EFFECTS as EFFECTS
 from .table import EXTENSIONS as EXTENSIONS
+from .table import add_effect as add_effect
+from .table import effect_named as effect_named
+from .table import effects_of as effects_of
 from .transmission import HARMONICS as HARMONICS

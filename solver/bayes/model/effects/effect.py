@@ -46,6 +46,32 @@ class Readings:
         return 0.0 if self.clocks is None else self.clocks[:, k : k + 1]
 
 
+@dataclass(frozen=True)
+class Display:
+    """How people read the coefficients of an effect."""
+
+    unit: str
+    factor: float = 1.0
+    """Of the SI unit."""
+    usual_turn: float = 0.0
+    """Turn of a joint by a coefficient of 1 where it stands and bears what joints usually do [rad];
+    0 draws no limit of what matters at the ball."""
+    usual_words: str = ""
+    """Such a place or load, as the report's caption has it."""
+    heading: str = "corrections of joints"
+    """Title of the plot of all coefficients that have the same."""
+    by_joint: bool = False
+    """True if that plot names each coefficient by its joint alone."""
+
+    @property
+    def per_mm(self) -> float:
+        """Change that moves a ball 1 m away by 1 mm, in the unit shown; 0 where it is not known."""
+        return 1e-3 * self.factor / self.usual_turn if self.usual_turn else 0.0
+
+
+ANGLES = Display("mrad", 1e3, usual_turn=1.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Effect:
     """An effect whose coefficients each turn one axis of one joint, in proportion to themselves."""
@@ -66,6 +92,13 @@ class Effect:
     """Typical turn of a joint, its root mean square over the samples [rad]: the prior's width."""
     joints: Joints = "all"
     """Joints that have it: all that move, or the first of the chain alone."""
+    shown: Display | None = None
+    """How reports show it; None for milliradians if it is an angle, else in its own unit."""
+    zeros: bool = False
+    """True if joint origins can hold it, and only arms whose zeros are set by eye (``--zeros``)
+    have it."""
+    of_encoder: bool = False
+    """True if an encoder reads wrongly by it, which says nothing about lengths."""
     learned: bool = True
     """True if the evidence sets the prior's width, around the typical one."""
     rare: bool = False
@@ -90,6 +123,16 @@ class Effect:
     coefficients, where that is far less work than by the derivatives."""
     geometry_widths: Mapping[str, float] = field(default_factory=dict[str, float])
     """Typical widths of groups of the geometry beside this effect, by name [m, rad]."""
+
+    @property
+    def display(self) -> Display:
+        """How reports show it."""
+        return self.shown or (ANGLES if self.unit == "rad" else Display(self.unit))
+
+    @property
+    def across(self) -> bool:
+        """True if joints turn about axes across their own."""
+        return any(axis != OWN for axis in self.axes.values())
 
     @property
     def columns(self) -> slice:

@@ -3,10 +3,19 @@
 It bends about the two axes across its own, u = -d M_b and v = -e M_c.
 """
 
-from .effect import ACROSS_1, ACROSS_2, OWN, Array, Effect, Readings
+from dataclasses import replace
+
+from .effect import ACROSS_1, ACROSS_2, OWN, Array, Display, Effect, Readings
 
 ELASTIC_SHIFT = 5e-4
 """Typical angle by which a joint gives way under its usual load [rad]."""
+SHOWN = Display(
+    "\N{MICRO SIGN}rad/(N m)",
+    1e6,
+    usual_turn=10.0,
+    usual_words="elasticity under 10 N m",
+    heading="elasticity",
+)
 
 
 def _twists(readings: Readings) -> Array:
@@ -24,6 +33,7 @@ COMPLIANCE = Effect(
     axes={"compliance": OWN},
     derivatives=_twists,
     typical_shift=ELASTIC_SHIFT,
+    shown=replace(SHOWN, by_joint=True),
     non_negative=True,
     shared_by_type=True,
     elastic=True,
@@ -35,6 +45,7 @@ TILT = Effect(
     axes={"tilt1": ACROSS_1, "tilt2": ACROSS_2},
     derivatives=_bends,
     typical_shift=ELASTIC_SHIFT,
+    shown=SHOWN,
     non_negative=True,
     shared_by_type=True,
     elastic=True,

@@ -14,5 +14,6 @@ GAIN = Effect(
     axes={"gain": OWN},
     derivatives=_derivatives,
     typical_shift=0.02,  # of a joint whose ratio is wrong
+    of_encoder=True,
     rare=True,
 )

@@ -16,6 +16,8 @@ JOINT_OFFSET = Effect(
     axes={"zero": OWN},
     derivatives=_derivatives,
     typical_shift=math.radians(3),  # as they are set by eye
+    zeros=True,
+    of_encoder=True,
     learned=False,
     # what printed parts are off by: the offsets are the larger part of what is wrong with angles
     geometry_widths={"translation": 2e-4, "rotation": 7e-4},
