@@ -17,7 +17,7 @@ _ORIGINS = {
     "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
     "rad": replace(ANGLES, heading="joint origins, angles"),
 }
-"""How numbers of the geometry are shown, by SI unit."""
+"""Looks of the numbers of the geometry, by SI unit."""
 _NOT_COUNTED = ("ball", "given")
 """Groups of the prior that the plot of groups leaves out."""
 _DEGREES = 180 / np.pi
@@ -27,7 +27,7 @@ LEAST_BLANK = 10.0
 
 
 def display_of(name: str, unit: str) -> Display:
-    """Return how people read a parameter, or a group of them, by its name and SI unit."""
+    """Return the looks of a parameter, or of a group of them, by its name and SI unit."""
     effect = effect_named(name)
     return effect.display if effect else _ORIGINS.get(unit, Display(unit))
 

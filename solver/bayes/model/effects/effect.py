@@ -48,7 +48,7 @@ class Readings:
 
 @dataclass(frozen=True)
 class Display:
-    """How people read the coefficients of an effect."""
+    """The looks of an effect's coefficients where people read them."""
 
     unit: str
     factor: float = 1.0
@@ -93,7 +93,7 @@ class Effect:
     joints: Joints = "all"
     """Joints that have it: all that move, or the first of the chain alone."""
     shown: Display | None = None
-    """How reports show it; None for milliradians if it is an angle, else in its own unit."""
+    """Its looks in reports; None for milliradians if it is an angle, else for its own unit."""
     zeros: bool = False
     """True if joint origins can hold it, and only arms whose zeros are set by eye (``--zeros``)
     have it."""
@@ -126,7 +126,7 @@ class Effect:
 
     @property
     def display(self) -> Display:
-        """How reports show it."""
+        """Its looks in reports."""
         return self.shown or (ANGLES if self.unit == "rad" else Display(self.unit))
 
     @property
