@@ -126,18 +126,33 @@ def _quaternion(turn: list[float], form: tuple[str, ...], where: str) -> list[fl
     if len(turn) == 4:
         return turn
     if form == RPY:
-        (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a / 2), math.cos(a / 2)) for a in turn)
-        return [
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ]
-    if len(turn) == 3:
-        angle = math.hypot(*turn)
-        share = math.sin(angle / 2) / angle if angle else 0.5
-        return [*(share * value for value in turn), math.cos(angle / 2)]
-    a, b, c, d, e, f, g, h, i = turn
+        return _of_rpy(*turn)
+    return _of_vector(turn) if len(turn) == 3 else _of_matrix(turn, where)
+
+
+def _of_rpy(roll: float, pitch: float, yaw: float) -> list[float]:
+    """Return the quaternion of turns about x, then y, then z of the fixed frame [rad]."""
+    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
+    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
+    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+    return [
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    ]
+
+
+def _of_vector(vector: list[float]) -> list[float]:
+    """Return the quaternion of a rotation vector [rad]."""
+    angle = math.hypot(*vector)
+    share = math.sin(angle / 2) / angle if angle else 0.5
+    return [*(share * value for value in vector), math.cos(angle / 2)]
+
+
+def _of_matrix(rotation: list[float], where: str) -> list[float]:
+    """Return the quaternion of a rotation's nine numbers, row by row."""
+    a, b, c, d, e, f, g, h, i = rotation
     # the outer product of the quaternion with itself, times 4; its largest column is the surest
     columns = [
         [1 + a - e - i, b + d, c + g, h - f],
@@ -145,18 +160,28 @@ def _quaternion(turn: list[float], form: tuple[str, ...], where: str) -> list[fl
         [c + g, f + h, 1 - a - e + i, d - b],
         [h - f, c - g, d - b, 1 + a + e + i],
     ]
-    largest = max(range(4), key=lambda k: columns[k][k])
-    length = math.hypot(*columns[largest])
-    x, y, z, w = (value / (length or 1.0) for value in columns[largest])
-    rotation = [
-        *(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        *(2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        *(2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    ]
-    errors = [abs(value - number) for value, number in zip(rotation, turn, strict=True)]
-    if max(errors) > 2 * _ROUNDED:
+    longest = max(range(4), key=lambda k: columns[k][k])
+    length = math.hypot(*columns[longest]) or 1.0
+    quaternion = [value / length for value in columns[longest]]
+    pairs = zip(_matrix_of(*quaternion), rotation, strict=True)
+    if max(abs(value - number) for value, number in pairs) > 2 * _ROUNDED:
         raise RecordingError(f"{where}: r11 to r33 are no rotation; are these its rows?")
-    return [x, y, z, w]
+    return quaternion
+
+
+def _matrix_of(x: float, y: float, z: float, w: float) -> list[float]:
+    """Return the nine numbers of a unit quaternion's rotation, row by row."""
+    return [
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - z * w),
+        2 * (x * z + y * w),
+        2 * (x * y + z * w),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - x * w),
+        2 * (x * z - y * w),
+        2 * (y * z + x * w),
+        1 - 2 * (x * x + y * y),
+    ]
 
 
 def _unit(quaternion: list[float], where: str) -> tuple[float, float, float, float]:

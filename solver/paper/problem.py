@@ -51,20 +51,21 @@ class Problem:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
         linear = self.model.linearise(x, np.concatenate([m.positions for m in self.training]))
         # means and deviations of points and of their derivatives are the same linear operations
-        both = np.concatenate([linear.points[:, :, None], linear.by_parameters], axis=2)
+        columns = np.concatenate([linear.points[:, :, None], linear.by_parameters], axis=2)
         parts = [np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])]
         for measured in self.training:
             total, means = len(measured.positions), list[np.ndarray]()
-            own, both = both[:total].transpose(2, 1, 0), both[total:]
+            balls, columns = columns[:total], columns[total:]
             for rows in measured.slices:
-                points = own[:, :, rows]
-                means.append(points @ np.full((points.shape[2], 1), 1.0 / points.shape[2]))
-                off = (points - means[-1]) * (1.0 / total**0.5)
-                parts.append(off.reshape(len(off), -1).T)
-            offset = (means[1] - means[0])[:, :, 0]
-            length = float(offset[0] @ offset[0]) ** 0.5
-            along = offset @ (offset[0] / length)
-            parts.append(np.array([[length - measured.distance, *along[1:]]]))
+                mean = balls[rows].mean(axis=0)
+                deviations = (balls[rows] - mean) / total**0.5
+                parts.append(deviations.reshape(-1, len(x) + 1))
+                means.append(mean)
+            offset = means[1] - means[0]
+            length = float(np.linalg.norm(offset[:, 0]))
+            distortion = offset[:, 0] @ offset / length
+            distortion[0] = length - measured.distance
+            parts.append(distortion[None])
         rows = np.concatenate(parts)
         return rows[:, 0].copy(), rows[:, 1:].copy()
 

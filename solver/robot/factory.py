@@ -78,13 +78,15 @@ def _chain(
 ) -> tuple[Joint, ...]:
     """Return a table's joints, each with the step A of the one before; the last one is fixed."""
     d1, a2, a3, d4, d5, d6 = sizes
-    table = np.array([np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]) + deltas
-    theta, d, a, alpha = table
-    steps = np.stack([a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta], axis=1)
+    table = [np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]
+    theta, d, a, alpha = np.array(table) + deltas
+    x, y, zero = a * np.cos(theta), a * np.sin(theta), np.zeros(6)
+    steps = np.column_stack([x, y, d, alpha, zero, theta])
     origins = [Origin(), *map(Origin.of, steps)]
-    end = replace(moving[-1], name="flange_of_table", type="fixed")
     about_z = [replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None) for joint in moving]
-    return tuple(replace(j, origin=o) for j, o in zip((*about_z, end), origins, strict=True))
+    end = replace(moving[-1], name="flange_of_table", type="fixed")
+    pairs = zip([*about_z, end], origins, strict=True)
+    return tuple(replace(joint, origin=origin) for joint, origin in pairs)
 
 
 def check_controller(robot: Robot, controller: Robot, file: str | Path | None = None) -> None:

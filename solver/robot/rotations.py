@@ -90,15 +90,16 @@ def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float
     Where roll and yaw are one turn, the yaw is the one given; None for a roll of zero.
     """
     level = float(np.hypot(R[0, 0], R[1, 0]))
+    pitch = float(np.arctan2(0.0 - R[2, 0], level))
+    if level < LOCKED and locked_yaw is None:
+        return 0.0, pitch, float(np.arctan2(-R[0, 1], R[1, 1]))
     yaw = float(np.arctan2(R[1, 0], R[0, 0]))
-    if level < LOCKED:
-        yaw = float(np.arctan2(-R[0, 1], R[1, 1])) if locked_yaw is None else locked_yaw
+    if level < LOCKED and locked_yaw is not None:
+        yaw = locked_yaw
     # the roll that is left, so that both together are right where each by itself is hardly told
     s, c = np.sin(yaw), np.cos(yaw)
     roll = float(np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1]))
-    if level < LOCKED and locked_yaw is None:
-        roll = 0.0
-    return roll, float(np.arctan2(0.0 - R[2, 0], level)), yaw
+    return roll, pitch, yaw
 
 
 def angles_near(R: np.ndarray, angles: np.ndarray) -> np.ndarray:
