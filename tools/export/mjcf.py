@@ -28,6 +28,8 @@ SAME_DIRECTION = 5e-3
 """Largest angle between them [rad]."""
 ROUNDED = 1e-4
 """Axes nearer than this [m], and turned by less [rad], differ by their models' rounding."""
+TINY = 1e-300
+"""Keeps divisors from zero."""
 WEIGHT = 0.1
 """Weight of an axis relative to the one before it, where both models are aligned."""
 
@@ -163,21 +165,14 @@ def _align(
     """Return poses of the URDF's base and links that fit the model's axes, and what differs."""
     actuated, axes = request.calibration.robot.actuated, joints.axes
     turning = np.array([joint.type != "prismatic" for joint in actuated])
-    perpendicular = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
+    # a turning joint may be anywhere along its axis, a sliding one anywhere at all
+    across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
     urdf_axes = np.einsum("nij,nj->ni", nominal[:, :3, :3], [joint.axis for joint in actuated])
     places = joints.poses[:, :3, 3]
-    weights = WEIGHT ** np.arange(len(axes))  # axes next to the base count most
-    base = np.eye(4)
-    base[:3, :3] = kabsch_rotation(urdf_axes, axes, weights)
-    rows = weights[:, None, None] * perpendicular
-    aims = np.einsum("nij,nj->ni", rows, places - nominal[:, :3, 3] @ base[:3, :3].T)
-    base[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
+    base = _base_of(nominal[:, :3, 3], urdf_axes, places, axes, across)
     aligned = base @ nominal
-    expected = urdf_axes @ base[:3, :3].T
-    turns = np.cross(expected, axes)
-    sines = np.linalg.norm(turns, axis=1)
-    angles = np.arctan2(sines, np.sum(axes * expected, axis=1))
-    offsets = np.einsum("nij,nj->ni", perpendicular, places - aligned[:, :3, 3])
+    offsets = np.einsum("nij,nj->ni", across, places - aligned[:, :3, 3])
+    turns, angles = _turns_between(urdf_axes @ base[:3, :3].T, axes)
     distances = np.linalg.norm(offsets, axis=1)
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
     text = (
@@ -187,12 +182,42 @@ def _align(
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
         raise ExportError(f"{text}; it is another arm's model, or counts its angles otherwise")
-    turns *= (angles / np.maximum(sines, 1e-300))[:, None]
     aligned[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ aligned[:, :3, :3]
     aligned[:, :3, 3] += offsets
     differ = max(distances.max(), angles.max()) > ROUNDED
     lines = [f"{text}; in the new file it is the calibrated arm's."] if differ else []
     return base, aligned, lines
+
+
+def _base_of(
+    urdf_places: np.ndarray,
+    urdf_axes: np.ndarray,
+    places: np.ndarray,
+    axes: np.ndarray,
+    across: np.ndarray,
+) -> np.ndarray:
+    """Return the pose (4, 4) of the URDF's base that lays its axes along the model's.
+
+    Places and axes have shape (n, 3); ``across`` (n, 3, 3) takes what lies along an axis away.
+    """
+    weights = WEIGHT ** np.arange(len(axes))  # axes next to the base count most
+    base = np.eye(4)
+    base[:3, :3] = R = kabsch_rotation(urdf_axes, axes, weights)
+    rows = weights[:, None, None] * across
+    aims = np.einsum("nij,nj->ni", rows, places - urdf_places @ R.T)
+    base[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
+    return base
+
+
+def _turns_between(axes: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation vectors that carry unit vectors to others, (n, 3), and angles, (n,) [rad].
+
+    Opposite vectors have an angle of pi, and no rotation vector.
+    """
+    normals = np.cross(axes, others)
+    sines = np.linalg.norm(normals, axis=1)
+    angles = np.arctan2(sines, np.sum(axes * others, axis=1))
+    return normals * (angles / np.maximum(sines, TINY))[:, None], angles
 
 
 def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:

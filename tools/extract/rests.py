@@ -1,4 +1,4 @@
-"""Rests of an arm in a log by the rule of the recorder, the sample of each, and a picture of all.
+"""Rests of an arm in a log by the rule of the recorder, and the sample of each.
 
 The nominal model suggests socket and placement to some millimetres.
 """
@@ -6,7 +6,7 @@ The nominal model suggests socket and placement to some millimetres.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
 from ...solver.robot import BallModel, Robot
-from ..report.plots import Axis, named_rows
 from .log import Log
 
 
@@ -243,49 +242,3 @@ def placements_of(
         )
         for name, samples_there in samples.items()
     }
-
-
-COLUMNS = 1000
-"""A curve goes through the least and the largest value of each."""
-SOCKETS = 4
-"""Sockets with a colour of their own."""
-STYLE = """
-svg { background: white; font: 12px sans-serif; }
-.end { text-anchor: end; }
-.middle { text-anchor: middle; }
-.grid { stroke: #ddd; }
-.curve { fill: none; stroke: #222; }
-rect { fill-opacity: .35; }
-.none { fill: #999; }
-.socket-0 { fill: #3b6fb6; }
-.socket-1 { fill: #d9822b; }
-.socket-2 { fill: #4f9a5b; }
-.socket-3 { fill: #8a5bb0; }
-"""
-
-
-def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> bytes:
-    """Return the picture as SVG.
-
-    A lane for each joint; a band for each rest, in the color of its socket, grey where it is no
-    sample. Parts of the log, such as episodes, stand one behind the other.
-    """
-    times = log.stamps - log.stamps[0]
-    for i in np.flatnonzero(np.diff(log.parts)) + 1:  # a second passes between two parts
-        times[i:] += times[i - 1] + 1.0 - times[i]
-    axis = Axis(0, max(float(times[-1]), 1e-9), "s")
-    panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
-    for number, pause in enumerate(rests, start=1):
-        end = float(times[pause.last])
-        x = panel.x(end - (pause.end - pause.begin))
-        size = {"width": max(2.0, panel.x(end) - x), "height": panel.bottom - panel.top}
-        colour = "none" if pause.placement is None else f"socket-{pause.socket % SOCKETS}"
-        panel.add("rect", x=x, y=panel.top, **size, class_=colour)
-        panel.text(x, panel.top - 6, str(number), colour)
-    blocks = np.array_split(np.arange(len(times)), min(COLUMNS, len(times)))
-    for lane, values in enumerate(log.positions.T):
-        low, size = values.min(), max(np.ptp(values), 1e-9)
-        heights = lane + 0.42 - 0.84 * (values - low) / size
-        ends = [(b, end(heights[b])) for b, end in product(blocks, (np.max, np.min))]
-        panel.line([(float(times[b[0]]), float(end)) for b, end in ends], "curve")
-    return panel.file(STYLE)
