@@ -194,7 +194,7 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         raise MeasurementError(
             f"{where}: {reason}; where an instrument measured what the flange carries, let the "
             'first line be "# measured flange poses", or write {"poses_of": "flange"} into '
-            "placement.json; --flange-poses of check, solve and validate says it, too"
+            "placement.json. Or give --flange-poses to check, solve or validate"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
         ball, none = BallModel(robot, []), np.zeros(0)
