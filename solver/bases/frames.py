@@ -8,7 +8,8 @@ from .ties import TiedRobots
 
 def frames_of_robots(world: TiedRobots) -> tuple[FramePose, ...]:
     """Return the frames but bases; that of the first robot where coordinates are known in it."""
-    places, bases = world.places, {robot.frame for robot in world.robots}
+    places = world.places
+    bases = {robot.frame for robot in world.robots}
     frames = [k for k in range(len(places.frames)) if k not in bases]
     if any(item.frame == WORLD for item in places.located):
         frames.append(WORLD)

@@ -16,9 +16,11 @@ MEETINGS = 150
 
 def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     """Return where a robot stands seen from the first one; no numbers where a turn is left."""
-    names, frame = (world.robots[0].name, world.robots[robot].name), world.robots[robot].frame
+    names = (world.robots[0].name, world.robots[robot].name)
+    frame = world.robots[robot].frame
     shared = sorted({*world.robots[0].sockets} & {*world.robots[robot].sockets})
-    origin, covariance = world.poses[frame].origin, world.frame_covariance(frame)
+    origin = world.poses[frame].origin
+    covariance = world.frame_covariance(frame)
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     variances, axes = np.linalg.eigh(covariance[:3, :3])
     is_known = bool(variances[-1] <= UNSEEN**2)
@@ -90,16 +92,19 @@ def _inside(
     """Return random configurations whose ball is in the region, and the balls in the world."""
     q = workspace(world.arms[robot].model.robot, TRIES, robot)
     places = pose.apply(world.arms[robot].predict(q, np.tile(0 * q, 3)))
-    low, high = region.min(axis=0) - MARGIN, region.max(axis=0) + MARGIN
+    low = region.min(axis=0) - MARGIN
+    high = region.max(axis=0) + MARGIN
     inside = ((places > low) & (places < high)).all(axis=1)
     return q[inside][:MEETINGS], places[inside][:MEETINGS]
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:
     """Return a known pose for people."""
-    (first, second), tools = names, base.tool_deviation
+    first, second = names
+    tools = base.tool_deviation
     assert base.xyz and base.rpy and base.xyz_deviation and base.turn_deviation
-    offset, turn = 1e3 * max(base.xyz_deviation), np.degrees(max(base.turn_deviation))
+    offset = 1e3 * max(base.xyz_deviation)
+    turn = np.degrees(max(base.turn_deviation))
     place = " ".join(f"{1e3 * value:+.2f}" for value in base.xyz)
     turned = " ".join(f"{np.degrees(value):+.3f}" for value in base.rpy)
     frames = (

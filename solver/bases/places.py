@@ -14,12 +14,14 @@ def places_alone(
     They have the names of its own placements; coordinates in the base of another robot are left
     out.
     """
-    recordings, visited = robots[robot], dict[tuple[str, int], tuple[str, int]]()
+    recordings = robots[robot]
+    visited = dict[tuple[str, int], tuple[str, int]]()
     for m in recordings.measurements:
         for socket in m.sockets if m.kind == "sockets" else ():
             visited[base_name(m, len(robots)), socket] = (m.name, socket)
     sockets = [k for k, label in enumerate(places.labels) if label in visited]
-    part, names = places.at(sockets), (*places.frames, robots[0].base_frame)
+    part = places.at(sockets)
+    names = (*places.frames, robots[0].base_frame)
     others = {other.base_frame for other in robots}
     measured = {m.frame for m in recordings.measurements if m.kind == "points"}
     measured |= {names[item.frame] for item in part.located} - others

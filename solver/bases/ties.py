@@ -71,12 +71,14 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     Raises:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
-    fits, count = [robot.fit for robot in robots], len(places.frames)
+    fits = [robot.fit for robot in robots]
+    count = len(places.frames)
     weak = np.diag(np.append(np.tile(1 / FRAME_PRIOR_PRECISION, count), np.zeros(6)))
     parts = [fit.gaussian.conditioned(*fit.state.constraints, count=-1) for fit in fits]
     prior = Gaussian.independent([*parts, Gaussian(np.zeros(len(weak)), weak)])
     tied = TiedRobots(tuple(robots), places, prior, (IDENTITY,) * (count + 1))
-    tied, change = replace(tied, poses=_first_poses(tied)), np.zeros(len(prior.mean))
+    tied = replace(tied, poses=_first_poses(tied))
+    change = np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
     for _ in range(ROUNDS):
         slopes, errors = _equations(tied, change)
@@ -96,7 +98,8 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
 
 def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     """Return first poses of all frames in the world, by the places that they have in common."""
-    places, unknowns = tied.places, np.eye(len(tied.around.mean))
+    places = tied.places
+    unknowns = np.eye(len(tied.around.mean))
     frames = {
         k: view_of_frame(places, k, len(unknowns)).seen for k in (WORLD, *range(len(places.frames)))
     }
@@ -110,7 +113,8 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
 
 def _equations(tied: TiedRobots, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return slopes, shape (E, n), and errors of all that is known, in standard deviations."""
-    places, unknowns = tied.places, np.eye(len(change))
+    places = tied.places
+    unknowns = np.eye(len(change))
     pairs = zip(tied.robots, tied.columns, strict=True)
     views = [robot.view(places, change[rows], unknowns[rows]) for robot, rows in pairs]
     views += [view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))]

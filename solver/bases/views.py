@@ -58,7 +58,9 @@ class Visitor:
             change: Of its d unknowns, shape (d,).
             unknowns: Derivatives of these by all unknowns, shape (d, n).
         """
-        objective, size, data = self.fit.objective, unknowns.shape[1], self.fit.data
+        objective = self.fit.objective
+        size = unknowns.shape[1]
+        data = self.fit.data
         centres = slice(objective.dense, objective.size)
         points = self.fit.state.centres + change[centres].reshape(-1, 3)
         lines = [
@@ -82,7 +84,8 @@ class Visitor:
 def _corners(places: Places, name: str, points: np.ndarray) -> FrameObservations:
     """Return the corners of a frame by their coordinates, shape (3, 3) [m]."""
     first = places.socket_count + len(CORNERS) * places.frames.index(name)
-    numbers, lines = first + np.arange(len(CORNERS)), len(CORNERS) * [f"frame {name}"]
+    numbers = first + np.arange(len(CORNERS))
+    lines = len(CORNERS) * [f"frame {name}"]
     return FrameObservations(name, numbers, points, lines)
 
 

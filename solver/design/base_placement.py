@@ -82,8 +82,10 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
 
 def in_words(start: Sequence[float], end: Sequence[float]) -> str:
     """Return the way from one place of the base to another [m], as seen from the robot."""
-    (x, y, z), (u, v, w) = start, end
-    before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
+    x, y, z = start
+    u, v, w = end
+    before = float(np.hypot(x, y))
+    after = float(np.hypot(u, v))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
     arc = 2 * before * abs(np.sin(0.5 * angle))
     words: list[str] = []
@@ -117,9 +119,11 @@ def with_site(
     """
     first = state.sockets
     state = state.with_sockets(2)
-    ends, deviation = {first: -site.along, first + 1: site.along}, CALIPER_DEVIATION
+    ends = {first: -site.along, first + 1: site.along}
+    deviation = CALIPER_DEVIATION
     if before is not None:  # as long as it was there
-        ends, deviation = ends | {0: before, 1: -before}, 2**0.5 * SEAT_DEVIATION
+        ends = ends | {0: before, 1: -before}
+        deviation = 2**0.5 * SEAT_DEVIATION
     state = state.with_lengths(ends, deviation)
     pools = dict(enumerate(site.poses, first))
     rows = {k: state.whitened(q, k) for k, q in pools.items()}
@@ -157,7 +161,8 @@ def next_base_advice(
     if not sites:
         return ()
     site, then = best_site(state, sites, where, SAMPLES, unit(position[1] - position[0]))
-    centre, u = site.centres.mean(axis=0), unit(site.centres[0] - position[0])
+    centre = site.centres.mean(axis=0)
+    u = unit(site.centres[0] - position[0])
     tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
     longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
     errors = [accuracy.error(where) for accuracy in (state, then, tied)]
@@ -204,12 +209,14 @@ def plan(
     reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
     state = from_prior(model, NOISE, 0)
-    sites, after = [first], [with_site(state, first, where, samples)]
+    sites = [first]
+    after = [with_site(state, first, where, samples)]
     candidates = sites_around(reach, first.centres.mean(axis=0), distance)
     while candidates and len(sites) < placements:
         best, state = best_site(after[-1], candidates, where, samples, first.along)
         candidates = [site for site in candidates if site is not best]
-        sites, after = [*sites, best], [*after, state]
+        sites = [*sites, best]
+        after = [*after, state]
     return Plan(
         distance,
         tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),

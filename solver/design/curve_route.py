@@ -49,7 +49,8 @@ class CurveAnnealing(Annealing):
         solved = np.linalg.solve(joint[:t, :t] + np.eye(t), joint[:t, t:])
         scale = lengths / np.linalg.norm(lengths)
         projection = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
-        remainder, n = joint[t:, t:] - joint[t:, :t] @ solved, triples.size
+        remainder = joint[t:, t:] - joint[t:, :t] @ solved
+        n = triples.size
         remainder = np.concatenate([remainder[:n], projection @ remainder[n:]])
         self.joint = np.concatenate([remainder[:, :n], remainder[:, n:] @ projection.T], axis=1)
         self.distances = np.arange(n, len(self.joint))
@@ -65,10 +66,14 @@ class CurveAnnealing(Annealing):
         self, covariance: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return as the base does, after the samples in some rows of K."""
-        K, d, samples, columns = self.joint, self.distances, covariance, rows.ravel()
+        K = self.joint
+        d = self.distances
+        samples = covariance
+        columns = rows.ravel()
         L = np.linalg.cholesky(submatrix(K, samples) + np.eye(len(samples)))
         half = np.linalg.inv(L) @ K[samples]
-        by_distance, by_sample = half[:, d], half[:, columns].T
+        by_distance = half[:, d]
+        by_sample = half[:, columns].T
         cross = (K[columns][:, d] - by_sample @ by_distance).reshape(*rows.shape, len(d))
         by_sample = by_sample.reshape(*rows.shape, len(samples))
         S = (
@@ -83,9 +88,12 @@ def _joint_covariance(
     state: ParameterCovariance, some: Sequence[tuple[np.ndarray, int]]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return K of samples in some sockets and of distances, their noise 1, and the distances."""
-    model, x, n = state.model, state.x, len(state.covariance)
+    model = state.model
+    x = state.x
+    n = len(state.covariance)
     unit = state.noise.information**0.5 / state.noise.space
-    q, ends = np.concatenate([p for p, _ in some]), workspace(model.robot, 2 * PAIRS)
+    q = np.concatenate([p for p, _ in some])
+    ends = workspace(model.robot, 2 * PAIRS)
     _, _, by_joints = model.linearise(x, q, np.tile(0 * q, 2))
     points, J, by_ends = model.linearise(x, ends, np.tile(0 * ends, 2))
     offsets = points[1::2] - points[::2]

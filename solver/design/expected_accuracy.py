@@ -47,7 +47,8 @@ def predicted_posterior(
     positions, shape (N_k, m) [rad], and moments that hold the joints, shape (N_k, 3 m) [N m].
     """
     state = from_fit(posterior)
-    first, new = state.sockets, state.with_sockets(len(by_socket))
+    first = state.sockets
+    new = state.with_sockets(len(by_socket))
     centres = 3 * len(by_socket)
     rows = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
     before = next((length for length in posterior.data.known if length.on_base), None)
@@ -80,7 +81,9 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     No ball shows the base frame itself, so the error of a place is that of its distance from the
     middle of all samples that were trained on.
     """
-    model, size, (points, by_unknowns) = posterior.model, posterior.model.size, poses
+    model = posterior.model
+    size = posterior.model.size
+    points, by_unknowns = poses
     data = posterior.data
     _, J, _ = model.linearise(posterior.x, data.positions, data.torques, data.clocks)
     offset = points - posterior.points.mean(axis=0)
@@ -143,7 +146,8 @@ def accuracy_by(
 
     The arm may bend: one that bends, and is taken for a rigid one, comes out too long.
     """
-    parameters, rigid = choose_parameters(robot), effects_of(zeros=zeros)
+    parameters = choose_parameters(robot)
+    rigid = effects_of(zeros=zeros)
     twists = [e.name for e in EFFECTS.values() if e.elastic and not e.across]
     bending = extend(robot, parameters, (*rigid, *twists))
     fits: list[FitPosterior] = []

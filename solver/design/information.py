@@ -177,7 +177,8 @@ def joint_covariance(
 
     Samples have whitened rows A, shape (N, 3, n), and F has shape (size, J).
     """
-    cross, size = A @ covariance, len(F)
+    cross = A @ covariance
+    size = len(F)
     variances = np.sum(F * (covariance[:size, :size] @ F), axis=0)
     return cross[:, :, :size] @ F, cross @ A.transpose(0, 2, 1) + np.eye(3), variances
 
@@ -208,7 +209,8 @@ def from_fit(posterior: Posterior) -> ParameterCovariance:
 def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
     """Return the priors of a rigid arm's geometry before anything is measured."""
     m = len(model.robot.actuated)
-    no_rows, no_sockets = np.zeros((0, m)), np.zeros(0, dtype=np.int64)
+    no_rows = np.zeros((0, m))
+    no_sockets = np.zeros(0, dtype=np.int64)
     data = Observations(
         labels=(), known=(), positions=no_rows, torques=np.zeros((0, 2 * m)), sockets=no_sockets
     )

@@ -44,7 +44,8 @@ def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarr
     another way turns the joints as usual.
     """
     turned = np.abs(ways[:, 1:] - ways[:, :-1])
-    total, largest = turns.sum(axis=0) + turned.sum(axis=1), turned.max(axis=2)
+    total = turns.sum(axis=0) + turned.sum(axis=1)
+    largest = turned.max(axis=2)
     shares = 1.2 * total[:, 0] / typical[0] + total.max(axis=1) / typical.max()
 
     def steps(longest: np.ndarray) -> np.ndarray:
@@ -119,14 +120,16 @@ class Annealing:
 
     def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, typical: np.ndarray) -> None:
         """Draw each pose anew so many times, while it cools."""
-        way, order = self.poses(), np.array(self.order)
+        way = self.poses()
+        order = np.array(self.order)
         first = len(way) - len(order)
         still = np.zeros_like(way[1:])
         for temperature in np.geomspace(hot, COLD, sweeps):
             covariance = self.covariance()
             for t in map(int, self.generator.permutation(len(order))):
                 k = self.order[t]
-                rows, position = self.rows[k], t + first
+                rows = self.rows[k]
+                position = t + first
                 remainder = self.updated(covariance, rows[self.chosen[t]], -1)
                 some = self.generator.integers(len(rows), size=DRAWN)
                 some[0] = self.chosen[t]
@@ -146,7 +149,8 @@ class Annealing:
                 places[:, position] = matches + first
                 places[np.arange(len(matches)), matches + first] = position
                 swap = self._draw(_costs(way[places], still, typical), temperature)
-                way, partner = way[places[swap]], matches[swap]
+                way = way[places[swap]]
+                partner = matches[swap]
                 self.chosen[[t, partner]] = self.chosen[[partner, t]]
 
     def way(self, before: np.ndarray | None) -> np.ndarray:

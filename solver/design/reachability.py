@@ -80,7 +80,8 @@ class Reach:
             position = q + (ends - q) / step
             for _ in range(3):
                 pose, J = self._guide.ball_and_neck(position)
-                slope, short = J[:, :3], (seat - pose[:, :3])[:, :, None]
+                slope = J[:, :3]
+                short = (seat - pose[:, :3])[:, :, None]
                 JJ = slope @ slope.transpose(0, 2, 1) + 1e-6 * np.eye(3)
                 position = (
                     position + (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, short))[:, :, 0]

@@ -80,7 +80,8 @@ class Estimate:
     def whitened(self) -> np.ndarray:
         """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N)."""
         posterior, data = self.posterior, self.posterior.data
-        rows, size = np.flatnonzero(data.sockets >= 0), posterior.model.size
+        rows = np.flatnonzero(data.sockets >= 0)
+        size = posterior.model.size
         samples = data.positions[rows], data.torques[rows], data.clocks[rows]
         _, J, by_joints = posterior.model.linearise(posterior.x, *samples)
         of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
@@ -93,7 +94,8 @@ class Estimate:
     @cached_property
     def by_lengths(self) -> np.ndarray:
         """D G of the K measured distances, shape (3 N, K)."""
-        lengths, centres = self.posterior.data.known, self.posterior.centres
+        lengths = self.posterior.data.known
+        centres = self.posterior.centres
         of_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
         slopes = np.zeros((len(of_centres), len(lengths)))
         for k, length in enumerate(lengths):
@@ -115,12 +117,15 @@ def _spread_out(
 
 def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2]."""
-    of_a, of_b = a.posterior.model.names, b.posterior.model.names
+    of_a = a.posterior.model.names
+    of_b = b.posterior.model.names
     names = [*of_a, *(name for name in of_b if name not in of_a)]
-    (shares_a, P_a), (shares_b, P_b) = a.prior(names), b.prior(names)
+    shares_a, P_a = a.prior(names)
+    shares_b, P_b = b.prior(names)
     noise = a.covariance - shares_a @ P_a @ shares_a.T
     noise += b.covariance - shares_b @ P_b @ shares_b.T
-    in_a, in_b = np.isin(names, of_a), np.isin(names, of_b)
+    in_a = np.isin(names, of_a)
+    in_b = np.isin(names, of_b)
     # A model that lacks an unknown holds it at the prior's mean.
     shares_a += b.columns(names) * ~in_a
     shares_b += a.columns(names) * ~in_b
@@ -134,10 +139,12 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
 
 def _shared_by_samples(a: Estimate, b: Estimate) -> np.ndarray:
     """Return the part of X by samples that both were made of."""
-    first, second = _keys(a.posterior), _keys(b.posterior)
+    first = _keys(a.posterior)
+    second = _keys(b.posterior)
     rows = [i for i, key in enumerate(first) if key in second]
     rows_of_second = [second.index(first[i]) for i in rows]
-    u, v = a.whitened[rows], b.whitened[rows_of_second]
+    u = a.whitened[rows]
+    v = b.whitened[rows_of_second]
     return u.reshape(-1, u.shape[2]).T @ v.reshape(-1, v.shape[2])
 
 
@@ -154,7 +161,8 @@ def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart
     the prior of the other, ``follows``, the second holds all that the first does. Then the
     covariance of their difference is the difference of their covariances.
     """
-    A, B = a.linear[0], b.linear[0]
+    A = a.linear[0]
+    B = b.linear[0]
     gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
     slopes = IDENTITY.slopes(A).reshape(-1, 6)
     if follows:

@@ -9,7 +9,8 @@ from ..inference import FitPosterior
 
 def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
     """Return the frames in which sockets or points were measured, in the robot's base."""
-    data, centres = posterior.data, posterior.state.centres
+    data = posterior.data
+    centres = posterior.state.centres
     poses = [
         frame_pose(data, k, pose, posterior.frame_covariance(name), centres, data.points_in(name))
         for k, (name, pose) in enumerate(posterior.frames.items())
@@ -37,7 +38,8 @@ def frame_pose(
         centres: Of the sockets in the base, shape (S, 3) [m].
         points: Number of balls that were measured in it.
     """
-    deviation, error = np.sqrt(np.diag(covariance).clip(min=0)), None
+    deviation = np.sqrt(np.diag(covariance).clip(min=0))
+    error = None
     items = [item for item in places.located if item.frame == frame]
     if items:
         coordinates = pose.apply(np.array([item.coordinates for item in items]))

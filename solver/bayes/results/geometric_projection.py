@@ -65,7 +65,8 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
     start = with_joint_offsets(posterior)
     if not posterior.deflection.beyond_zeros.extensions:
         return start
-    uses, change = _uses(posterior, load), np.zeros(len(start))
+    uses = _uses(posterior, load)
+    change = np.zeros(len(start))
     L = np.linalg.cholesky(posterior.prior_covariance[: len(start), : len(start)])
     for _ in range(ROUNDS):
         values = start + L @ change
@@ -87,7 +88,8 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
 
 def _minimum(form: np.ndarray) -> np.ndarray:
     """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
-    H, g = form[:-1, :-1], form[:-1, -1]
+    H = form[:-1, :-1]
+    g = form[:-1, -1]
     return -np.linalg.solve(H + HELD * np.eye(len(g)), g)
 
 
@@ -114,9 +116,11 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
 
 def _in_sockets(posterior: Posterior) -> list[Use]:
     """Return the uses that samples in sockets are: a point, and distances between bases."""
-    data, rows = posterior.data, np.flatnonzero(posterior.data.sockets >= 0)
+    data = posterior.data
+    rows = np.flatnonzero(posterior.data.sockets >= 0)
     rows = rows[np.argsort(data.sockets[rows], kind="stable")]
-    sockets, weights = data.sockets[rows], posterior.weights[rows]
+    sockets = data.sockets[rows]
+    weights = posterior.weights[rows]
     recorded: np.ndarray = np.unique(sockets)
     members = recorded[:, None] == sockets
     shares = members * weights / np.sum(members * weights, axis=1, keepdims=True)
@@ -132,14 +136,16 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
         means = np.tensordot(shares, errors, axes=1)
         return np.einsum("ni,ni...->n...", directions, means[second] - means[first])
 
-    q, torques = data.positions[rows], data.torques[rows]
+    q = data.positions[rows]
+    torques = data.torques[rows]
     uses = [_use(posterior, q, torques, difference) for difference in (point, distance)]
     return [replace(use, targets=posterior.centres[sockets]) for use in uses]
 
 
 def _measured(posterior: Posterior) -> list[Use]:
     """Return the uses that measured balls are: points in an instrument's frame, and distances."""
-    data, uses = posterior.data, list[Use]()
+    data = posterior.data
+    uses = list[Use]()
     generator = np.random.default_rng(0)
     for frame in np.unique(data.measured_in[data.measured_in >= 0]).tolist():
         rows = np.flatnonzero((data.measured_in == frame) & ~data.turned)

@@ -49,8 +49,11 @@ def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts 
     points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
     C = _blocks(posterior.noise.as_gaussian(by_joints))
     A = Q.T @ J.reshape(len(Q), -1)
-    want, noise, errors = A @ covariance_of(posterior) @ A.T, Q.T @ C @ Q, Q.T @ points.ravel()
-    count, expected = len(q), np.trace(want + noise)
+    want = A @ covariance_of(posterior) @ A.T
+    noise = Q.T @ C @ Q
+    errors = Q.T @ points.ravel()
+    count = len(q)
+    expected = np.trace(want + noise)
     kernels = [Q.T @ K @ Q for K in _kernels(q, moments, by_joints)]
     kernels = [K * expected / np.trace(K) for K in kernels if np.trace(K) > 0]
     logs = np.array([[_logs(want + n * noise, K, errors) for n in NOISES] for K in kernels])
@@ -58,7 +61,8 @@ def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts 
     logs[..., 0] += np.log(len(SIZES) - 1)
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
-    by_noise, by_size = weights.sum(axis=(0, 2)), weights.sum(axis=(0, 1))
+    by_noise = weights.sum(axis=(0, 2))
+    by_size = weights.sum(axis=(0, 1))
     parts = np.array(
         [by_noise @ NOISES * np.trace(noise), np.trace(want), by_size @ SIZES * expected]
     )
@@ -83,11 +87,14 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
         mean = np.full((count, 1), count**-0.5)
         blocks.append(np.linalg.qr(np.hstack([mean, np.eye(count)[:, 1:]]))[0][:, 1:])
     N = sum(counts)
-    Q, row, column = np.zeros((N, N - len(counts))), 0, 0
+    Q = np.zeros((N, N - len(counts)))
+    row = 0
+    column = 0
     for block in blocks:
         rows, columns = block.shape
         Q[row : row + rows, column : column + columns] = block
-        row, column = row + rows, column + columns
+        row = row + rows
+        column = column + columns
     return np.kron(Q, np.eye(3))
 
 

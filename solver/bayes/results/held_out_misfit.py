@@ -61,18 +61,21 @@ def within(
 def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
     """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
     shares, whitened = _by_axes(posterior, place)
-    low, high = np.zeros(len(shares)), np.full(len(shares), LARGEST)
+    low = np.zeros(len(shares))
+    high = np.full(len(shares), LARGEST)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = np.sum(whitened**2 / (shares + middle[:, None]), axis=1) > SQUARE
-        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+        low = np.where(beyond, middle, low)
+        high = np.where(beyond, high, middle)
     return low
 
 
 def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarray]:
     """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first, (N, 3) both."""
     points, J, by_joints = posterior.model.linearise(posterior.x, place.q, place.moments)
-    N, size = len(points), posterior.model.size
+    N = len(points)
+    size = posterior.model.size
     if place.measured is None:
         unknown_place = np.tile(np.eye(3), (N, 1))
         errors = points - points.mean(axis=0)

@@ -118,10 +118,13 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
             Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[joint_index + 1 : next_index]
         ]
         to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
-        R, axis = frames[joint_index, :, 1:4], np.array(joint.axis)
+        R = frames[joint_index, :, 1:4]
+        axis = np.array(joint.axis)
         outward = -to_other.rotation @ axis
-        slide, back = np.zeros(6), np.zeros(6)
-        slide[:3], back[:3] = R @ axis, outward
+        slide = np.zeros(6)
+        back = np.zeros(6)
+        slide[:3] = R @ axis
+        back[:3] = outward
         add(f"sliding along {joint.name}'s axis", {joint_index: slide, next_index: back})
         if joint.type == "prismatic":
             continue

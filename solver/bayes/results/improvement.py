@@ -85,7 +85,8 @@ def _improvement(
     def errors(distances: np.ndarray) -> np.ndarray:
         return np.median(np.abs(distances[pairs] - truths), axis=1)
 
-    before, now = errors(_distances(models.nominal(q))), errors(_distances(models.loaded(q)))
+    before = errors(_distances(models.nominal(q)))
+    now = errors(_distances(models.loaded(q)))
     corrected = errors(lengths) if models.corrected else None
     return Improvement(
         before=_interval(before),
@@ -149,8 +150,12 @@ def _evidence(
     posterior: Posterior, load: Load, measured: Measurement
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return whitened derivatives and errors of a placement: its scatter, and its distance."""
-    model, rows, errors = posterior.model, list[np.ndarray](), list[np.ndarray]()
-    centres, slopes, noise = list[np.ndarray](), list[np.ndarray](), np.zeros((3, 3))
+    model = posterior.model
+    rows = list[np.ndarray]()
+    errors = list[np.ndarray]()
+    centres = list[np.ndarray]()
+    slopes = list[np.ndarray]()
+    noise = np.zeros((3, 3))
     for q, moments in load.by_socket(model.robot, measured):
         points, J, by_joints = model.linearise(posterior.x, q, moments)
         scale = posterior.noise.as_gaussian(by_joints)

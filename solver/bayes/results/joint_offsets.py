@@ -29,7 +29,8 @@ def joint_offsets_in_words(posterior: Posterior) -> str:
 
 def with_joint_offsets(posterior: Posterior) -> np.ndarray:
     """Return the geometric parameters of a model, its zeros put into them, shape (geometry,)."""
-    offsets, model = posterior.deflection.joint_offsets, posterior.model
+    offsets = posterior.deflection.joint_offsets
+    model = posterior.model
     if offsets is None:
         return posterior.values
     return offsets_in_origins(model.ball, model.parameters, posterior.values, offsets)
@@ -42,7 +43,8 @@ def offsets_in_origins(
 
     All of the origin of a joint whose zero is not 0 is free; zeros have shape (m,) [rad, m].
     """
-    frames, origins = model.frames(values), model.origins(values)
+    frames = model.frames(values)
+    origins = model.origins(values)
     place = {parameter.index: i for i, parameter in enumerate(parameters)}
     changed: list[int] = []
     for joint, offset in zip(model.robot.actuated, offsets.tolist(), strict=True):

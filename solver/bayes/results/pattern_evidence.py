@@ -55,7 +55,8 @@ def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
 
 def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
-    J, mean = rows.J.reshape(3 * len(rows.q), -1), np.zeros(len(posterior.x))
+    J = rows.J.reshape(3 * len(rows.q), -1)
+    mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:
         members = J[:, group.members]
@@ -70,7 +71,8 @@ class PatternEvidence:
     def __init__(
         self, posterior: Posterior, rows: PatternRows, y: np.ndarray, changes: np.ndarray
     ) -> None:
-        noise, N = posterior.noise, len(rows.q)
+        noise = posterior.noise
+        N = len(rows.q)
         normal = noise.as_gaussian(rows.by_joints)
         squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
@@ -98,7 +100,8 @@ class PatternEvidence:
         for k, (W, z) in enumerate(zip(self._whiten, self._white, strict=True)):
             white: np.ndarray = W @ A
             d, V = np.linalg.eigh(white.T @ white)
-            d, along = d.clip(min=0.0), (white @ V).T @ z
+            d = d.clip(min=0.0)
+            along = (white @ V).T @ z
             for i, size in enumerate(SIZES.tolist()):
                 shrunk: np.ndarray = size / (1 + size * d)
                 gain = float(shrunk @ along**2) - float(np.log1p(size * d).sum())

@@ -78,7 +78,8 @@ def _rows(
     widths = [part[-1].shape[1] for part in parts]
     seats = np.zeros((3 * sum(count), sum(widths)))
     for i, part in enumerate(parts):
-        row, column = 3 * sum(count[:i]), sum(widths[:i])
+        row = 3 * sum(count[:i])
+        column = sum(widths[:i])
         seats[row : row + 3 * count[i], column : column + widths[i]] = part[-1]
     q, errors, J, by_joints, balls, time = columns
     placement = np.repeat(np.arange(len(parts)), count)
@@ -89,7 +90,8 @@ def _of_placement(
     posterior: Posterior, robot: Robot, load: Load, m: Measurement, step: int
 ) -> tuple[np.ndarray, ...]:
     """Return q, errors, J, derivatives by joints, balls, time and seats of a placement."""
-    q, moments = m.positions, load.torques(robot, m)
+    q = m.positions
+    moments = load.torques(robot, m)
     points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
     sockets = np.repeat(np.arange(len(m.counts)), m.counts)
     if m.kind == "points":
@@ -173,7 +175,8 @@ def _pattern(
     """Return a pattern with its running mean, the errors along its direction."""
     at, unit, along, directions = _drawn(robot, rows, over, field)
     errors = np.einsum("ni,ni->n", rows.errors, directions)
-    low, high = float(at.min()), float(at.max())
+    low = float(at.min())
+    high = float(at.max())
     grid = np.linspace(low, high, GRID)
     width = NEIGHBOURS * max(high - low, 1e-9)
     weights = np.exp(-0.5 * ((grid[:, None] - at) / width) ** 2) + 1e-12

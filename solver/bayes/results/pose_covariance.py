@@ -38,7 +38,8 @@ def pose_covariances(
         of_ball: The points are the ball's centres, so the ball's place on the flange counts.
         misfit: f, of held-out samples beside the noise of the fit; 0 for the posterior alone.
     """
-    Sigma, noise = covariance_of(posterior), posterior.noise
+    Sigma = covariance_of(posterior)
+    noise = posterior.noise
     s_x, s_q = np.array([noise.space, noise.joint]) * misfit / noise.information**0.5
     of_place = s_x**2 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
     covariances = np.empty((len(q), 6, 6))
@@ -61,7 +62,9 @@ def _derivatives(
     posterior: Posterior, q: np.ndarray, moments: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return derivatives of poses by all unknowns but curves, and by the joints, (N, 6, n)."""
-    model, x, curves = posterior.model, posterior.x, posterior.deflection.curves
+    model = posterior.model
+    x = posterior.x
+    curves = posterior.deflection.curves
     if curves is not None:
         q = q + curve_values(q, curves.ravel())
         model = model.without_curves
@@ -88,12 +91,14 @@ def _of_curves(
 
     J are derivatives by the other unknowns, shape (N, 6, scalars).
     """
-    m, scalars = q.shape[1], J.shape[2]
+    m = q.shape[1]
+    scalars = J.shape[2]
     index, weights = splines(q)
     first: np.ndarray = scalars + np.arange(m, dtype=np.int64)[:, None]
     places: np.ndarray = index * m + first
     by_scalars = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
-    knots, w = places.reshape(len(q), -1), weights.reshape(len(q), -1)
+    knots = places.reshape(len(q), -1)
+    w = weights.reshape(len(q), -1)
     of_coefficients = w[:, :, None] * Sigma[knots[:, :, None], knots[:, None]] * w[:, None]
     between = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
     mixed = by_joints @ by_scalars @ J.swapaxes(1, 2)

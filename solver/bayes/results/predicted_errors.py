@@ -20,13 +20,16 @@ NEAR, NEARBY = 0.06, 60
 
 def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """Return what 68 % of the errors gap + deviation z do not exceed in size, shape (N,) [m]."""
-    phi, ratios = NormalDist().cdf, np.linspace(0, LARGE_GAP, 31)
-    low, high = ratios.copy(), ratios + 1
+    phi = NormalDist().cdf
+    ratios = np.linspace(0, LARGE_GAP, 31)
+    low = ratios.copy()
+    high = ratios + 1
     for _ in range(20):
         middle = (low + high) / 2
         pairs = zip(middle.tolist(), ratios.tolist(), strict=True)
         within = np.array([phi(w - r) - phi(-w - r) for w, r in pairs]) > WITHIN_ONE
-        low, high = np.where(within, low, middle), np.where(within, middle, high)
+        low = np.where(within, low, middle)
+        high = np.where(within, middle, high)
     ratio = np.abs(gap) / deviation
     beyond = np.maximum(ratio - LARGE_GAP, 0)
     return deviation * (np.interp(ratio, ratios, high) + beyond)

@@ -29,9 +29,13 @@ BATCH = 500
 
 def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     """Return the covariance of the model's unknowns where play moves samples alike (A11)."""
-    model, data, P = posterior.model, posterior.data, posterior.covariance
+    model = posterior.model
+    data = posterior.data
+    P = posterior.covariance
     rows = np.flatnonzero(data.sockets >= 0)
-    q, N, size = data.positions[rows], len(rows), model.size
+    q = data.positions[rows]
+    N = len(rows)
+    size = model.size
     samples = q, data.torques[rows], data.clocks[rows]
     points, by_unknowns, by_joints = model.linearise(posterior.x, *samples)
     slopes = np.zeros((N, 3, len(P)))
@@ -60,7 +64,8 @@ def _shared_variance(
     u: np.ndarray, A: np.ndarray, P: np.ndarray, kernels: np.ndarray
 ) -> np.ndarray:
     """Return the share of errors that is alike over each length, its mean by the evidence."""
-    n, flat = 3 * len(u), A.transpose(1, 0, 2).reshape(3 * len(u), -1)
+    n = 3 * len(u)
+    flat = A.transpose(1, 0, 2).reshape(3 * len(u), -1)
     eigenvalues, axes = np.linalg.eigh(np.eye(n) - flat @ P @ flat.T)
     axes = axes[:, eigenvalues > DECIDED]
     errors = axes.T @ u.T.ravel() / eigenvalues[eigenvalues > DECIDED]
@@ -92,7 +97,8 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
-    deviation, prior = deviations(posterior)[:size], np.diag(posterior.prior_covariance) ** 0.5
+    deviation = deviations(posterior)[:size]
+    prior = np.diag(posterior.prior_covariance) ** 0.5
     decided = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
     covariance = submatrix(posterior.covariance, decided)
     matrix = covariance / np.outer(deviation[decided], deviation[decided])
@@ -111,7 +117,8 @@ def observability_index(posterior: Posterior) -> float:
     geometry, without what the places of sockets and frames explain, each parameter in units of its
     prior's standard deviation; L of them are not zero (s > 1e-6 s_1).
     """
-    model, data = posterior.model, posterior.data
+    model = posterior.model
+    data = posterior.data
     samples = data.positions, data.torques, data.clocks
     true = posterior.deflection.true_positions(*samples)
     linear = model.ball.linearise(posterior.values, true)
@@ -173,9 +180,11 @@ def predicted_deviation(
     """
     size = posterior.model.size
     covariance = posterior.covariance[:size, :size]
-    total, count = 0.0, 0
+    total = 0.0
+    count = 0
     for q, torque in by_socket:
-        sums, noise = np.zeros((3, size)), 0.0
+        sums = np.zeros((3, size))
+        noise = 0.0
         for begin in range(0, len(q), BATCH):
             some = slice(begin, begin + BATCH)
             _, J, by_joints = posterior.model.linearise(posterior.x, q[some], torque[some])

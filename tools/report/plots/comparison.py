@@ -77,7 +77,8 @@ def _distances(result: ComparisonDocument) -> Plot | None:
     values = [1e3 * error for error in chain(*errors) if error is not None]
     if not values:
         return None
-    axis, title = Axis.around_zero(values, "mm"), "socket distance, predicted less measured"
+    axis = Axis.around_zero(values, "mm")
+    title = "socket distance, predicted less measured"
     panel = _by_model(result, title, axis, lambda model: model.distance_error, "+.3f")
     worst = [
         (1e3 * max(abs(row[k] or 0.0) for row in errors), model.name)

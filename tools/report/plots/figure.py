@@ -60,22 +60,27 @@ class Axis:
 
     def fraction(self, value: float) -> float:
         """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
-        low, high = self.low, self.high
+        low = self.low
+        high = self.high
         if self.log:
-            value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
+            value = math.log(max(value, low))
+            low = math.log(low)
+            high = math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
     def marks(self) -> list[float]:
         """Return the values that carry a number: at most two digits a decade where logarithmic."""
         marks = self.ticks
         if marks is None and self.log:
-            low, high = math.log10(self.low), math.log10(self.high)
+            low = math.log10(self.low)
+            high = math.log10(self.high)
             powers = range(math.floor(low), math.ceil(high) + 1)
             digits = (1,) if high - low > 2 else (1, 2, 5)
             marks = [digit * 10.0**power for power, digit in product(powers, digits)]
         elif marks is None:
             step = nice_above((self.high - self.low) / 5)
-            first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+            first = math.ceil(self.low / step - 1e-9)
+            last = math.floor(self.high / step + 1e-9)
             return [k * step for k in range(first, last + 1)]
         return [m for m in marks if self.low * (1 - 1e-9) <= m <= self.high * (1 + 1e-9)]
 
@@ -206,7 +211,8 @@ def _number(value: float) -> str:
 
 def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: float) -> Panel:
     """Return a panel with lines, both axes to one scale, with room round points, shape (N, 2)."""
-    low, high = points.min(axis=0) - room, points.max(axis=0) + room
+    low = points.min(axis=0) - room
+    high = points.max(axis=0) + room
     width = WIDTH - LEFT - RIGHT
     scale = float(min(width / (high[0] - low[0]), 420 / (high[1] - low[1])))
     middle = float(low[0] + high[0]) / 2

@@ -94,7 +94,8 @@ def _matrix_panel(
     span = max(math.log(max(max(row) for row in errors.values())) - low, 1e-9)
     for i, j, value in ((i, j, value) for i, row in errors.items() for j, value in enumerate(row)):
         shade = (math.log(value) - low) / span
-        x, y = panel.left + j * size, panel.y(i)
+        x = panel.left + j * size
+        y = panel.y(i)
         box = {"x": x, "y": y - size / 2, "width": size, "height": size}
         hint = f"trained on {names[i]}, error at {names[j]}: {value:.3f} mm"
         panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * shade)
@@ -108,7 +109,8 @@ def _matrix_panel(
             panel.text(x + size / 2, y + 4, f"{value:.2f}", f"number middle {inverse}")
     step = math.ceil(LINE / (size * math.sin(math.radians(24))))
     for j, name in list(enumerate(names))[::step]:
-        x, y = panel.left + (j + 0.5) * size - 6, panel.bottom + 12
+        x = panel.left + (j + 0.5) * size - 6
+        y = panel.bottom + 12
         panel.text(x, y, name[:14], "tick", transform=f"rotate(24 {x} {y})")
     return panel
 

@@ -76,8 +76,10 @@ class _Bar(NamedTuple):
 
 
 def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
-    display, changes = bars[0].display, np.array([bar.value for bar in bars])
-    unit, deviations = display.unit, np.array([bar.standard_deviation for bar in bars])
+    display = bars[0].display
+    changes = np.array([bar.value for bar in bars])
+    unit = display.unit
+    deviations = np.array([bar.standard_deviation for bar in bars])
     # Deviations of what no ball can show are far larger than any change; they are cut off.
     ends = abs(changes) + np.minimum(deviations, abs(changes).max())
     names = [bar.label for bar in bars]
@@ -117,7 +119,8 @@ def _positions(covered: Coverage, joint_names: Sequence[int], factor: float, uni
     ends = [end for end in limits if end is not None]
     for s, i in product(covered.sockets, joint_names):
         ends += [s.low[i], s.high[i]]
-    low, high = factor * min(ends), factor * max(ends)
+    low = factor * min(ends)
+    high = factor * max(ends)
     title = f"positions, {unit}; socket 0 above, others below"
     axis = Axis(low, max(high, low + 1e-6), unit)
     panel = named_rows(title, [row.name for row in rows], axis, pitch=34)

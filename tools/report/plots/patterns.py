@@ -24,7 +24,8 @@ def patterns(report: ReportDocument) -> Plot | None:
 def _panel(row: ErrorPattern, y: Axis) -> Panel:
     """Return the errors of one pattern, the band about zero, and the running mean."""
     factor, unit = _UNITS[row.unit]
-    low, high = factor * row.grid[0], factor * row.grid[-1]
+    low = factor * row.grid[0]
+    high = factor * row.grid[-1]
     x = Axis(low, max(high, low + 1e-6), unit)
     panel = Panel(f"{row.over}: {row.along}", x, y, width=248, height=190, margin=44).grid()
     grid = [factor * value for value in row.grid]

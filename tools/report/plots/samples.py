@@ -134,7 +134,8 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
 
 def _running_centre(deviations: np.ndarray) -> list[float]:
     """Return the length of the mean deviation of the samples round each one."""
-    half, count = WINDOW // 2, len(deviations)
+    half = WINDOW // 2
+    count = len(deviations)
     means = [deviations[max(0, k - half) : k + half + 1].mean(axis=0) for k in range(count)]
     return np.linalg.norm(means, axis=1).tolist()
 
@@ -145,7 +146,8 @@ HALF = 0.16
 
 def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
-    rows, names = report.placements, [row.name for row in report.answers.use.rows]
+    rows = report.placements
+    names = [row.name for row in report.answers.use.rows]
     before = [1e3 * row.before.mean_absolute_error for row in rows]
     after = [1e3 * row.loaded.mean_absolute_error for row in rows]
     x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
@@ -164,7 +166,8 @@ def errors_by_placement(report: ReportDocument) -> Plot:
 
 def table_map(report: ReportDocument) -> Plot:
     """The placements as the robot sees them from above, coloured by the answer for the task."""
-    rows, place = report.placements, report.answers.next.place
+    rows = report.placements
+    place = report.answers.next.place
     ahead, sideways, _ = np.array([(0.0, 0.0, 0.0), *(row.position for row in rows), place]).T
     labels = ("m to the robot's right", "m ahead of the robot's base")
     panel = to_scale("", np.stack([-sideways, ahead], axis=1), labels, room=HALF)
@@ -172,9 +175,11 @@ def table_map(report: ReportDocument) -> Plot:
     panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
     panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
     panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
-    uses, asked = report.answers.use.rows, report.task is not None
+    uses = report.answers.use.rows
+    asked = report.task is not None
     for i, (row, use) in enumerate(zip(rows, uses, strict=True)):
-        x, y = panel.x(-row.position[1]), panel.y(row.position[0])
+        x = panel.x(-row.position[1])
+        y = panel.y(row.position[0])
         word = use.answer.split(" ")[0] if asked or use.least is None else "unasked"
         mark = {"class_": f"answer {word}", "data_placement": i}
         panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)

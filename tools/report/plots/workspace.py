@@ -26,7 +26,8 @@ def error_map(report: ReportDocument) -> Plot | None:
     if outlook is None:
         return None
     worst = max(outlook.cells, key=lambda cell: cell[2])
-    lowest, highest = min(deviation for _, _, deviation in outlook.cells), worst[2]
+    lowest = min(deviation for _, _, deviation in outlook.cells)
+    highest = worst[2]
     reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
     labels = "m to the robot's right", "m ahead of the robot's base"
     axes = [Axis(-reach, reach, label) for label in labels]
@@ -54,7 +55,8 @@ def error_map(report: ReportDocument) -> Plot | None:
 
 def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
     """Draw a dashed line round cells by their centres, which lie half a cell from the axes."""
-    inside, half = {(x // width, y // width) for x, y in cells}, width / 2
+    inside = {(x // width, y // width) for x, y in cells}
+    half = width / 2
     for x, y in cells:
         for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             if (x // width + a, y // width + b) not in inside:
@@ -71,7 +73,8 @@ def arms_together(report: ReportDocument) -> Plot | None:
     arms = report.arms
     if arms is None or not any(arm.postures for arm in arms.arms):
         return None
-    first, frames = arms.arms[0].name, _frames(arms)
+    first = arms.arms[0].name
+    frames = _frames(arms)
     postures = np.concatenate(
         [np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures]
     )
@@ -133,7 +136,8 @@ def _draw_frame(
             panel.line([(a, b), tuple(end)], "axis")
             panel.text(panel.x(end[0]) + 3, panel.y(end[1]) + 4, name, "tick")
     across, up = factor * deviation @ np.abs(flat)
-    x, y = panel.x(a), panel.y(b)
+    x = panel.x(a)
+    y = panel.y(b)
     radii = {"rx": max(panel.x(a + across) - x, 3), "ry": max(y - panel.y(b + up), 3)}
     hint = f"{called}: +- {' '.join(f'{1e3 * d:.2f}' for d in deviation)} mm"
     panel.add("ellipse", hint, cx=x, cy=y, **radii, class_="deviation-ellipse")
@@ -143,7 +147,8 @@ def _draw_frame(
 def arm_in_3d(report: ReportDocument) -> Plot:
     """The arm in its recorded configurations, nominal against calibrated."""
     arm = report.arm
-    count, factor = len(arm.placements), arm.exaggeration
+    count = len(arm.placements)
+    factor = arm.exaggeration
     factors = [(k, f"{k:g} x" if k != 1 else "true") for k in sorted({1.0, factor, 10 * factor})]
     controls = {"configurations": count, "factor": factor, "factors": factors}
     values: dict[str, Any] = {"arm": arm, "model": full_model(report)}
