@@ -88,6 +88,17 @@ class Posterior:
         offsets = self.points if self.moved is None else self.points - self.moved
         return offsets[in_socket] - self.centres[self.data.sockets[in_socket]]
 
+    @property
+    def of_unknowns(self) -> np.ndarray:
+        """Covariance of x, shape (size, size)."""
+        return self.covariance[: self.model.size, : self.model.size]
+
+    def linearise(
+        self, q: np.ndarray, moments: np.ndarray, clocks: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return balls at x and their derivatives, see :meth:`.ExtendedModel.linearise`."""
+        return self.model.linearise(self.x, q, moments, clocks)
+
     def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
         return self.model.predict(self.x, q, torque)

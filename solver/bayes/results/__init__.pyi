@@ -1,3 +1,4 @@
+from .base_length import length_deviation as length_deviation
 from .chance import Estimate as Estimate
 from .chance import apart_by_chance as apart_by_chance
 from .frames import frame_pose as frame_pose
@@ -23,7 +24,6 @@ from .uncertainty import correlations as correlations
 from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes
 from .uncertainty import effective_parameters as effective_parameters
-from .uncertainty import length_deviation as length_deviation
 from .uncertainty import observability_index as observability_index
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale

@@ -20,6 +20,7 @@ from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
 from ..model import block_matrix, prior_covariance
+from .projections import outside
 from .uncertainty import covariance_of
 
 DRAWS = 1000
@@ -41,9 +42,8 @@ class Estimate:
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray]:
         """Balls, shape (N, 3) [m], and their derivatives D by the unknowns, shape (3 N, size)."""
-        posterior = self.posterior
-        points, J, _ = posterior.model.linearise(posterior.x, self.q, self.moments)
-        return points, J.reshape(-1, posterior.model.size)
+        points, J, _ = self.posterior.linearise(self.q, self.moments)
+        return points, J.reshape(-1, J.shape[2])
 
     @cached_property
     def spread(self) -> np.ndarray:
@@ -78,31 +78,42 @@ class Estimate:
 
     @cached_property
     def whitened(self) -> np.ndarray:
-        """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N)."""
-        posterior, data = self.posterior, self.posterior.data
+        """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N).
+
+        With J the derivatives of a sample's ball, E those of its socket's centre, C = L L^T its
+        noise and w its weight, a sample's part is w^1/2 L^-1 (J - E) Sigma D^T.
+        """
+        posterior = self.posterior
+        data = posterior.data
         rows = np.flatnonzero(data.sockets >= 0)
-        size = posterior.model.size
         samples = data.positions[rows], data.torques[rows], data.clocks[rows]
-        _, J, by_joints = posterior.model.linearise(posterior.x, *samples)
+        _, J, by_joints = posterior.linearise(*samples)
+        size = J.shape[2]
         of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
         at_sockets = of_centres[:, data.sockets[rows]].transpose(1, 2, 0)
         shifts = J @ self.spread[:, :size].T - at_sockets
-        root = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
+        L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
         weights = np.sqrt(posterior.weights[rows])[:, None, None]
-        return weights * np.linalg.solve(root, shifts)
+        return weights * np.linalg.solve(L, shifts)
 
     @cached_property
     def by_lengths(self) -> np.ndarray:
-        """D G of the K measured distances, shape (3 N, K)."""
+        """D G of the K measured distances, shape (3 N, K).
+
+        With U the derivatives of the distances by the centres, and C the covariance by which they
+        are measured, it is D Sigma U^T C^-1.
+        """
         lengths = self.posterior.data.known
         centres = self.posterior.centres
         of_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
         slopes = np.zeros((len(of_centres), len(lengths)))
         for k, length in enumerate(lengths):
-            along = centres[length.second] - centres[length.first]
+            offset = centres[length.second] - centres[length.first]
             shifts = of_centres[:, length.second] - of_centres[:, length.first]
-            slopes[:, k] = shifts @ along / np.linalg.norm(along)
-        return slopes @ np.linalg.inv(distance_covariance(lengths)) if lengths else slopes
+            slopes[:, k] = shifts @ offset / np.linalg.norm(offset)
+        if not lengths:
+            return slopes
+        return slopes @ np.linalg.inv(distance_covariance(lengths))
 
 
 def _spread_out(
@@ -116,7 +127,13 @@ def _spread_out(
 
 
 def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
-    """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2]."""
+    """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2].
+
+        D [(M_a - M_b) P (M_a - M_b)^T + N_a + N_b] D^T - X - X^T
+
+    over the unknowns of either. A model that lacks an unknown holds it at the prior's mean, so M
+    is 1 of it there. P of an unknown that both have is the mean of theirs.
+    """
     of_a = a.posterior.model.names
     of_b = b.posterior.model.names
     names = [*of_a, *(name for name in of_b if name not in of_a)]
@@ -126,7 +143,6 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     noise += b.covariance - shares_b @ P_b @ shares_b.T
     in_a = np.isin(names, of_a)
     in_b = np.isin(names, of_b)
-    # A model that lacks an unknown holds it at the prior's mean.
     shares_a += b.columns(names) * ~in_a
     shares_b += a.columns(names) * ~in_b
     in_both = np.outer(in_a & in_b, in_a & in_b)
@@ -135,6 +151,22 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     S = common_covariance(a.posterior.data.known, b.posterior.data.known)
     X = _shared_by_samples(a, b) + a.by_lengths @ S @ b.by_lengths.T
     return differences @ P @ differences.T + noise - X - X.T
+
+
+def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
+    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
+    inner = outside(outside(covariance, Q).T, Q)
+    return (inner + inner.T) / 2
+
+
+def _mean_distances(covariance: np.ndarray) -> np.ndarray:
+    """Return the mean length of N offsets in random draws of them, shape (DRAWS,) [m]."""
+    variances, axes = np.linalg.eigh(covariance)
+    root = axes * np.sqrt(variances.clip(min=0))
+    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
+    offsets = (root @ white).reshape(-1, 3, DRAWS)
+    return np.linalg.norm(offsets, axis=1).mean(axis=0)
 
 
 def _shared_by_samples(a: Estimate, b: Estimate) -> np.ndarray:
@@ -164,19 +196,12 @@ def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart
     A = a.linear[0]
     B = b.linear[0]
     gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
-    slopes = IDENTITY.slopes(A).reshape(-1, 6)
     if follows:
         covariance = a.covariance - b.covariance
         covariance *= np.sign(np.trace(covariance))
     else:
         covariance = difference_covariance(a, b)
-    Q = np.linalg.qr(slopes)[0]
-    covariance -= Q @ (Q.T @ covariance)
-    covariance -= (covariance @ Q) @ Q.T
-    variances, axes = np.linalg.eigh((covariance + covariance.T) / 2)
-    root = axes * np.sqrt(variances.clip(min=0))
-    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
-    drawn: np.ndarray = np.linalg.norm((root @ white).reshape(-1, 3, DRAWS), axis=1).mean(axis=0)
+    drawn = _mean_distances(_still(covariance, A))
     value = float(gaps.mean())
     return Apart(
         value=value,

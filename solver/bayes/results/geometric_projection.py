@@ -10,6 +10,7 @@ from ...robot import BallModel, workspace
 from ..inference import Posterior
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
+from .projections import outside
 from .uncertainty import sum_of_variances
 
 PLACES, POSTURES = 80, 10
@@ -115,26 +116,28 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
 
 
 def _in_sockets(posterior: Posterior) -> list[Use]:
-    """Return the uses that samples in sockets are: a point, and distances between bases."""
+    """Return the uses that samples in sockets are: a point, and distances between bases.
+
+    A sample of a point counts by its robust weight, and so it does in its socket's mean.
+    """
     data = posterior.data
     rows = np.flatnonzero(posterior.data.sockets >= 0)
     rows = rows[np.argsort(data.sockets[rows], kind="stable")]
     sockets = data.sockets[rows]
     weights = posterior.weights[rows]
     recorded: np.ndarray = np.unique(sockets)
-    members = recorded[:, None] == sockets
-    shares = members * weights / np.sum(members * weights, axis=1, keepdims=True)
+    shares = (recorded[:, None] == sockets) * weights
+    shares /= shares.sum(axis=1, keepdims=True)
     bases = np.array([name for name, _ in data.labels])[recorded]
     first, second = np.nonzero(np.triu(bases[:, None] != bases))
     directions = _directions(posterior.centres[recorded], first, second)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        differences = without_mean(errors, sockets)
-        return _rows(differences * np.sqrt(weights).reshape(-1, *[1] * (errors.ndim - 1)))
+        return _rows(_scaled(without_mean(errors, sockets), np.sqrt(weights)))
 
     def distance(errors: np.ndarray) -> np.ndarray:
         means = np.tensordot(shares, errors, axes=1)
-        return np.einsum("ni,ni...->n...", directions, means[second] - means[first])
+        return _along(directions, means[second] - means[first])
 
     q = data.positions[rows]
     torques = data.torques[rows]
@@ -162,13 +165,16 @@ def _measured(posterior: Posterior) -> list[Use]:
 
 
 def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
-    """Return the use that balls are in a frame that no arm knows: errors less its best motion."""
+    """Return the use that balls are in a frame that no arm knows: errors less its best motion.
+
+    With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
+    is e - Q Q^T e.
+    """
     motions = IDENTITY.slopes(posterior.predict(q, torques)).reshape(-1, 6)
     Q: np.ndarray = np.linalg.qr(motions)[0]
 
     def point(errors: np.ndarray) -> np.ndarray:
-        rows = _rows(errors)
-        return rows - Q @ (Q.T @ rows)
+        return outside(_rows(errors), Q)
 
     return _use(posterior, q, torques, point)
 
@@ -180,9 +186,14 @@ def _distances(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     directions = _directions(points, first, second)
 
     def difference(errors: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,ni...->n...", directions, errors[second] - errors[first])
+        return _along(directions, errors[second] - errors[first])
 
     return _use(posterior, q, torques, difference)
+
+
+def _along(directions: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the parts of offsets, shape (N, 3, ...), along directions, shape (N, ...)."""
+    return np.einsum("ni,ni...->n...", directions, offsets)
 
 
 def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -193,15 +204,17 @@ def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np
 
 
 def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
-    """Return a use at poses at which the full model says where the ball is, and how surely."""
-    model = posterior.model
-    points, slopes, _ = model.linearise(posterior.x, q, torques)
+    """Return a use at poses at which the full model says where the ball is, and how surely.
+
+    Its variance is the mean of s^T Sigma s, with s the derivatives of an error that counts by the
+    unknowns.
+    """
+    points, slopes, _ = posterior.linearise(q, torques)
     rows = difference(slopes)
-    covariance = posterior.covariance[: model.size, : model.size]
     # of error curves, few poses at a time need few coefficients
-    parts = np.array_split(rows, PLACES if model.scalars < model.size else 1)
-    variance = sum(sum_of_variances(part, covariance) for part in parts) / max(len(rows), 1)
-    return Use(q, points, difference, variance)
+    parts = np.array_split(rows, PLACES if posterior.deflection.curves is not None else 1)
+    variances = [sum_of_variances(part, posterior.of_unknowns) for part in parts]
+    return Use(q, points, difference, sum(variances) / max(len(rows), 1))
 
 
 def _rows(errors: np.ndarray) -> np.ndarray:
@@ -210,8 +223,12 @@ def _rows(errors: np.ndarray) -> np.ndarray:
 
 def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return values, of shape (N, ...), less their mean at each place; places come in order."""
-    begins = np.flatnonzero(np.diff(places, prepend=-1))
-    counts = np.diff([*begins.tolist(), len(places)])
+    _, begins, counts = np.unique(places, return_index=True, return_counts=True)
     sums = np.add.reduceat(values, begins, axis=0)
-    means = sums / counts.reshape(-1, *[1] * (values.ndim - 1))
+    means = _scaled(sums, 1 / counts)
     return values - np.repeat(means, counts, axis=0)
+
+
+def _scaled(values: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Return values, of shape (N, ...), each row times a factor, shape (N,)."""
+    return values * factors.reshape(-1, *[1] * (values.ndim - 1))

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
+from .projections import block_diagonal
 from .uncertainty import covariance_of
 
 MOST = 72
@@ -37,92 +38,100 @@ Samples = tuple[np.ndarray, np.ndarray]
 
 
 def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts | None:
-    """Return the parts of the error at held-out sockets; None for too few samples."""
+    """Return the parts of the error at held-out sockets; None for too few samples.
+
+    Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
+    for n = 1. They are scaled to sum to the square of the error that was found.
+    """
     total = sum(len(q) for q, _ in sockets)
     step = -(-total // MOST)
-    sockets = [(q[::step], moments[::step]) for q, moments in sockets if len(q) > 2 * step]
-    if not sockets:
+    thinned = [(q[::step], moments[::step]) for q, moments in sockets if len(q) > 2 * step]
+    if not thinned:
         return None
-    Q = _contrasts([len(q) for q, _ in sockets])
-    q = np.concatenate([q for q, _ in sockets])
-    moments = np.concatenate([moments for _, moments in sockets])
-    points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
-    C = _blocks(posterior.noise.as_gaussian(by_joints))
+    Q = _contrasts([len(q) for q, _ in thinned])
+    q = np.concatenate([q for q, _ in thinned])
+    moments = np.concatenate([moments for _, moments in thinned])
+    points, J, by_joints = posterior.linearise(q, moments)
     A = Q.T @ J.reshape(len(Q), -1)
     want = A @ covariance_of(posterior) @ A.T
-    noise = Q.T @ C @ Q
-    errors = Q.T @ points.ravel()
-    count = len(q)
-    expected = np.trace(want + noise)
+    noise = Q.T @ block_diagonal(posterior.noise.as_gaussian(by_joints)) @ Q
     kernels = [Q.T @ K @ Q for K in _kernels(q, moments, by_joints)]
-    kernels = [K * expected / np.trace(K) for K in kernels if np.trace(K) > 0]
-    logs = np.array([[_logs(want + n * noise, K, errors) for n in NOISES] for K in kernels])
-    logs -= np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)[:, None] / 2
-    logs[..., 0] += np.log(len(SIZES) - 1)
-    weights = np.exp(logs - logs.max())
-    weights /= weights.sum()
+    errors = Q.T @ points.ravel()
+    weights = _weights(want, noise, kernels, errors)
     by_noise = weights.sum(axis=(0, 2))
     by_size = weights.sum(axis=(0, 1))
-    parts = np.array(
-        [by_noise @ NOISES * np.trace(noise), np.trace(want), by_size @ SIZES * expected]
-    )
+    expected = np.trace(want + noise)
+    of_noise = by_noise @ NOISES * np.trace(noise)
+    parts = np.array([of_noise, np.trace(want), by_size @ SIZES * expected])
     error = float(errors @ errors)
     scale = error / parts.sum()
-    low, high = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
-    roots = np.sqrt(scale * parts / count).tolist()
-    squares = np.minimum([scale * expected * low, scale * expected * high], error)
-    low, high = np.sqrt(squares / count).tolist()
+    ends = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
+    squares = np.append(scale * parts, np.minimum(scale * expected * ends, error))
+    of_noise, of_want, of_model, low, high = np.sqrt(squares / len(q)).tolist()
     return ErrorParts(
-        error=(error / count) ** 0.5,
-        noise=roots[0],
-        want_of_data=roots[1],
-        not_in_model=Interval(value=roots[2], low=low, high=high),
+        error=(error / len(q)) ** 0.5,
+        noise=of_noise,
+        want_of_data=of_want,
+        not_in_model=Interval(value=of_model, low=low, high=high),
     )
+
+
+def _weights(
+    want: np.ndarray, noise: np.ndarray, kernels: Sequence[np.ndarray], errors: np.ndarray
+) -> np.ndarray:
+    """Return the probability of each K, n and m by the errors, shape (kernels, n, m).
+
+    The evidence is N(errors; 0, want + n^2 noise + m^2 K), with K as large as the first two for
+    n = 1. Log n has a normal prior, and m = 0 as much of the prior as all others together.
+    """
+    expected = np.trace(want + noise)
+    scaled = [K * expected / np.trace(K) for K in kernels if np.trace(K) > 0]
+    logs = np.array([[_logs(want + n * noise, K, errors) for n in NOISES] for K in scaled])
+    logs -= np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)[:, None] / 2
+    logs[..., 0] += np.log(len(SIZES) - 1)
+    odds = np.exp(logs - logs.max())
+    return odds / odds.sum()
 
 
 def _contrasts(counts: Sequence[int]) -> np.ndarray:
     """Return Q for sockets with so many samples, shape (3 N, 3 (N - sockets))."""
     blocks: list[np.ndarray] = []
     for count in counts:
-        mean = np.full((count, 1), count**-0.5)
-        blocks.append(np.linalg.qr(np.hstack([mean, np.eye(count)[:, 1:]]))[0][:, 1:])
-    N = sum(counts)
-    Q = np.zeros((N, N - len(counts)))
-    row = 0
-    column = 0
-    for block in blocks:
-        rows, columns = block.shape
-        Q[row : row + rows, column : column + columns] = block
-        row = row + rows
-        column = column + columns
-    return np.kron(Q, np.eye(3))
-
-
-def _blocks(values: np.ndarray) -> np.ndarray:
-    """Return a block diagonal matrix of matrices, shape (N, 3, 3), as (3 N, 3 N)."""
-    N = len(values)
-    matrix = np.zeros((N, 3, N, 3))
-    matrix[np.arange(N), :, np.arange(N)] = values
-    return matrix.reshape(3 * N, 3 * N)
+        columns = np.eye(count)
+        columns[:, 0] = 1.0  # the mean first, so that the others' basis is free of it
+        blocks.append(np.linalg.qr(columns)[0][:, 1:])
+    return np.kron(block_diagonal(blocks), np.eye(3))
 
 
 def _kernels(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield covariances of errors that a model may lack, shape (3 N, 3 N)."""
-    squares = np.sum((q[:, None] - q) ** 2, axis=2)
+    """Yield covariances of errors that a model may lack, shape (3 N, 3 N).
+
+    Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a
+    how the ball moves by a joint, j_a j_b^T times exp(-2 sin^2((q_a - q_b) / 2) / l^2) of its
+    angle, or times the sign by which gravity pushes it in both.
+    """
+    differences = q[:, None] - q
+    squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
         yield np.kron(np.exp(-0.5 * squares / length**2), np.eye(3))
+    all_axes = np.ones((3, 3))
     for j in range(q.shape[1]):
         along = by_joints[:, :, j].ravel()
         turned = np.outer(along, along)
-        half = np.sin((q[:, None, j] - q[:, j]) / 2)
+        half = np.sin(differences[:, :, j] / 2)
         for length in TURNS:
-            yield turned * np.kron(np.exp(-2 * (half / length) ** 2), np.ones((3, 3)))
+            yield turned * np.kron(np.exp(-2 * (half / length) ** 2), all_axes)
         pushed = np.sign(moments[:, j])
-        yield turned * np.kron(np.outer(pushed, pushed), np.ones((3, 3)))
+        yield turned * np.kron(np.outer(pushed, pushed), all_axes)
 
 
 def _logs(S: np.ndarray, K: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Return log N(errors; 0, S + m^2 K) for all m^2 of :data:`SIZES`."""
+    """Return log N(errors; 0, S + m^2 K) for all m^2 of :data:`SIZES`.
+
+    With S = L L^T, L^-1 K L^-T = V diag(k) V^T and z = V^T L^-1 e, it is, but for a constant,
+
+        -1/2 sum_i [log(1 + m^2 k_i) + z_i^2 / (1 + m^2 k_i)] - log det L
+    """
     L = np.linalg.cholesky(S)
     white = np.linalg.solve(L, np.linalg.solve(L, K).T)
     shares, axes = np.linalg.eigh((white + white.T) / 2)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...data import IDENTITY, fit_pose
 from ..inference import Posterior
+from .projections import outside
 from .uncertainty import covariance_of
 
 LEVEL, SQUARE = 0.95, 7.815
@@ -72,22 +73,24 @@ def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
 
 
 def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarray]:
-    """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first, (N, 3) both."""
-    points, J, by_joints = posterior.model.linearise(posterior.x, place.q, place.moments)
-    N = len(points)
-    size = posterior.model.size
+    """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first, (N, 3) both.
+
+    With N_i = L L^T and L^-1 A_i Sigma A_i^T L^-T = V diag(s) V^T, these are s and V^T L^-1 e_i.
+    A_i and e_i are without what another place of all samples would do to them.
+    """
+    points, J, by_joints = posterior.linearise(place.q, place.moments)
     if place.measured is None:
-        unknown_place = np.tile(np.eye(3), (N, 1))
+        unknown_place = np.tile(np.eye(3), (len(points), 1))
         errors = points - points.mean(axis=0)
     else:
         unknown_place = IDENTITY.slopes(points).reshape(-1, 6)
         errors = points - fit_pose(place.measured, points).apply(place.measured)
     Q = np.linalg.qr(unknown_place)[0]
-    slopes = J.reshape(-1, size)
-    A: np.ndarray = (slopes - Q @ (Q.T @ slopes)).reshape(J.shape)
+    A: np.ndarray = outside(J.reshape(len(Q), -1), Q).reshape(J.shape)
     spread = A @ covariance_of(posterior) @ A.swapaxes(1, 2)
     # The place was fitted to these samples, so their errors came out smaller.
-    errors = errors * (3 * N / (3 * N - Q.shape[1])) ** 0.5
+    numbers, fitted_numbers = Q.shape
+    errors = errors * (numbers / (numbers - fitted_numbers)) ** 0.5
     L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
     white = np.linalg.solve(L, np.linalg.solve(L, spread).swapaxes(1, 2))
     shares, axes = np.linalg.eigh(white)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from functools import reduce
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from ...data import IDENTITY, Pose
 from ...results import Direction
 from ...robot import Robot
 from ..inference import Posterior
+from .projections import outside
 from .uncertainty import UNDECIDED
 
 UNOBSERVABLE = (
@@ -27,49 +29,63 @@ BASE = "the base frame"
 SCALE = "the scale of all lengths (a longer base, or known distances, would tell it)"
 
 
+class Change(NamedTuple):
+    """A change of the free geometry."""
+
+    text: str
+    """Its name for people."""
+    vector: np.ndarray
+    """Shape (geometry,), in some unit."""
+
+
 def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...]:
     """Return what the data cannot tell, in words.
 
     First come directions that no ball can show in any chain of joints like this one; then those
-    that these recordings do not show, named by the two parameters that take part most.
+    that these recordings do not show, named by the two parameters that take part most. With L L^T
+    the prior covariance of the geometry, z = L^-1 x has the prior N(0, 1) and the posterior
+    covariance L^-1 Sigma L^-T. Its deviation along a direction is 1 where the data tell nothing.
     """
-    model = posterior.model
-    n = model.geometry
-    # x = prior @ z, z standard normal
-    prior = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
-    whiten = np.linalg.inv(prior)
-    whitened = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    vectors_by_text = [(text, _unit(whiten @ v)) for text, v in _structural(model.robot, posterior)]
+    n = posterior.model.geometry
+    L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
+    whiten = np.linalg.inv(L)
+    covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
+    structural = _structural(posterior.model.robot, posterior)
+    changes = [Change(text, _unit(whiten @ vector)) for text, vector in structural]
     if posterior.data.anchored:
-        # A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
-        remainder = [u for text, u in vectors_by_text if text != BASE]
-        basis = np.linalg.qr(np.array(remainder).T)[0] if remainder else np.zeros((n, 0))
-        cleared = ((t, u - basis @ (basis.T @ u) if t == BASE else u) for t, u in vectors_by_text)
-        vectors_by_text = [(text, _unit(u)) for text, u in cleared]
-    by_scale = prior.T @ model.by_scale()[:n]
+        changes = _without_turns_of_joints(changes, n)
+    by_scale = L.T @ posterior.model.by_scale()[:n]
     if by_scale.any():
-        vectors_by_text.append((SCALE, _unit(by_scale)))
-    directions = [Direction(text, float(u @ whitened @ u) ** 0.5) for text, u in vectors_by_text]
-    basis = (
-        np.linalg.qr(np.array([u for _, u in vectors_by_text]).T)[0]
-        if vectors_by_text
-        else np.zeros((n, 0))
-    )
-    complement = np.eye(n) - basis @ basis.T
-    values, vectors = np.linalg.eigh(complement @ whitened @ complement)
-    names = model.names
+        changes.append(Change(SCALE, _unit(by_scale)))
+    directions = [Direction(text, float(u @ covariance @ u) ** 0.5) for text, u in changes]
+    Q = _basis(changes, n)
+    values, vectors = np.linalg.eigh(outside(outside(covariance, Q).T, Q))
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if value < UNDECIDED**2:
             break
-        shares = np.abs(prior @ vector) / np.linalg.norm(prior, axis=1)
+        shares = np.abs(L @ vector) / np.linalg.norm(L, axis=1)
         main: list[int] = np.argsort(-shares)[:2].tolist()
-        text = " against ".join(names[i] for i in main)
+        text = " against ".join(posterior.model.names[i] for i in main)
         directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
     merged: dict[str, Direction] = {}
     for direction in directions:
         if direction.deviation > UNDECIDED:
             merged.setdefault(direction.text, direction)
     return tuple(merged.values())
+
+
+def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
+    """Return changes, those of a base whose place is known without what other changes are as well.
+
+    A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
+    """
+    Q = _basis([change for change in changes if change.text != BASE], n)
+    return [Change(text, _unit(outside(u, Q)) if text == BASE else u) for text, u in changes]
+
+
+def _basis(changes: Sequence[Change], n: int) -> np.ndarray:
+    """Return an orthonormal basis of changes, shape (n, changes)."""
+    return np.linalg.qr(np.reshape([change.vector for change in changes], (-1, n)).T)[0]
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -79,26 +95,25 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
     """Return what no recording of this kind can determine, in words."""
     base, flange = UNOBSERVABLE
-    if posterior.data.anchored:
-        return (
-            (BASE_TURNS, flange) if any(direction.text == BASE for direction in weak) else (flange,)
-        )
-    return (base if posterior.data.labels else BASE_OF_POINTS, flange)
+    if not posterior.data.anchored:
+        return (base if posterior.data.labels else BASE_OF_POINTS, flange)
+    turns = any(direction.text == BASE for direction in weak)
+    return (BASE_TURNS, flange) if turns else (flange,)
 
 
-def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarray]]:
-    """Return changes of the free geometry that no ball can show, with their names."""
+def _structural(robot: Robot, posterior: Posterior) -> list[Change]:
+    """Return changes of the free geometry that no ball can show."""
     model = posterior.model
     place = {p.index: i for i, p in enumerate(model.parameters)}
     joints = [j for j in range(len(robot.joints)) if place.keys() >= {*range(6 * j, 6 * j + 6)}]
     frames = model.ball.frames(posterior.values)
-    directions: list[tuple[str, np.ndarray]] = []
+    result: list[Change] = []
 
     def add(text: str, changes: dict[int, np.ndarray]) -> None:
         vector = np.zeros(model.geometry)
         for joint, change in changes.items():
             vector[[place[6 * joint + k] for k in range(6)]] = change
-        directions.append((text, vector))
+        result.append(Change(text, vector))
 
     if joints and robot.joints[joints[0]].actuated:
         for k in range(6):
@@ -109,14 +124,12 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
             add("the ball's orientation", {ball: np.eye(6)[k]})
     for joint_index, next_index in pairwise(joints):
         joint = robot.joints[joint_index]
-        if not joint.actuated or any(
-            j.actuated for j in robot.joints[joint_index + 1 : next_index]
-        ):
+        others = robot.joints[joint_index + 1 : next_index]
+        if not joint.actuated or any(other.actuated for other in others):
             continue
         against = "the ball" if next_index == ball else robot.joints[next_index].name
-        between = [
-            Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[joint_index + 1 : next_index]
-        ]
+        fixed = frames[joint_index + 1 : next_index]
+        between = [Pose(frame[:, 1:4], frame[:, 0]) for frame in fixed]
         to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
         R = frames[joint_index, :, 1:4]
         axis = np.array(joint.axis)
@@ -132,7 +145,7 @@ def _structural(robot: Robot, posterior: Posterior) -> list[tuple[str, np.ndarra
         lever = frames[next_index, :, 0] - to_other.translation
         back = np.concatenate([np.cross(outward, lever), _rates(frames[next_index], outward)])
         add(f"{joint.name}'s offset against {against}", {joint_index: turn, next_index: back})
-    return directions
+    return result
 
 
 def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ samples trained on, updated by those held out. For each draw the errors of both 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,9 +15,11 @@ from ...data import CALIPER_DEVIATION, Load, Measurement
 from ...results import Better, Improvement, Interval
 from ...robot import workspace
 from ..inference import Posterior
+from .base_length import BaseLength, SocketMean
 from .postures import poses_near
 from .predicted_errors import NEAR, NEARBY
-from .uncertainty import CORRELATED, covariance_of, distance_slopes
+from .projections import evenly, outside
+from .uncertainty import covariance_of, distance_slopes
 
 Points = Callable[[np.ndarray], np.ndarray]
 """Ball centres that a model predicts for joint positions, (N, m) to (N, 3) [m]."""
@@ -125,11 +129,12 @@ def _updated(
     held-out samples contradict is known less well than it seems.
     """
     root = _root(covariance_of(posterior))
-    evidence = [_evidence(posterior, load, m) for m in held_out if m.kind == "sockets"]
-    if not evidence:
+    in_sockets = [m for m in held_out if m.kind == "sockets"]
+    parts = list(chain.from_iterable(_evidence(posterior, load, m) for m in in_sockets))
+    if not parts:
         return np.zeros(len(root)), root
-    A = np.concatenate([rows for rows, _ in evidence])
-    r = np.concatenate([errors for _, errors in evidence])
+    A = np.concatenate([part.slopes for part in parts])
+    r = np.concatenate([part.errors for part in parts])
     whitened = A @ root
     precision = np.linalg.cholesky(np.eye(len(root)) + whitened.T @ whitened)
     root = np.linalg.solve(precision, root.T).T
@@ -146,38 +151,45 @@ def _root(covariance: np.ndarray) -> np.ndarray:
     return deviation[:, None] * np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
 
 
-def _evidence(
-    posterior: Posterior, load: Load, measured: Measurement
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return whitened derivatives and errors of a placement: its scatter, and its distance."""
-    model = posterior.model
-    rows = list[np.ndarray]()
-    errors = list[np.ndarray]()
-    centres = list[np.ndarray]()
-    slopes = list[np.ndarray]()
-    noise = np.zeros((3, 3))
-    for q, moments in load.by_socket(model.robot, measured):
-        points, J, by_joints = model.linearise(posterior.x, q, moments)
-        scale = posterior.noise.as_gaussian(by_joints)
-        centres.append(points.mean(axis=0))
-        slopes.append(J.mean(axis=0))
-        noise += CORRELATED * scale.sum(axis=0) / len(q) ** 2
-        some = np.unique(np.linspace(0, len(q) - 1, min(len(q), MOST // 2)).astype(int))
-        if len(some) < 2:
-            continue
-        white = np.linalg.inv(np.linalg.cholesky(scale[some]))
-        offsets = np.concatenate([(points[some] - centres[-1])[:, :, None], J[some]], axis=2)
-        offsets = (white @ offsets).reshape(3 * len(some), -1)
-        of_centre = np.linalg.qr(white.reshape(-1, 3))[0]
-        offsets = INDEPENDENT**0.5 * (offsets - of_centre @ (of_centre.T @ offsets))
-        rows.append(offsets[:, 1:])
-        errors.append(offsets[:, 0])
+class Evidence(NamedTuple):
+    """Held-out samples as rows of variance 1."""
+
+    slopes: np.ndarray
+    """A: derivatives of the errors by the unknowns, shape (R, size)."""
+    errors: np.ndarray
+    """r, shape (R,)."""
+
+
+def _evidence(posterior: Posterior, load: Load, measured: Measurement) -> list[Evidence]:
+    """Return what a placement tells: the scatter in each socket, and its distance."""
+    parts: list[Evidence] = []
+    means: list[SocketMean] = []
+    for q, moments in load.by_socket(posterior.model.robot, measured):
+        mean = SocketMean.of(posterior, q, moments)
+        means.append(mean)
+        some = evenly(len(q), MOST // 2)
+        if len(some) > 1:
+            parts.append(_scatter(posterior, q[some], moments[some], mean.centre))
     if measured.has_distance:
-        offset = centres[1] - centres[0]
-        length = float(np.linalg.norm(offset))
-        direction = offset / max(length, 1e-12)
+        length = BaseLength.of(*means)
         caliper = measured.distance_deviation or CALIPER_DEVIATION
-        deviation = float(caliper**2 + direction @ noise @ direction) ** 0.5
-        rows.append((direction @ (slopes[1] - slopes[0]))[None] / deviation)
-        errors.append(np.array([length - measured.distance]) / deviation)
-    return np.concatenate(rows), np.concatenate(errors)
+        deviation = (caliper**2 + length.noise) ** 0.5
+        error = np.array([length.value - measured.distance])
+        parts.append(Evidence(length.slope[None] / deviation, error / deviation))
+    return parts
+
+
+def _scatter(
+    posterior: Posterior, q: np.ndarray, moments: np.ndarray, centre: np.ndarray
+) -> Evidence:
+    """Return what samples of a socket tell about its centre, as far as they are independent.
+
+    With L L^T the noise of a sample, they are L^-1 J and L^-1 (p - c) without what another centre
+    would do to them.
+    """
+    points, J, by_joints = posterior.linearise(q, moments)
+    white = np.linalg.inv(np.linalg.cholesky(posterior.noise.as_gaussian(by_joints)))
+    columns = np.dstack([points - centre, J])
+    Q = np.linalg.qr(white.reshape(-1, 3))[0]
+    rows = INDEPENDENT**0.5 * outside((white @ columns).reshape(len(Q), -1), Q)
+    return Evidence(rows[:, 1:], rows[:, 0])

@@ -11,12 +11,13 @@ unknowns can explain: S is their prior covariance, made wider, and y is taken ab
 The odds of a pattern are the evidence averaged over m > 0 and n, against that with m = 0.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..inference import Posterior
 from .held_out_error import NOISE_DEVIATION, NOISES
+from .projections import block_diagonal
 from .uncertainty import covariance_of
 
 WIDE = 5.0
@@ -25,9 +26,8 @@ SIZES = np.geomspace(0.05, 4.0, 16) ** 2
 """m^2, by the mean square of the noise."""
 
 
-@dataclass(frozen=True)
-class PatternRows:
-    """Samples of all placements."""
+class PatternRows(NamedTuple):
+    """Samples of some placements."""
 
     q: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
@@ -37,62 +37,77 @@ class PatternRows:
     """Derivatives of the balls by the unknowns, shape (N, 3, n)."""
     by_joints: np.ndarray
     """Those by the joints, shape (N, 3, m)."""
-    seats: np.ndarray
-    """B, shape (3 N, k) [m]."""
     balls: np.ndarray
     """Shape (N, 3) [m]."""
     time: np.ndarray
     """From 0 at a placement's first sample to 1 at its last, shape (N,)."""
     placement: np.ndarray
     """Index, shape (N,)."""
+    seats: np.ndarray
+    """B, shape (3 N, k) [m]."""
+
+    @property
+    def slopes(self) -> np.ndarray:
+        """J, shape (3 N, n)."""
+        return self.J.reshape(-1, self.J.shape[2])
 
 
 def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside what the posterior leaves open."""
-    J = rows.J.reshape(3 * len(rows.q), -1)
+    J = rows.slopes
     return PatternEvidence(posterior, rows, rows.errors.ravel(), J @ covariance_of(posterior) @ J.T)
 
 
 def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
-    J = rows.J.reshape(3 * len(rows.q), -1)
+    J = rows.slopes
     mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:
-        members = J[:, group.members]
-        changes += WIDE**2 * (members @ group.covariance(group.width) @ members.T)
+        columns = J[:, group.members]
+        changes += WIDE**2 * (columns @ group.covariance(group.width) @ columns.T)
         mean[group.members] = group.mean
     return PatternEvidence(posterior, rows, rows.errors.ravel() - J @ (posterior.x - mean), changes)
 
 
 class PatternEvidence:
-    """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes of them."""
+    """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes of them.
+
+    With L_n L_n^T = n^2 C + J S J^T + B B^T it keeps L_n^-1, L_n^-1 y and the evidence without a
+    pattern for each n:  -1/2 |L_n^-1 y|^2 - log det L_n, and the prior of n.
+    """
 
     def __init__(
         self, posterior: Posterior, rows: PatternRows, y: np.ndarray, changes: np.ndarray
     ) -> None:
         noise = posterior.noise
-        N = len(rows.q)
         normal = noise.as_gaussian(rows.by_joints)
         squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
         C = normal * np.maximum((noise.nu + squares) / (noise.nu + 3), 1.0)[:, None, None]
-        self.deviations: np.ndarray = np.sqrt(np.trace(C, axis1=1, axis2=2) / 3)
-        blocks = np.zeros((N, 3, N, 3))
-        blocks[np.arange(N), :, np.arange(N)] = C
-        whole = blocks.reshape(3 * N, 3 * N)
-        beside: np.ndarray = changes + rows.seats @ rows.seats.T
-        roots: list[np.ndarray] = [np.linalg.cholesky(n * whole + beside) for n in NOISES.tolist()]
-        self._size = float(np.trace(whole)) / N
+        traces = np.trace(C, axis1=1, axis2=2)
+        self.deviations: np.ndarray = np.sqrt(traces / 3)
+        self._size = float(traces.mean())
+        scatter = block_diagonal(C)
+        others: np.ndarray = changes + rows.seats @ rows.seats.T
+        roots = [np.linalg.cholesky(n * scatter + others) for n in NOISES.tolist()]
         self._whiten: list[np.ndarray] = [np.linalg.inv(L) for L in roots]
         self._white: list[np.ndarray] = [W @ y for W in self._whiten]
-        fits = [-0.5 * float(z @ z) for z in self._white]
-        volumes = [float(np.log(np.diag(L)).sum()) for L in roots]
+        squares = np.sum(np.square(self._white), axis=1)
+        volumes = np.array([np.log(np.diag(L)).sum() for L in roots])
         prior = np.log(NOISES) ** 2 / 8 / NOISE_DEVIATION**2
-        self._base: np.ndarray = np.array(fits) - np.array(volumes) - prior
+        self._base: np.ndarray = -0.5 * squares - volumes - prior
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m]."""
+        """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m].
+
+        With z = L_n^-1 y, (L_n^-1 A)^T L_n^-1 A = V diag(d) V^T and b = V^T (L_n^-1 A)^T z, a
+        pattern changes the evidence by
+
+            1/2 sum_i [m^2 b_i^2 / (1 + m^2 d_i) - log(1 + m^2 d_i)]
+
+        and has the mean A V diag(m^2 / (1 + m^2 d)) b.
+        """
         squares = max(float(np.sum(columns**2)), 1e-30)
         A: np.ndarray = columns * (self._size * len(columns) / 3 / squares) ** 0.5
         logs = np.zeros((len(NOISES), len(SIZES)))

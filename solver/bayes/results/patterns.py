@@ -1,6 +1,7 @@
 """Where the rest of the error sits: patterns over joints' angles, reach, height and time."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ...results import ErrorPattern, ErrorPatterns
 from ...robot import Robot, even_bodies, link_poses
 from ..inference import Posterior
 from .pattern_evidence import PatternEvidence, PatternRows, of_held_out, of_trained
+from .projections import block_diagonal
 
 MOST = 360
 """Samples that are looked at, at most, evenly chosen."""
@@ -70,78 +72,70 @@ def _rows(
     """Return the samples of placements, thinned out where there are many."""
     total = sum(len(m.positions) for m in placements)
     step = max(1, -(-total // MOST))
-    parts = [_of_placement(posterior, robot, load, m, step) for m in placements]
-    count = [len(part[0]) for part in parts]
-    columns = [
-        np.concatenate(column) for column in zip(*(part[:-1] for part in parts), strict=True)
-    ]
-    widths = [part[-1].shape[1] for part in parts]
-    seats = np.zeros((3 * sum(count), sum(widths)))
-    for i, part in enumerate(parts):
-        row = 3 * sum(count[:i])
-        column = sum(widths[:i])
-        seats[row : row + 3 * count[i], column : column + widths[i]] = part[-1]
-    q, errors, J, by_joints, balls, time = columns
-    placement = np.repeat(np.arange(len(parts)), count)
-    return PatternRows(q, errors, J, by_joints, seats, balls, time, placement)
+    parts = [_of_placement(posterior, robot, load, (k, m), step) for k, m in enumerate(placements)]
+    *columns, seats = zip(*parts, strict=True)
+    joined = list(map(np.concatenate, columns))
+    return PatternRows._make([*joined, block_diagonal(seats)])
 
 
 def _of_placement(
-    posterior: Posterior, robot: Robot, load: Load, m: Measurement, step: int
-) -> tuple[np.ndarray, ...]:
-    """Return q, errors, J, derivatives by joints, balls, time and seats of a placement."""
+    posterior: Posterior, robot: Robot, load: Load, placement: tuple[int, Measurement], step: int
+) -> PatternRows:
+    """Return each so many-th sample of a placement, with its index."""
+    k, m = placement
     q = m.positions
-    moments = load.torques(robot, m)
-    points, J, by_joints = posterior.model.linearise(posterior.x, q, moments)
-    sockets = np.repeat(np.arange(len(m.counts)), m.counts)
+    points, J, by_joints = posterior.linearise(q, load.torques(robot, m))
     if m.kind == "points":
         measured = m.points[m.order]
         frame = fit_pose(measured, points)
         errors = points - frame.apply(measured)
         seats = frame.slopes(measured) * np.repeat([TURN, SEAT], 3)
     else:
-        moved = points if m.moved is None else points - m.moved
-        means = np.array([moved[sockets == k].mean(axis=0) for k in range(len(m.counts))])
-        errors = moved - means[sockets]
-        seats = SEAT * np.kron(np.eye(len(m.counts))[sockets], np.eye(3)).reshape(len(q), 3, -1)
+        in_socket = np.repeat(np.eye(len(m.counts)), m.counts, axis=0)
+        still = points if m.moved is None else points - m.moved
+        means = in_socket.T @ still / np.array(m.counts)[:, None]
+        errors = still - in_socket @ means
+        seats = SEAT * np.kron(in_socket, np.eye(3)).reshape(len(q), 3, -1)
     time = m.order / max(len(q) - 1, 1)
-    some = slice(None, None, step)
-    seats = seats[some].reshape(-1, seats.shape[2])
-    return q[some], errors[some], J[some], by_joints[some], points[some], time[some], seats
+    columns = (q, errors, J, by_joints, points, time, np.full(len(q), k))
+    thinned = [column[::step] for column in columns]
+    return PatternRows._make([*thinned, seats[::step].reshape(-1, seats.shape[2])])
 
 
 def _middle(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Return the arm's centre of mass, of even masses where the model has none, (N, 3) [m]."""
-    poses = link_poses(robot.joints, q)
     bodies = robot.bodies or even_bodies(robot.joints)
-    masses = np.array([body.mass for body in bodies])
-    centres = [
-        poses[:, body.joint + 1, :, :3] @ np.array(body.centre) + poses[:, body.joint + 1, :, 3]
-        for body in bodies
-    ]
-    return np.einsum("b,bni->ni", masses / masses.sum(), np.array(centres))
+    poses = link_poses(robot.joints, q)[:, [body.joint + 1 for body in bodies]]
+    local = np.array([(*body.centre, 1.0) for body in bodies])
+    centres = np.einsum("nbij,bj->nbi", poses, local)
+    return np.average(centres, axis=1, weights=[body.mass for body in bodies])
 
 
 def _axes(middle: np.ndarray) -> np.ndarray:
     """Return the outward, sideways and upward directions of arms, shape (N, 3, 3)."""
-    outward = middle[:, :2] / np.maximum(np.linalg.norm(middle[:, :2], axis=1), 1e-9)[:, None]
-    axes = np.zeros((len(middle), 3, 3))
-    axes[:, :2, 0] = outward
-    axes[:, 0, 1], axes[:, 1, 1] = -outward[:, 1], outward[:, 0]
-    axes[:, 2, 2] = 1.0
-    return axes
+    upward = np.array([0.0, 0.0, 1.0])
+    outward = _unit(middle * [1.0, 1.0, 0.0])
+    sideways = np.cross(upward, outward)
+    return np.stack([outward, sideways, np.tile(upward, (len(middle), 1))], axis=2)
 
 
 def _columns(robot: Robot, rows: PatternRows) -> dict[str, np.ndarray]:
-    """Return A of each pattern, shape (3 N, k), by what it is over."""
+    """Return A of each pattern, shape (3 N, k), by what it is over.
+
+    Over a joint's angle q the ball moves by sin(k q) and cos(k q) along the joint's motion. Over
+    reach r and height h it moves along each of the arm's axes by a parabola, and with the reach a
+    base gives way as well, by which the ball turns about x or y in proportion to the load. Over
+    time each placement moves by a parabola.
+    """
     columns: dict[str, np.ndarray] = {}
-    order = np.arange(1, HARMONICS + 1)
+    k = np.arange(1, HARMONICS + 1)
     for j, joint in enumerate(robot.actuated):
-        phases = rows.q[:, [j]] * order
+        if joint.type == "prismatic":
+            continue
+        phases = rows.q[:, [j]] * k
         waves = np.hstack([np.sin(phases), np.cos(phases)])
-        if joint.type != "prismatic":
-            along = rows.by_joints[:, :, j, None] * waves[:, None, :]
-            columns[joint.name] = along.reshape(-1, 2 * HARMONICS)
+        along = rows.by_joints[:, :, [j]] * waves[:, None]
+        columns[joint.name] = along.reshape(-1, 2 * HARMONICS)
     middle = _middle(robot, rows.q)
     axes = _axes(middle)
     tilt_y = np.cross([0.0, 1.0, 0.0], rows.balls) * middle[:, [0]]
@@ -151,8 +145,8 @@ def _columns(robot: Robot, rows: PatternRows) -> dict[str, np.ndarray]:
     columns["reach"] = np.hstack([tilts, _powers(axes, reach)])
     columns["height"] = _powers(axes, middle[:, 2])
     powers = _powers(np.tile(np.eye(3), (len(rows.q), 1, 1)), rows.time)
-    here = rows.placement[:, None] == np.unique(rows.placement)
-    parts = powers.reshape(len(rows.q), 3, 1, -1) * here[:, None, :, None]
+    here = np.repeat(rows.placement[:, None] == np.unique(rows.placement), 3, axis=0)
+    parts = here[:, :, None] * powers[:, None]
     columns["time"] = parts.reshape(len(powers), -1)
     return columns
 
@@ -173,21 +167,20 @@ def _pattern(
     evidence: PatternEvidence,
 ) -> ErrorPattern:
     """Return a pattern with its running mean, the errors along its direction."""
-    at, unit, along, directions = _drawn(robot, rows, over, field)
-    errors = np.einsum("ni,ni->n", rows.errors, directions)
-    low = float(at.min())
-    high = float(at.max())
-    grid = np.linspace(low, high, GRID)
-    width = NEIGHBOURS * max(high - low, 1e-9)
+    axis = _axis(robot, rows, over, field)
+    at = axis.at
+    errors = np.sum(rows.errors * axis.directions, axis=1)
+    grid = np.linspace(float(at.min()), float(at.max()), GRID)
+    width = NEIGHBOURS * max(float(np.ptp(at)), 1e-9)
     weights = np.exp(-0.5 * ((grid[:, None] - at) / width) ** 2) + 1e-12
     weights /= weights.sum(axis=1, keepdims=True)
-    some = slice(None, None, -(-len(at) // DRAWN))
+    step = -(-len(at) // DRAWN)
     return ErrorPattern(
         over=over,
-        unit=unit,
-        along=along,
-        at=_rounded(at[some]),
-        errors=_rounded(errors[some]),
+        unit=axis.unit,
+        along=axis.along,
+        at=_rounded(at[::step]),
+        errors=_rounded(errors[::step]),
         grid=_rounded(grid),
         mean=_rounded(weights @ errors),
         band=_rounded(BAND * np.sqrt(weights**2 @ evidence.deviations**2)),
@@ -196,25 +189,35 @@ def _pattern(
     )
 
 
-def _drawn(
-    robot: Robot, rows: PatternRows, over: str, field: np.ndarray
-) -> tuple[np.ndarray, str, str, np.ndarray]:
-    """Return the quantity, its unit, and the direction of errors in words and as vectors."""
+class _Axis(NamedTuple):
+    """A quantity over which errors are drawn, and the direction of these."""
+
+    at: np.ndarray
+    """Shape (N,)."""
+    unit: str
+    along: str
+    """The direction in words."""
+    directions: np.ndarray
+    """Unit vectors, shape (N, 3)."""
+
+
+def _axis(robot: Robot, rows: PatternRows, over: str, field: np.ndarray) -> _Axis:
+    """Return the axis of a pattern; over time errors count along the mean drift of a placement."""
     if over == "time":
-        slopes = [
-            np.einsum("n,ni->i", rows.time[here] - rows.time[here].mean(), field[here])
-            for here in (rows.placement == k for k in np.unique(rows.placement))
-        ]
-        directions = _unit(np.array(slopes))[rows.placement]
-        return rows.time, "", "along the drift", directions
-    if over in ("reach", "height"):
-        middle = _middle(robot, rows.q)
-        axes = _axes(middle)
-        if over == "reach":
-            return np.linalg.norm(middle[:, :2], axis=1), "m", "upward", axes[:, :, 2]
-        return middle[:, 2], "m", "outward", axes[:, :, 0]
-    j = robot.joint_names.index(over)
-    return rows.q[:, j], "rad", "along its motion", _unit(rows.by_joints[:, :, j])
+        slopes = np.zeros((rows.placement.max() + 1, 3))
+        for k in np.unique(rows.placement):
+            here = rows.placement == k
+            slopes[k] = (rows.time[here] - rows.time[here].mean()) @ field[here]
+        return _Axis(rows.time, "", "along the drift", _unit(slopes)[rows.placement])
+    if over in robot.joint_names:
+        j = robot.joint_names.index(over)
+        directions = _unit(rows.by_joints[:, :, j])
+        return _Axis(rows.q[:, j], "rad", "along its motion", directions)
+    middle = _middle(robot, rows.q)
+    axes = _axes(middle)
+    if over == "height":
+        return _Axis(middle[:, 2], "m", "outward", axes[:, :, 0])
+    return _Axis(np.linalg.norm(middle[:, :2], axis=1), "m", "upward", axes[:, :, 2])
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

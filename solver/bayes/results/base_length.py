@@ -1,0 +1,64 @@
+"""The distance between two sockets by the model, and how sure it is."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..inference import Posterior
+from .uncertainty import covariance_of
+
+CORRELATED = 3
+"""Variance of the mean of samples in a socket, relative to that of independent ones: the errors of
+a sample and the next are correlated by about a half."""
+
+
+class SocketMean(NamedTuple):
+    """Mean of the balls in one socket."""
+
+    centre: np.ndarray
+    """Shape (3,) [m]."""
+    slopes: np.ndarray
+    """Its derivatives by the model's unknowns, shape (3, size)."""
+    noise: np.ndarray
+    """Its covariance by the samples' noise, shape (3, 3) [m^2]."""
+
+    @classmethod
+    def of(cls, posterior: Posterior, q: np.ndarray, moments: np.ndarray) -> "SocketMean":
+        """Return that of samples, whose noise counts as correlated."""
+        points, J, by_joints = posterior.linearise(q, moments)
+        noise = CORRELATED * posterior.noise.as_gaussian(by_joints).sum(axis=0) / len(q) ** 2
+        return cls(points.mean(axis=0), J.mean(axis=0), noise)
+
+
+class BaseLength(NamedTuple):
+    """Distance between the mean balls of two sockets."""
+
+    value: float
+    """[m]."""
+    slope: np.ndarray
+    """Its derivatives by the model's unknowns, shape (size,)."""
+    noise: float
+    """Its variance by the samples' noise [m^2]."""
+
+    @classmethod
+    def of(cls, first: SocketMean, second: SocketMean) -> "BaseLength":
+        """Return that between two sockets."""
+        offset = second.centre - first.centre
+        value = float(np.linalg.norm(offset))
+        u = offset / max(value, 1e-12)
+        noise = u @ (first.noise + second.noise) @ u
+        return cls(value, u @ (second.slopes - first.slopes), float(noise))
+
+
+def length_deviation(
+    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]], measured: float
+) -> float:
+    """Return the standard deviation of a placement's distance error by the full model [m].
+
+    The first two sockets of ``by_socket`` count, and their distance is measured to ``measured``
+    [m].
+    """
+    length = BaseLength.of(*(SocketMean.of(posterior, *samples) for samples in by_socket[:2]))
+    variance = length.slope @ covariance_of(posterior) @ length.slope
+    return float(variance + length.noise + measured**2) ** 0.5
