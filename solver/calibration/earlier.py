@@ -11,8 +11,9 @@ import numpy as np
 
 from .. import results
 from ..bayes.inference import FitPosterior, Posterior, restored_covariance
-from ..bayes.model import KINDS, GivenPrior, Noise, Prior, extend, groups_at, rare_in, submatrix
+from ..bayes.model import GivenPrior, Noise, Prior, extend, groups_at, rare_in, submatrix
 from ..data import (
+    SOURCE_KINDS,
     Measurement,
     Pose,
     RobotRecordings,
@@ -149,7 +150,7 @@ def _stored(
         np.reshape(stored.centres, (-1, 3)),
         covariance,
         groups_at(model, data, {group.name: group.width for group in document.groups or ()}),
-        {kind: Noise(*stored.noises[kind]) for kind in KINDS if kind in stored.noises},
+        {kind: Noise(*stored.noises[kind]) for kind in SOURCE_KINDS if kind in stored.noises},
         model.predict(x, data.positions, data.torques, data.clocks),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,

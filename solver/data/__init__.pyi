@@ -7,6 +7,7 @@ from .checks import check_distinct as check_distinct
 from .checks import copied_sockets as copied_sockets
 from .checks import measure as measure
 from .checks import order_said as order_said
+from .frame_starts import first_frames as first_frames
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
 from .frames import FrameObservations as FrameObservations
@@ -63,7 +64,9 @@ from .metrics import mean_metrics as mean_metrics
 from .metrics import removed_share as removed_share
 from .metrics import socket_centres as socket_centres
 from .metrics import targets as targets
+from .observations import SOURCE_KINDS as SOURCE_KINDS
 from .observations import Observations as Observations
+from .observations import SourceKind as SourceKind
 from .observations import observations_at as observations_at
 from .observations import observe as observe
 from .places import Places as Places

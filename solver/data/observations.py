@@ -2,9 +2,10 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 from operator import itemgetter
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,11 +18,14 @@ BY_SAMPLE = (
     *("measured_in", "points", "turned_in", "rotations", "wheres"),
 )
 """Arrays of observations with a row for each sample, beside sockets."""
+SourceKind = Literal["sockets", "points", "turns"]
+SOURCE_KINDS: tuple[SourceKind, ...] = ("sockets", "points", "turns")
+"""Balls in sockets, measured balls [m], and measured orientations [rad]: each has its own noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Observations(Places):
-    """The data of one robot: N samples, m joints, and the places."""
+    """The data of one robot: N samples, m joints, and the places, S sockets among them."""
 
     positions: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
@@ -54,6 +58,55 @@ class Observations(Places):
     def turned(self) -> np.ndarray:
         """True for samples that are the orientation of a ball's link, shape (N,)."""
         return self.turned_in >= 0
+
+    @cached_property
+    def seated(self) -> np.ndarray:
+        """True for samples that are in a socket, shape (N,)."""
+        return self.sockets >= 0
+
+    @cached_property
+    def seated_sockets(self) -> np.ndarray:
+        """Index of the socket of each of these."""
+        return self.sockets[self.seated]
+
+    @cached_property
+    def sources(self) -> tuple[np.ndarray, ...]:
+        """Samples that share one noise, those of one of :data:`SOURCE_KINDS`."""
+        return tuple(np.flatnonzero(self.source_of == k) for k in range(len(self.source_kinds)))
+
+    @cached_property
+    def source_of(self) -> np.ndarray:
+        """Index of each sample's source, shape (N,)."""
+        return np.unique(self._kinds, return_inverse=True)[1]
+
+    @cached_property
+    def source_kinds(self) -> tuple[SourceKind, ...]:
+        """The kind of each source."""
+        kinds: list[int] = np.unique(self._kinds).tolist()
+        return tuple(SOURCE_KINDS[k] for k in kinds)
+
+    @property
+    def _kinds(self) -> np.ndarray:
+        """Number of each sample's kind, shape (N,)."""
+        return (self.sockets < 0).astype(int) + self.turned
+
+    @cached_property
+    def _order(self) -> np.ndarray:
+        """The samples in sockets, sorted by socket."""
+        return np.flatnonzero(self.seated)[np.argsort(self.seated_sockets, kind="stable")]
+
+    @property
+    def freedom(self) -> int:
+        """Number of samples in sockets by which the volume counts in (A1).
+
+        It is one less for each socket, whose centre is unknown.
+        """
+        return len(self.seated_sockets) - self.socket_count
+
+    def by_socket(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums over the samples of each socket, shape (S, ...)."""
+        starts = np.searchsorted(self.sockets[self._order], np.arange(self.socket_count))
+        return np.add.reduceat(values[self._order], starts, axis=0)
 
     @property
     def anchored(self) -> bool:

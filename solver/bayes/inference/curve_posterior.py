@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ...data import Observations, Pose
-from ..model import SampleRows, scaled_inverse, submatrix
+from ..model import scaled_inverse, submatrix
 from .curve_marginal import CurveFit
 from .curve_prior import CurvePrior, add_blocks
 from .linear_samples import samples_around
@@ -96,11 +96,11 @@ def restored_covariance(
     if curves is None:
         return submatrix(of_rest, np.append(np.arange(size), sockets))
     rigid = model.without_curves
-    objective = Objective(rigid, (), SampleRows(data))
-    noises = tuple(result.noises[kind] for kind in objective.rows.source_kinds)
+    objective = Objective(rigid, (), data)
+    noises = tuple(result.noises[kind] for kind in data.source_kinds)
     linear = linearise(objective, x, frames)
     state = State(objective, x, result.centres, frames, (), noises, x != x, linear)
-    samples = samples_around(state, objective.rows, curves)
+    samples = samples_around(state, data, curves)
     nu = state.degrees
     effective = result.weights * (nu + 3) ** 2 / (nu * (nu + 5))
     fit = CurveFit(*samples, CurvePrior(*scales), effective)

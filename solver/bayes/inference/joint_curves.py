@@ -66,7 +66,7 @@ def _with_joint_curves(
     alternative: tuple[FitPosterior, float] | None,
     prior: CurvePrior | None,
 ) -> tuple[FitPosterior, str]:
-    linear = samples_around(posterior.state, posterior.objective.rows)
+    linear = samples_around(posterior.state, posterior.data)
     n = len(linear[1].sources)
     if prior is not None:
         rows = _random_rows(n, MOST_SAMPLES)
@@ -93,7 +93,7 @@ def _with_joint_curves(
         return posterior, f"not supported by the data {evidence}"
     start, evidence_of_start = posterior, posterior.log_evidence - before
     if alternative is not None:
-        alternative_samples = samples_around(alternative[0].state, posterior.objective.rows)
+        alternative_samples = samples_around(alternative[0].state, posterior.data)
         fit = _fit_of(alternative_samples, rows, marginal.prior)
         state_beside = replace(fit.state, noises=marginal.state.noises)
         fit = marginalised(replace(fit, state=state_beside, weights=marginal.next_weights))
@@ -133,7 +133,7 @@ def _converged(
     posterior: FitPosterior, rows: np.ndarray, marginal: CurveFit, evidence: float
 ) -> FitPosterior:
     """Return the result at the scales of a fit to some rows, made linear until nothing changes."""
-    readings, prior, state = posterior.objective.rows, marginal.prior, marginal.state
+    readings, prior, state = posterior.data, marginal.prior, marginal.state
     weights, coefficients = np.ones(len(state.errors)), np.zeros(marginal.samples.shape)
     weights[rows] = marginal.next_weights
     for _ in range(ROUNDS):

@@ -78,7 +78,7 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     hessian = information.plus(prior)
     covariance = hessian.inverse(mask)
     pulls = covariance.times(slope)
-    counts = np.bincount(objective.rows.source_of).tolist()
+    counts = np.bincount(objective.data.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
     evidence += 0.5 * float(slope @ pulls)
     evidence -= 0.5 * covariance.log_determinant
@@ -115,7 +115,7 @@ def _of_data(state: State) -> ArrowheadMatrix:
     # Errors that are more Gaussian than Student's with their nu leave the best fit less sure than
     # the curvature says, since the robust weights pass over some of what they tell.
     weights = state.information
-    for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
+    for source, noise in zip(state.objective.data.sources, state.noises, strict=True):
         weights[source] *= _efficiency(state.squares[source], noise)
     return curvature(state, state.inverse_scales * weights[:, None, None])
 

@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import SampleRows, block_matrix, scaled_inverse, submatrix
+from ...data import Observations
+from ..model import block_matrix, scaled_inverse, submatrix
 from ..model.effects import KNOTS, curve_values, splines
 from .objective import linearise
 from .state import State
@@ -58,26 +59,26 @@ class LinearSamples:
 
 
 def samples_around(
-    state: State, readings: SampleRows, curves: np.ndarray | None = None
+    state: State, readings: Observations, curves: np.ndarray | None = None
 ) -> tuple[State, LinearSamples]:
     """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
-    objective, positions = state.objective, readings.data.positions
+    objective, positions = state.objective, readings.positions
     n, d = len(positions), objective.size
     turning = np.array([joint.type != "prismatic" for joint in objective.model.robot.actuated])
     shifts = np.zeros(positions.shape)
     if curves is not None:
         shifts = curve_values(positions, curves.ravel())
-    rows = SampleRows(replace(readings.data, positions=positions + shifts))
-    objective = replace(objective, rows=rows)
+    data = replace(readings, positions=positions + shifts)
+    objective = replace(objective, data=data)
     linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
     slopes = linear.by_joints * turning
-    columns, in_socket = np.zeros((n, 3, d + 1)), np.arange(n)[rows.seated]
+    columns, in_socket = np.zeros((n, 3, d + 1)), np.arange(n)[data.seated]
     columns[:, :, : objective.dense] = linear.by_unknowns
-    centres = objective.dense + 3 * rows.sockets[:, None] + np.arange(3)
+    centres = objective.dense + 3 * data.seated_sockets[:, None] + np.arange(3)
     columns[in_socket[:, None], np.arange(3), centres] = -1.0
     columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, shifts)
-    return state, LinearSamples(columns, positions, slopes, rows.source_of)
+    return state, LinearSamples(columns, positions, slopes, data.source_of)
 
 
 def priors_of_rest(

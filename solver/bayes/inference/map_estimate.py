@@ -8,7 +8,7 @@ import numpy as np
 
 from ...data import Observations
 from ...paper import NotConverged
-from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement, SampleRows
+from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .laplace import posterior
 from .normal_equations import active_set_step, leverage, normal_equations
 from .objective import Objective
@@ -62,7 +62,7 @@ def estimate(
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = Objective(model, tuple(movements), SampleRows(data))
+    objective = Objective(model, tuple(movements), data)
     state: State = start(objective, joint_noise, start_from)
     iterates: list[np.ndarray] = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
@@ -117,7 +117,7 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     movements = [
         movement for movement in result.objective.movements if movement.placement in data.placements
     ]
-    objective = Objective(result.model, tuple(movements), SampleRows(data))
+    objective = Objective(result.model, tuple(movements), data)
     state = start(objective, True, result)
     return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
 
@@ -142,7 +142,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
 def _volume_weight(state: State, spread: np.ndarray) -> float:
     """Return by how much to multiply the volume's slope: as the errors' squares fit the noise."""
     # While the noise is still too large or small, all of it would let size and noise run away.
-    in_socket = state.objective.rows.seated
+    in_socket = state.objective.data.seated
     weights = state.weights[in_socket]
     if not state.x.any() or not len(weights):
         return 0.0
@@ -155,7 +155,7 @@ def _volume_weight(state: State, spread: np.ndarray) -> float:
 def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
     next_state, step = _downhill(state, step)
-    linear, rows = next_state.linear, state.objective.rows
+    linear, data = next_state.linear, state.objective.data
     groups, change = state.groups, 1.0
     noises = updated_noises(state, next_state, step)
     # -slope is the step's length squared, in standard deviations of the unknowns
@@ -168,9 +168,9 @@ def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
             limit,
         )
         freedom = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
-        noises = with_tails(noises, rows.source_of, next_state.squares, freedom)
+        noises = with_tails(noises, data.source_of, next_state.squares, freedom)
     groups = following_noise(groups, noises)
-    for source, before, noise in zip(rows.sources, state.noises, noises, strict=True):
+    for source, before, noise in zip(data.sources, state.noises, noises, strict=True):
         change = max(change, abs(log(noise.space / before.space)))
         if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
             change = max(change, abs(log(noise.joint / before.joint)))

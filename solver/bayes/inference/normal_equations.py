@@ -156,7 +156,7 @@ def normal_equations(state: State) -> tuple[ArrowheadMatrix, np.ndarray]:
     We = np.einsum("nij,nj->ni", weighted, state.errors)
     gradient = np.zeros(objective.size)
     gradient[:size] = J.reshape(-1, size).T @ We.ravel()
-    gradient[size:] = -objective.rows.by_socket(We).ravel()
+    gradient[size:] = -objective.data.by_socket(We).ravel()
     gradient -= _by_turning(state, We)
     B, b = state.constraints
     return curvature(state, state.information[:, None, None] * inverse), gradient + B.T @ b
@@ -174,9 +174,9 @@ def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
 
 def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
     """Return sum_i [J_i, -I]^T V_i [J_i, -I] + B^T B."""
-    size, rows = state.objective.dense, state.objective.rows
-    by_centre = rows.by_socket(weighted)
-    centres = -np.linalg.inv(by_centre) @ rows.by_socket(weighted @ state.linear.by_unknowns)
+    size, data = state.objective.dense, state.objective.data
+    by_centre = data.by_socket(weighted)
+    centres = -np.linalg.inv(by_centre) @ data.by_socket(weighted @ state.linear.by_unknowns)
     J = _along_centres(state, centres)
     information = J.reshape(-1, size).T @ (weighted @ J).reshape(-1, size)
     return ArrowheadMatrix(information, centres.reshape(-1, size), by_centre, state.constraints[0])
@@ -184,23 +184,23 @@ def curvature(state: State, weighted: np.ndarray) -> ArrowheadMatrix:
 
 def _along_centres(state: State, centres: np.ndarray) -> np.ndarray:
     """Return the errors' derivatives while the centres go along, shape (N, 3, dense)."""
-    J, rows = state.linear.by_unknowns.copy(), state.objective.rows
-    J[rows.seated] += centres[rows.sockets]
+    J, data = state.linear.by_unknowns.copy(), state.objective.data
+    J[data.seated] += centres[data.seated_sockets]
     return J
 
 
 def leverage(state: State, covariance: Inverse) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: [J_i, -I] Sigma [J_i, -I]^T."""
-    dense, rows = covariance.own, state.objective.rows
+    dense, data = covariance.own, state.objective.data
     J = _along_centres(state, covariance.centres.reshape(len(dense), 3, state.objective.dense))
     spread = (J @ covariance.dense) @ J.transpose(0, 2, 1)
-    spread[rows.seated] += dense[rows.sockets]
+    spread[data.seated] += dense[data.seated_sockets]
     return spread
 
 
 def predicted_errors(state: State, change: np.ndarray) -> np.ndarray:
     """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
-    size, rows = state.objective.dense, state.objective.rows
+    size, data = state.objective.dense, state.objective.data
     errors = state.errors + state.linear.by_unknowns @ change[:size]
-    errors[rows.seated] -= change[size:].reshape(-1, 3)[rows.sockets]
+    errors[data.seated] -= change[size:].reshape(-1, 3)[data.seated_sockets]
     return errors

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import Pose, distance_covariance
+from ...data import Observations, Pose, distance_covariance
 from ...robot import rotation_vectors
-from ..model import ExtendedModel, Movement, SampleRows
+from ..model import ExtendedModel, Movement
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Objective:
     model: ExtendedModel
     movements: tuple[Movement, ...]
     """Of placements."""
-    rows: SampleRows
+    data: Observations
 
     @cached_property
     def x_size(self) -> int:
@@ -27,12 +27,12 @@ class Objective:
     @cached_property
     def dense(self) -> int:
         """Number of unknowns before the socket centres: x, and six for each frame."""
-        return self.x_size + 6 * len(self.rows.data.frames)
+        return self.x_size + 6 * len(self.data.frames)
 
     @cached_property
     def size(self) -> int:
         """Number n of all unknowns."""
-        return self.dense + 3 * self.rows.data.socket_count
+        return self.dense + 3 * self.data.socket_count
 
     def of_frame(self, k: int) -> slice:
         """Return which unknowns are those of a frame."""
@@ -45,8 +45,8 @@ class Objective:
     @cached_property
     def by_movements(self) -> np.ndarray:
         """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
-        none = np.zeros((len(self.rows.data.sockets), 3, 0))
-        slopes = (movement.slopes(self.rows.data) for movement in self.movements)
+        none = np.zeros((len(self.data.sockets), 3, 0))
+        slopes = (movement.slopes(self.data) for movement in self.movements)
         return np.concatenate([none, *slopes], axis=2)
 
     def moved_places(self, x: np.ndarray) -> np.ndarray:
@@ -56,7 +56,7 @@ class Objective:
     @cached_property
     def whiten(self) -> np.ndarray:
         """W, for K measured distances, shape (K, K) [1/m]."""
-        return np.linalg.inv(np.linalg.cholesky(distance_covariance(self.rows.data.known)))
+        return np.linalg.inv(np.linalg.cholesky(distance_covariance(self.data.known)))
 
     @cached_property
     def nominal_volume(self) -> float:
@@ -65,10 +65,10 @@ class Objective:
 
     def volume(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the last term of L but for a constant, and its slope by all unknowns, (n,)."""
-        size, count, slope = self.model.size, self.rows.freedom, np.zeros(self.size)
+        size, count, slope = self.model.size, self.data.freedom, np.zeros(self.size)
         if not count:
             return 0.0, slope
-        log_volume, by_unknowns = self.model.log_volume(x[:size], self.rows.data.positions)
+        log_volume, by_unknowns = self.model.log_volume(x[:size], self.data.positions)
         slope[:size] = -count * by_unknowns
         return -count * log_volume, slope
 
@@ -97,7 +97,7 @@ class Linearization:
 
 def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> Linearization:
     """Return the samples and their derivatives at some unknowns."""
-    model, data, size = objective.model, objective.rows.data, objective.model.size
+    model, data, size = objective.model, objective.data, objective.model.size
     values, q, turned = x[:size], data.positions, data.turned
     J = np.zeros((len(q), 3, objective.dense))
     points, J[:, :, :size], by_joints = model.linearise(values, q, data.torques, data.clocks)

@@ -6,12 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import Observations, Pose
+from ...data import Observations, Pose, SourceKind
 from ..model import (
     Deflection,
     ExtendedModel,
     Gaussian,
-    Kind,
     Noise,
     PriorGroup,
     check,
@@ -37,7 +36,7 @@ class Posterior:
     """Covariance of x and the centres, in the robot's base as well, (size + 3 S, size + 3 S)."""
     groups: tuple[PriorGroup, ...]
     """The priors, with the widths that the data gave them."""
-    noises: Mapping[Kind, Noise]
+    noises: Mapping[SourceKind, Noise]
     """Noise of each kind of samples."""
     points: np.ndarray
     """Ball centres of the samples, shape (N, 3) [m]."""
@@ -149,7 +148,7 @@ class FitPosterior:
     @property
     def data(self) -> Observations:
         """All observations."""
-        return self.objective.rows.data
+        return self.objective.data
 
     @property
     def frames(self) -> dict[str, Pose]:
@@ -201,7 +200,7 @@ class FitPosterior:
             state.centres,
             submatrix(self.whole, rows),
             tuple(group for group in state.groups if group.members[0] < size),
-            dict(zip(objective.rows.source_kinds, state.noises, strict=True)),
+            dict(zip(self.data.source_kinds, state.noises, strict=True)),
             state.linear.points,
             self.weights,
             self.log_evidence,

@@ -28,7 +28,7 @@ class State:
     groups: tuple[PriorGroup, ...]
     """The priors, at their present widths."""
     noises: tuple[Noise, ...]
-    """The noise of each source of samples, at its present size; see :attr:`.SampleRows.sources`."""
+    """The noise of each of :attr:`.Observations.sources`, at its present size."""
     at_zero: np.ndarray
     """True where x is held at zero, shape (size,)."""
     linear: Linearization
@@ -53,19 +53,19 @@ class State:
     @cached_property
     def errors(self) -> np.ndarray:
         """e_i, shape (N, 3) [m]."""
-        errors, rows = self.linear.places.copy(), self.objective.rows
-        errors[rows.seated] -= self.centres[rows.sockets]
+        errors, data = self.linear.places.copy(), self.objective.data
+        errors[data.seated] -= self.centres[data.seated_sockets]
         return errors
 
     @cached_property
     def degrees(self) -> np.ndarray:
         """Degrees of freedom nu of each sample, shape (N,)."""
-        return sample_degrees(self.noises, self.objective.rows.source_of)
+        return sample_degrees(self.noises, self.objective.data.source_of)
 
     @cached_property
     def inverse_scales(self) -> np.ndarray:
         """C_i^-1, shape (N, 3, 3) [1/m^2]."""
-        sources = self.objective.rows.source_of
+        sources = self.objective.data.source_of
         return np.linalg.inv(sample_scales(self.noises, sources, self.linear.by_joints))
 
     @cached_property
@@ -88,7 +88,7 @@ class State:
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective = self.objective
-        distances, coordinates = objective.rows.data.known, objective.rows.data.located
+        distances, coordinates = objective.data.known, objective.data.located
         rows, values = np.zeros((len(distances), objective.size)), np.zeros(len(distances))
         for i, k in enumerate(distances):
             offset = self.centres[k.second] - self.centres[k.first]

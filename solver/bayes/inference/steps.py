@@ -6,6 +6,7 @@ from math import log
 
 import numpy as np
 
+from ...data import first_frames
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
 from .normal_equations import Inverse, predicted_errors
 from .objective import Objective, linearise
@@ -34,7 +35,7 @@ class Step:
 
 def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None = None) -> State:
     """Return the first state: the nominal robot, each socket at the median of its balls."""
-    rows, model, data = objective.rows, objective.model, objective.rows.data
+    model, data = objective.model, objective.data
     x, at_zero = np.zeros(objective.x_size), np.zeros(objective.x_size, dtype=bool)
     groups = list(prior_groups(model, data))
     for group in groups:
@@ -55,14 +56,14 @@ def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None
         groups.append(movement.prior(begin))
         begin += movement.size
     points = model.predict(x[: model.size], data.positions, data.torques, data.clocks)
-    frames = rows.place_frames(points)
+    frames = first_frames(data, points)
     linear = linearise(objective, x, frames)
     sockets = range(data.socket_count)
     places = [np.median(linear.places[data.sockets == k], axis=0) for k in sockets]
     centres = np.reshape(places, (-1, 3))
     state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
     noises = list[Noise]()
-    for source, kind in zip(rows.sources, rows.source_kinds, strict=True):
+    for source, kind in zip(data.sources, data.source_kinds, strict=True):
         if previous is not None:
             noises.append(previous.arm.noises.get(kind) or previous.arm.noise)
             continue
@@ -86,15 +87,15 @@ def moved(state: State, change: np.ndarray) -> State:
 
     Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
-    next_state, rows = state.changed(change), state.objective.rows
+    next_state, data = state.changed(change), state.objective.data
     linear = linearise(state.objective, next_state.x, next_state.frames)
     tangent = state.errors + state.linear.by_unknowns @ change[: state.objective.dense]
     residuals = np.zeros_like(tangent)
-    residuals[rows.seated] = linear.places[rows.seated] - (
-        tangent[rows.seated] + state.centres[rows.sockets]
+    residuals[data.seated] = linear.places[data.seated] - (
+        tangent[data.seated] + state.centres[data.seated_sockets]
     )
-    along = rows.by_socket(residuals) / np.bincount(rows.sockets)[:, None]
-    along[[socket.socket for socket in rows.data.located]] = 0.0
+    along = data.by_socket(residuals) / np.bincount(data.seated_sockets)[:, None]
+    along[[socket.socket for socket in data.located]] = 0.0
     return replace(next_state, centres=next_state.centres + along, linear=linear)
 
 
@@ -130,7 +131,7 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
     kinds = np.broadcast_to(np.eye(3), remainder.shape), by_joints @ by_joints.transpose(0, 2, 1)
     sizes = [state.weights * np.einsum("ni,nij,nj->n", u, V, u) for V in kinds]
     noises: list[Noise] = []
-    for source, noise in zip(state.objective.rows.sources, state.noises, strict=True):
+    for source, noise in zip(state.objective.data.sources, state.noises, strict=True):
         some = [0, 1] if noise.joint else [0]
         scaled = [inverse[source] @ kinds[k][source] for k in some]
         score = [
@@ -188,7 +189,7 @@ def prune_groups(state: State) -> State:
         for group in state.groups
         if group.optional and group.width and effect_of(state, group) < NEGLIGIBLE
     }
-    sources = state.objective.rows.source_of
+    sources = state.objective.data.source_of
     noises = without_negligible(state.noises, sources, state.linear.by_joints)
     if not gone and noises == state.noises:
         return state

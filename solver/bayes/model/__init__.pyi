@@ -34,6 +34,3 @@ from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
 from .priors import groups_at as groups_at
 from .priors import prior_groups as prior_groups
-from .sample_rows import KINDS as KINDS
-from .sample_rows import Kind as Kind
-from .sample_rows import SampleRows as SampleRows

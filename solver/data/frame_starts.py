@@ -1,0 +1,40 @@
+"""First poses of the frames of a robot's observations, by its nominal balls."""
+
+import numpy as np
+
+from .frames import FrameObservations, Pose, check_base, place_frames
+from .known import WORLD
+from .observations import Observations
+from .places import measured_in_frame
+
+
+def first_frames(data: Observations, points: np.ndarray) -> tuple[Pose, ...]:
+    """Return first poses of the frames by the nominal robot's balls, shape (N, 3) [m]."""
+    if not data.frames and not data.located:
+        return ()
+    visited, base = _visited(data, points), measured_in_frame(data, WORLD, "")
+    check_base(base, visited)
+    frames = [_measured(data, k, name) for k, name in enumerate(data.frames)]
+    return tuple(place_frames([visited.joined(base), *frames])[1:])
+
+
+def _visited(data: Observations, points: np.ndarray) -> FrameObservations:
+    """Return the places that the robot visited: sockets, then measured balls by their row."""
+    sockets = range(data.socket_count)
+    centres = [np.median(points[data.sockets == k], axis=0) for k in sockets]
+    measured = np.flatnonzero(~data.seated & ~data.turned)
+    wheres = [f"socket {placement}:{number}" for placement, number in data.labels]
+    return FrameObservations(
+        "the base of the robot",
+        np.array([*sockets, *data.socket_count + measured], dtype=np.int64),
+        np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
+        [*wheres, *data.wheres[measured].tolist()],
+    )
+
+
+def _measured(data: Observations, frame: int, name: str) -> FrameObservations:
+    """Return the places whose coordinates in a frame were measured."""
+    rows = np.flatnonzero(data.measured_in == frame)
+    numbers, wheres = data.socket_count + rows, data.wheres[rows].tolist()
+    balls = FrameObservations(name, numbers, data.points[rows], wheres)
+    return measured_in_frame(data, frame, name).joined(balls)
