@@ -189,7 +189,7 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
         single, arms = path / "calibration.json", path / "arms.json"
         path = arms if arms.is_file() and not single.is_file() else single
         folders = sorted(str(below.parent) for below in Path(file).glob("*/calibration.json"))
-        if folders and not path.is_file():
+        if folders and not path.exists():
             names = ", ".join(folders)
             raise results.DocumentError(f"{file}: holds no calibration.json; name one of {names}")
     if path.name != "arms.json" and results.format_of(path) != results.ARMS_FORMAT:
