@@ -10,16 +10,34 @@ import mukca
 from mukca.recorder import Placement
 from mukca.solver.data import Pose
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import Origin, turn
+from mukca.solver.robot import BallModel, turn
 from mukca.tools.simulation import Base, Imperfection, reachable_bases, record
 
+
+def pose_at(rotation_vector, place):
+    """Return a pose by its turn [rad] and its place [m]."""
+    return Pose(turn(np.array(rotation_vector)), np.array(place))
+
+
 HOME = Pose(np.eye(3), np.zeros(3))
-FACING = Pose(turn(np.array([0.0, 0.0, np.pi])), np.array([1.2, 0.0, 0.0]))
+FACING = pose_at([0.0, 0.0, np.pi], [1.2, 0.0, 0.0])
 BASES = [
     Base("front", np.array([0.6, 0.0, 0.15]), np.array([1.0, 0.0, 0.0])),
     Base("left", np.array([0.55, 0.35, 0.3]), np.array([np.cos(1), np.sin(1), 0.0])),
 ]
 """Where two arms stand face to face, and the bases that both visit."""
+
+
+def balls_of(arm, q):
+    """Where a stiff arm has its ball, shape (N, 3) [m]."""
+    return BallModel(arm, ()).points(np.zeros(0), q)
+
+
+def with_ball(arm, place):
+    """Return an arm whose ball sits elsewhere on its last link [m]."""
+    origins = arm.origins.copy()
+    origins[-1, :3] = place
+    return arm.with_origins(origins)
 
 
 def recorded_face_to_face(arms, generator, samples=8, noise=0.0):
@@ -57,6 +75,14 @@ class Simulated:
         q = record(arm, base, generator, samples=count, imperfection=how).positions[:count]
         return Placement.of_arrays("touches", q, [0] * count, arm.joint_names)
 
+    def touched_at_two(self, tip, distance):
+        """Return 4 touches of each of two points by a tip on the flange, so far apart [m]."""
+        arm = self.with_tip(tip)
+        (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
+        how = Imperfection(5e-5, self.truth.deflection)
+        wide = replace(base, distance=distance)
+        return record(arm, wide, np.random.default_rng(0), samples=4, imperfection=how)
+
     def recorded_by(self, arm):
         """Return samples of an arm, 6 in each socket of another base."""
         (base,) = reachable_bases(arm, np.random.default_rng(1), 1)
@@ -65,11 +91,8 @@ class Simulated:
 
     def with_tip(self, tip):
         """Return the true arm, its ball at a tip on the flange [m]."""
-        origins = self.truth.model.origins(self.truth.values)
-        origins[-1, :3] = tip
-        joints = zip(self.truth.robot.joints, origins.tolist(), strict=True)
-        moved = tuple(replace(joint, origin=Origin.of(own)) for joint, own in joints)
-        return replace(self.truth.robot, joints=moved)
+        arm = self.truth.robot.with_origins(self.truth.model.origins(self.truth.values))
+        return with_ball(arm, tip)
 
     def read(self, offsets):
         """Return the later placement, read by joints whose zeros are off [rad]."""

@@ -20,12 +20,11 @@ import numpy as np
 import pytest
 from calibrated_arm import simulate
 from hypothesis import settings
+from recorded import true_arm, write_session
 from virtual_time import VirtualTime
 
-from mukca.recorder import set_distance, write_holes
-from mukca.solver.robot import load_robot
+import mukca
 from mukca.tools.cli import main
-from mukca.tools.simulation import Base, perturb, record
 
 ROOT = Path(__file__).parents[1]
 
@@ -165,7 +164,7 @@ def ur10_points():
 
 @pytest.fixture(scope="session")
 def panda():
-    return load_robot("panda")
+    return mukca.load_robot("panda")
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +184,7 @@ def chromium():
 @pytest.fixture(scope="session")
 def true_panda(panda):
     """A Panda whose true kinematics differ from its URDF."""
-    return perturb(panda, np.random.default_rng(7), 2e-3, 5e-3)
+    return true_arm(panda, np.random.default_rng(7))
 
 
 @pytest.fixture(scope="session")
@@ -196,17 +195,7 @@ def simulated():
 @pytest.fixture(scope="session")
 def session(true_panda, shared):
     """A folder with three placements of that arm, 2 x 12 samples each; nobody writes there."""
-    return shared("session", lambda folder: _record_session(true_panda, folder))
-
-
-def _record_session(true_panda, folder):
-    generator = np.random.default_rng(8)
-    along_y = np.array([0.0, 1.0, 0.0])
-    for name, x, y in (("front", 0.5, 0.0), ("left", 0.35, 0.4), ("right", 0.35, -0.4)):
-        base = Base(name, np.array([x, y, 0.1]), along_y)
-        placement = record(true_panda, base, generator, samples=12, noise=5e-5)
-        write_holes(placement, folder / name)
-        set_distance(folder / name, 0.05)
+    return shared("session", lambda folder: write_session(folder, true_panda))
 
 
 @pytest.fixture(scope="session")

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import write_samples
+from altered import moved, write_samples
+from recorded import recorded_at, true_arm
 from worlds import realistic_flaws
 
 from mukca.solver.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.recording import recorded_beside
-from mukca.tools.simulation import Base, perturb, record
 
 PAGE = (Path(__file__).parents[1] / "docs" / "so101.md").read_text()
 PLACES = {"front": (0.28, 0.0, 0.03), "left": (0.2, 0.16, 0.03), "right": (0.19, -0.17, 0.05)}
@@ -33,13 +33,12 @@ def commands():
 def lead(folder):
     """Write where a hand leads an arm whose zeros, links, gears and encoders are off."""
     robot, generator = load_robot("so101"), np.random.default_rng(3)
-    arm, zeros = perturb(robot, generator, 3e-4, 5e-3), np.radians(generator.normal(0, 2, 5))
+    arm, zeros = true_arm(robot, generator, 3e-4), np.radians(generator.normal(0, 2, 5))
     flaws = realistic_flaws(robot, generator)
     flaws = replace(flaws, play=math.radians(0.2), resolution=2 * math.pi / 4096)
     for name, place in PLACES.items():
-        base = Base(name, np.array(place), np.array([0.0, 1.0, 0.0]), 0.1001)
-        led = record(arm, base, generator, samples=2 * TURN, imperfection=flaws)
-        read = [replace(s, position=tuple(np.add(s.position, zeros).tolist())) for s in led.samples]
+        led = recorded_at(arm, place, generator, name, 2 * TURN, 0.1001, imperfection=flaws)
+        read = moved(led, led.positions + zeros).samples
         zero, one = read[: 2 * TURN], read[2 * TURN :]
         turns = (*zero[:TURN], *one[:TURN], *zero[TURN:], *one[TURN:])
         write_samples(folder / name, replace(led, samples=turns))

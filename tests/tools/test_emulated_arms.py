@@ -9,12 +9,12 @@ import pytest
 from cases import by_table
 from emulation import emulated
 from emulator_programs import emulated_program
+from record_commands import read
+from recorded import recorded_in_reach, true_arm, write_sockets
 from terminal_session import MUKCA, TerminalSession
 
-from mukca.recorder import read_placement, write_holes
-from mukca.solver.robot import load_robot
+import mukca
 from mukca.tools.cli import main
-from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 
@@ -35,10 +35,11 @@ def write_placements(robot, folder):
     """Two placements of an arm whose true kinematics differ from its URDF: to train, to test."""
     generator = np.random.default_rng(5)
     worse = FARTHER.get(robot, 1)
-    arm = perturb(load_robot(robot), generator, 2e-3 * worse, 5e-3 * worse)
-    for name, base in zip(("train", "test"), reachable_bases(arm, generator, 2), strict=True):
-        placement = record(arm, base, generator, samples=40, noise=2e-5)
-        write_holes(replace(placement, samples=tuple(short_steps(placement))), folder / name)
+    arm = true_arm(mukca.load_robot(robot), generator, 2e-3 * worse, 5e-3 * worse)
+    placements = recorded_in_reach(arm, generator, 2, samples=40, noise=2e-5)
+    for name, placement in zip(("train", "test"), placements, strict=True):
+        few = replace(placement, samples=tuple(short_steps(placement)))
+        write_sockets(folder / name, few)
 
 
 def short_steps(placement):
@@ -64,8 +65,8 @@ def test_the_truth_is_found(name, robot, version, tmp_path, capsys):
         assert main(words(robot, f"{name}:{emulation.address}", tmp_path, window)) == 0
     capsys.readouterr()
 
-    recorded = read_placement(tmp_path / "recorded")
-    truth = read_placement(tmp_path / "train")
+    recorded = read(tmp_path / "recorded")
+    truth = read(tmp_path / "train")
     tolerance = 5 * NOISE / np.sqrt(RATES.get(name, STATES)) + ROUNDING.get(name, 0.0)
     assert np.abs(recorded.positions - truth.positions).max() < tolerance
     errors = solve(tmp_path / "recorded", robot, tmp_path / "test", capsys)
@@ -94,8 +95,8 @@ def test_a_program_is_recorded_in_a_terminal(session, tmp_path):
             terminal.wait_for("0:  1/30")
             emulation.release()
             assert terminal.wait() == 0, terminal.text
-    recorded = read_placement(tmp_path / "recorded").positions
-    truth = read_placement(session / "front").positions
+    recorded = read(tmp_path / "recorded").positions
+    truth = read(session / "front").positions
     nearest = np.abs(recorded[:, None] - truth[None]).max(axis=2).argmin(axis=1)
     assert nearest[0] == 0 and nearest[1] > 0
     assert np.abs(recorded - truth[nearest]).max() < 5 * NOISE / np.sqrt(STATES)

@@ -2,18 +2,16 @@
 
 import json
 from contextlib import redirect_stdout
-from dataclasses import replace
 from io import StringIO
 
 import numpy as np
 import pytest
-from altered import write_rows
+from altered import moved, write_rows
+from calibrated_arm import pose_at, with_ball
 from cases import by_table
 from worlds import measured_points
 
 import mukca
-from mukca.solver.data import Pose
-from mukca.solver.robot import Origin, turn
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -30,7 +28,7 @@ def measured(true_panda, shared):
 
     def make(folder):
         generator = np.random.default_rng(2)
-        frames = [Pose(turn(generator.uniform(-2, 2, 3)), np.full(3, 2.0 * k)) for k in range(2)]
+        frames = [pose_at(generator.uniform(-2, 2, 3), np.full(3, 2.0 * k)) for k in range(2)]
         for name, frame in (("train", 0), ("test", 0), ("later", 1)):
             points = measured_points(true_panda, frames[frame], generator, samples=45, noise=3e-5)
             write_points(points, folder / name)
@@ -70,21 +68,11 @@ def test_validate_fits_the_frame_to_other_points_of_it(solved, measured, command
     assert row["calibrated"]["mean_absolute_error"] == pytest.approx(held, rel=0.5)
 
 
-def with_ball(arm, shift):
-    """Return an arm whose probe is another one, its tip elsewhere on the flange."""
-    ball = arm.ball_joint
-    place = np.array(ball.origin.xyz) + shift
-    return replace(
-        arm,
-        joints=(*arm.joints[:-1], replace(ball, origin=Origin.of([*place, *ball.origin.rpy]))),
-    )
-
-
 def test_points_of_another_probe_refit_its_tip(solved, true_panda, tmp_path, command):
     """The shift is said, and a zero that moved is not taken for another probe."""
     out, _ = solved
-    generator, frame = np.random.default_rng(4), Pose(np.eye(3), np.ones(3))
-    probe = with_ball(true_panda, [0.012, -0.016, 0.01])
+    generator, frame = np.random.default_rng(4), pose_at(np.zeros(3), np.ones(3))
+    probe = with_ball(true_panda, true_panda.origins[-1, :3] + [0.012, -0.016, 0.01])
     points = measured_points(probe, frame, generator, samples=45, noise=3e-5)
     write_points(points, tmp_path / "probe")
     words = ("validate", out / "calibration.json", tmp_path / "probe" / "points.csv")
@@ -92,10 +80,7 @@ def test_points_of_another_probe_refit_its_tip(solved, true_panda, tmp_path, com
     assert status == 0, text
     assert "The tip was refitted: it sits 22.37 mm from the calibration's" in text
     points = measured_points(true_panda, frame, generator, samples=45, noise=3e-5)
-    q = points.positions - 5e-3 * np.eye(7)[3]
-    pairs = zip(points.samples, q.tolist(), strict=True)
-    lost = replace(points, samples=tuple(replace(s, position=tuple(row)) for s, row in pairs))
-    write_points(lost, tmp_path / "lost")
+    write_points(moved(points, points.positions - 5e-3 * np.eye(7)[3]), tmp_path / "lost")
     status, text, _ = command(*words[:2], tmp_path / "lost" / "points.csv")
     assert status == 1 and "drifted" in text and "tip was refitted" not in text
 

@@ -6,11 +6,10 @@ import shlex
 import numpy as np
 import pytest
 from calibrated_arm import recorded_face_to_face
+from recorded import true_arm, write_sockets
 
 import mukca
-from mukca.recorder import write_holes
-from mukca.solver.robot import load_robot
-from mukca.tools.simulation import perturb
+from mukca import load_robot
 
 pytestmark = pytest.mark.slow
 
@@ -32,14 +31,14 @@ def cell(true_panda, shared):
 
 def two_arms(true_panda):
     """The true arms of the cell."""
-    return [true_panda, perturb(load_robot("ur5e"), np.random.default_rng(5), 2e-3, 5e-3)]
+    return [true_panda, true_arm(load_robot("ur5e"), np.random.default_rng(5))]
 
 
 def written_by_arm(recorded, folder):
     """Write what each arm recorded to its folder."""
     for name, placements in zip(("left", "right"), recorded, strict=True):
         for placement in placements:
-            write_holes(placement, folder / name / placement.name)
+            write_sockets(folder / name / placement.name, placement)
 
 
 def test_two_arms_are_written_each_and_together(cell, true_panda, tmp_path, command, refused):
@@ -179,7 +178,7 @@ def test_one_base_is_said_in_words(cell, command):
 def test_two_arms_of_one_type_need_no_extension_and_may_be_swapped(tmp_path, command, refused):
     """Those that do hardly anything have one name in both arms, and are left out of each."""
     generator = np.random.default_rng(3)
-    arms = [perturb(load_robot("panda"), generator, 2e-3, 5e-3) for _ in range(2)]
+    arms = [true_arm(load_robot("panda"), generator) for _ in range(2)]
     recorded = recorded_face_to_face(arms, generator, samples=12, noise=1e-4)
     robots = {name: load_robot("panda") for name in ("left", "right")}
     found = mukca.calibrate(robots, dict(zip(robots, recorded, strict=True)), distance=0.05)

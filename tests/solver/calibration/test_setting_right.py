@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from altered import moved as changed
+from altered import write_samples
+from calibrated_arm import balls_of
+from recorded import recorded_at
 
 import mukca
-from mukca.recorder import sample_files
-from mukca.tools.simulation import Base, record
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
 
@@ -20,8 +22,7 @@ def placements(true_panda):
 
 
 def _recorded(arm, name, place, seed=1):
-    base = Base(name, np.array(place), np.array([0.0, 1.0, 0.0]))
-    placement = record(arm, base, np.random.default_rng(seed), samples=12, noise=1e-4)
+    placement = recorded_at(arm, place, seed, name, samples=12)
     rows = [s for i in range(12) for s in placement.samples[i::12]]
     samples = tuple(replace(s, number=i, place=0) for i, s in enumerate(rows, start=1))
     return replace(placement, samples=samples)
@@ -98,12 +99,9 @@ def test_a_placement_with_too_few_samples_is_left_out_beside_others(panda, place
 
 
 def test_the_smaller_part_is_left_out_where_a_zero_slipped(panda, placements):
-    slip = np.deg2rad(0.5) * np.eye(7)[3]
-    samples = [
-        replace(s, position=tuple(np.array(s.position) + slip)) if s.number > 16 else s
-        for s in placements[0].samples
-    ]
-    found = mukca.calibrate(panda, replace(placements[0], samples=tuple(samples)), placements[1])
+    late = np.arange(24) >= 16
+    q = placements[0].positions + np.outer(late, np.deg2rad(0.5) * np.eye(7)[3])
+    found = mukca.calibrate(panda, changed(placements[0], q), placements[1])
     assert found.document.placements[0].samples == (8, 8)
     (told,) = remarks(found)
     assert "panda_joint4" in told.text and "8 samples from there on are left out" in told.advice
@@ -111,12 +109,10 @@ def test_the_smaller_part_is_left_out_where_a_zero_slipped(panda, placements):
 
 
 def test_no_socket_is_left_out_where_a_zero_slipped_between_the_two(panda, placements):
-    slip = np.deg2rad(3) * np.eye(7)[3]
-    samples = [
-        replace(s, position=tuple(np.array(s.position) + s.socket * slip))
-        for s in sorted(placements[0].samples, key=lambda s: s.socket)
-    ]
-    found = mukca.calibrate(panda, replace(placements[0], samples=tuple(samples)), placements[1])
+    samples = tuple(sorted(placements[0].samples, key=lambda s: s.socket))
+    front = replace(placements[0], samples=samples)
+    q = front.positions + np.outer(front.sockets, np.deg2rad(3) * np.eye(7)[3])
+    found = mukca.calibrate(panda, changed(front, q), placements[1])
     assert found.document.placements[0].samples == (12, 12)
     assert found.verdict.use is False and found.verdict.better is None
     assert "panda_joint4" in found.verdict.text
@@ -124,10 +120,7 @@ def test_no_socket_is_left_out_where_a_zero_slipped_between_the_two(panda, place
 
 def test_commands_name_the_folder_of_several_parts_once(panda, moved, tmp_path, command):
     for placement in moved:
-        folder = tmp_path / placement.name
-        folder.mkdir()
-        for name, content in sample_files(placement).items():
-            (folder / name).write_bytes(content)
+        write_samples(tmp_path / placement.name, placement)
     words = ("solve", tmp_path / "front", "--test", tmp_path / "left", "--robot", "panda")
     status, told, _ = command(*words, "--out", tmp_path / "out")
     again = json.loads((tmp_path / "out" / "report.json").read_text())["command"]
@@ -163,17 +156,10 @@ def test_advice_says_which_solve_sets_right(panda, moved):
         assert told and words in told[0]
 
 
-def changed(placement, of):
-    """Return a placement whose joint positions are changed."""
-    rows = of(placement.positions).tolist()
-    samples = zip(placement.samples, rows, strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in samples))
-
-
 def drifted(placement):
     """The base turns steadily about the first joint, which moves the ball by some 2 mm."""
-    turns = np.outer(np.arange(len(placement.samples)), np.eye(7)[0])
-    return changed(placement, lambda q: q + 4e-3 * turns / len(q))
+    q = placement.positions
+    return changed(placement, q + 4e-3 * np.outer(np.arange(len(q)) / len(q), np.eye(7)[0]))
 
 
 def test_a_held_out_placement_is_judged_without_its_drift(panda, placements):
@@ -208,15 +194,14 @@ def test_a_drift_has_an_unknown_in_the_fit_where_samples_have_no_times(panda, pl
 def test_a_gain_has_an_unknown_in_the_fit(panda, true_panda, placements):
     """A joint that reads 2 % too much is right once its position is corrected."""
     factor = 1 + 0.02 * np.eye(7)[3]
-    read = [changed(placement, lambda q: q * factor) for placement in placements]
+    read = [changed(placement, placement.positions * factor) for placement in placements]
     found = mukca.calibrate(panda, read)
     gains = found.document.deflection["gain"]
     assert gains == pytest.approx(1 / factor - 1, abs=2e-3)
     (told,) = [check for check in found.document.checks if check.code == "gain"]
     assert told.level == "warning" and "unknown" in told.advice
     q = placements[0].positions
-    balls = mukca.solver.robot.BallModel(true_panda, ()).points(np.zeros(0), q)
-    assert np.ptp(found.ball(q * factor) - balls, axis=0).max() < 1.5e-3
+    assert np.ptp(found.ball(q * factor) - balls_of(true_panda, q), axis=0).max() < 1.5e-3
     kept = mukca.calibrate(panda, read, as_recorded=True).document
     assert "gain" not in kept.deflection
     assert [check.level for check in kept.checks if check.code == "gain"] == ["error"]

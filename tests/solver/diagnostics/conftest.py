@@ -1,26 +1,20 @@
 """Placements of a simulated arm, and what the checks see in them."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from recorded import PLACES, recorded_at
 
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
-from mukca.tools.simulation import Base, record
-
-PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
 
 
 @pytest.fixture(scope="session")
 def record_at(true_panda):
-    """Return 20 samples in each socket of a base whose centre is at a place [m]."""
-
-    def record_at(place, seed, name="front", **more):
-        base = Base(name, np.array(place), np.array([0.0, 1.0, 0.0]), **more)
-        return record(true_panda, base, np.random.default_rng(seed), samples=20, noise=1e-4)
-
-    return record_at
+    """Record that arm at a place, 20 samples in each socket."""
+    return partial(recorded_at, true_panda)
 
 
 @pytest.fixture(scope="session")

@@ -2,19 +2,18 @@
 
 import numpy as np
 import pytest
+from recorded import PLACES, recorded_at
 
 from mukca.solver.bayes.model import extend
 from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
 from mukca.solver.paper import build_problem, covariance, solve
-from mukca.tools.simulation import Base, record
 
 
 @pytest.fixture(scope="module")
 def recordings(panda, true_panda):
     """The same poses, with noise and without."""
-    base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
     return {
-        noise: record(true_panda, base, np.random.default_rng(2), samples=15, noise=noise)
+        noise: recorded_at(true_panda, PLACES["front"], 2, samples=15, noise=noise)
         for noise in (0.0, 1e-4, 4e-4)
     }
 

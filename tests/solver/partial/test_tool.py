@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from altered import write_rows, write_samples
+from recorded import recorded_in_reach, true_arm
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca import MukcaError
-from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 
@@ -78,11 +78,7 @@ def test_a_second_point_gives_the_axis(simulated):
 
 def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated):
     """Two points, 0.1 m apart where nobody says so, and where it is said."""
-    bases = reachable_bases(simulated.with_tip(TIP), np.random.default_rng(1), 1)
-    how = Imperfection(5e-5, simulated.truth.deflection)
-    wide = [replace(base, distance=0.1) for base in bases]
-    arm, generator = simulated.with_tip(TIP), np.random.default_rng(0)
-    touched = record(arm, wide[0], generator, samples=4, imperfection=how)
+    touched = simulated.touched_at_two(TIP, 0.1)
     free = replace(touched, distance=None)
     at = [(0.0, 0.1 * s.socket, 0.0) for s in touched.samples]
     samples = [replace(s, socket=0, point=p) for s, p in zip(touched.samples, at, strict=True)]
@@ -171,9 +167,9 @@ def test_the_command_takes_a_csv_file(simulated, tmp_path, command):
 
 def test_an_arm_whose_samples_leave_open_if_lengths_or_angles_are_wrong_is_held_loosely():
     robot, generator = mukca.load_robot("ur5e"), np.random.default_rng([7, 12])
-    arm, how = perturb(robot, generator, TRANSLATION, TURN), realistic_flaws(robot, generator)
-    bases = reachable_bases(arm, generator, 2)
-    train = [record(arm, base, generator, imperfection=how) for base in bases]
+    arm = true_arm(robot, generator, TRANSLATION, TURN)
+    how = realistic_flaws(robot, generator)
+    train = recorded_in_reach(arm, generator, 2, imperfection=how)
     calibration = mukca.calibrate(robot, train)
     found, truth = (
         calibration.document.parameters,

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from altered import moved
+from recorded import PLACES, recorded_at
 
 import mukca
-from mukca.tools.simulation import Base, record
 
 pytestmark = pytest.mark.slow
 
@@ -63,8 +63,7 @@ def put_on_again(true_panda):
     x, y, z = joint.origin.xyz
     moved = replace(joint, origin=replace(joint.origin, xyz=(x + 6e-4, y - 3e-4, z + 2e-4)))
     arm = replace(true_panda, joints=(*true_panda.joints[:-1], moved))
-    base = Base("right", np.array([0.35, -0.4, 0.1]), np.array([0.0, 1.0, 0.0]))
-    return record(arm, base, np.random.default_rng(4), samples=20, noise=5e-5)
+    return recorded_at(arm, PLACES["right"], 4, "right", noise=5e-5)
 
 
 def drawn(placement, generator):
