@@ -1,11 +1,14 @@
 """Where one robot's base stands seen from another's, and how well two tools meet."""
 
+from typing import NamedTuple
+
 import numpy as np
 from msgspec.structs import replace
 
+from ..bayes.inference import Posterior
 from ..data import IDENTITY, Pose, as_point
 from ..results import UNSEEN, BaseToBase
-from ..robot import PoseModel, PoseSolver, workspace
+from ..robot import PoseModel, PoseSolver, Solutions, workspace
 from .ties import TiedRobots
 
 MARGIN = 0.02
@@ -23,42 +26,50 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     covariance = world.frame_covariance(frame)
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     variances, axes = np.linalg.eigh(covariance[:3, :3])
-    is_known = bool(variances[-1] <= UNSEEN**2)
+    if variances[-1] > UNSEEN**2:
+        text = _turned(names, len(shared), axes[:, -1])
+        return BaseToBase(
+            xyz=None,
+            rpy=None,
+            xyz_deviation=None,
+            turn_deviation=None,
+            tool_deviation=None,
+            shared_sockets=len(shared),
+            text=text,
+        )
     result = BaseToBase(
-        xyz=origin.xyz if is_known else None,
-        rpy=origin.rpy if is_known else None,
-        xyz_deviation=as_point(deviation[3:]) if is_known else None,
-        turn_deviation=as_point(deviation[:3]) if is_known else None,
-        tool_deviation=_tool_deviation(world, robot, shared) if is_known else None,
+        xyz=origin.xyz,
+        rpy=origin.rpy,
+        xyz_deviation=as_point(deviation[3:]),
+        turn_deviation=as_point(deviation[:3]),
+        tool_deviation=_tool_deviation(world, robot, shared),
         shared_sockets=len(shared),
         text="",
     )
-    text = _words(names, result) if is_known else _turned(names, len(shared), axes[:, -1])
-    return replace(result, text=text)
+    return replace(result, text=_words(names, result))
 
 
 def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float | None:
-    """Return the error of the distance vector of two tools that meet, as predicted [m]."""
+    """Return the error of the distance vector of two tools that meet, as predicted [m].
+
+    It is the root mean square of tr A Sigma A^T over places that both reach. A = [-J_1, R J_2, T]
+    are the derivatives of the vector by the unknowns of both robots and by the pose R, t of the
+    second, and Sigma is their covariance.
+    """
     frame = world.robots[robot].frame
     pose = world.poses[frame]
     region = world.centres[shared] if shared else _recorded_by_both(world, robot)
-    first, places = _inside(world, 0, IDENTITY, region)
-    second, points_beside = _inside(world, robot, pose, region)
-    if not len(first) or not len(second):
+    first = _inside(world, 0, IDENTITY, region)
+    second = _inside(world, robot, pose, region)
+    if not len(first.q) or not len(second.q):
         return None
-    nearest = np.argmin(np.linalg.norm(places[:, None] - points_beside, axis=2), axis=1)
-    arm = world.arms[robot]
-    rigid = PoseModel.of(arm.model.robot, arm.model.ball.origins(arm.values))
-    limits = arm.model.robot.lower, arm.model.robot.upper
-    targets = np.tile(np.eye(4)[:3].ravel(), (len(places), 1))
-    targets[:, 3::4] = pose.inverse().apply(places)
-    met = PoseSolver(rigid, len(arm.model.robot.joints) - 1, limits, "point").solve(
-        targets, second[nearest]
-    )
+    gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
+    starts = second.q[np.argmin(gaps, axis=1)]
+    met = _led_to(world.arms[robot], pose.inverse().apply(first.places), starts)
     if not met.reached.any():
         return None
-    _, by_first, _ = _linear(world, 0, first[met.reached])
-    points, by_second, _ = _linear(world, robot, met.positions[met.reached])
+    _, by_first = _linear(world, 0, first.q[met.reached])
+    points, by_second = _linear(world, robot, met.positions[met.reached])
     slopes = np.zeros((len(points), 3, len(world.around.mean)))
     for i, by_unknowns in ((0, -by_first), (robot, pose.rotation @ by_second)):
         begin = world.columns[i].start
@@ -68,34 +79,50 @@ def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float |
     return float(squares.mean()) ** 0.5
 
 
+def _led_to(arm: Posterior, targets: np.ndarray, starts: np.ndarray) -> Solutions:
+    """Return the joint positions of an arm with its ball at targets, shape (N, 3) [m]."""
+    robot = arm.model.robot
+    rigid = PoseModel.of(robot, arm.model.ball.origins(arm.values))
+    solver = PoseSolver(rigid, len(robot.joints) - 1, (robot.lower, robot.upper), "point")
+    poses = np.tile(np.eye(4)[:3].ravel(), (len(targets), 1))
+    poses[:, 3::4] = targets
+    return solver.solve(poses, starts)
+
+
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
-    balls = [
-        world.poses[world.robots[i].frame].apply(_linear(world, i, world.arms[i].data.positions)[0])
-        for i in (0, robot)
-    ]
-    lowest = np.array([np.min(b, axis=0) for b in balls])
-    highest = np.array([np.max(b, axis=0) for b in balls])
-    return np.array([lowest.max(axis=0), highest.min(axis=0)])
+    lowest: list[np.ndarray] = []
+    highest: list[np.ndarray] = []
+    for i in (0, robot):
+        points, _ = _linear(world, i, world.arms[i].data.positions)
+        balls = world.poses[world.robots[i].frame].apply(points)
+        lowest.append(balls.min(axis=0))
+        highest.append(balls.max(axis=0))
+    return np.array([np.max(lowest, axis=0), np.min(highest, axis=0)])
 
 
-def _linear(
-    world: TiedRobots, robot: int, q: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    arm = world.arms[robot]
-    return arm.model.linearise(arm.x, q, np.tile(0 * q, 3))
+def _linear(world: TiedRobots, robot: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return balls of a robot without load in its base, and their derivatives J."""
+    return world.arms[robot].linearise(q, np.tile(0 * q, 3))[:2]
 
 
-def _inside(
-    world: TiedRobots, robot: int, pose: Pose, region: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return random configurations whose ball is in the region, and the balls in the world."""
+class Configurations(NamedTuple):
+    """Configurations of a robot, and where its balls are."""
+
+    q: np.ndarray
+    """Shape (N, m) [rad]."""
+    places: np.ndarray
+    """In the world, shape (N, 3) [m]."""
+
+
+def _inside(world: TiedRobots, robot: int, pose: Pose, region: np.ndarray) -> Configurations:
+    """Return random configurations whose ball is in the region."""
     q = workspace(world.arms[robot].model.robot, TRIES, robot)
     places = pose.apply(world.arms[robot].predict(q, np.tile(0 * q, 3)))
     low = region.min(axis=0) - MARGIN
     high = region.max(axis=0) + MARGIN
     inside = ((places > low) & (places < high)).all(axis=1)
-    return q[inside][:MEETINGS], places[inside][:MEETINGS]
+    return Configurations(q[inside][:MEETINGS], places[inside][:MEETINGS])
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:
@@ -125,9 +152,8 @@ def _turned(names: tuple[str, str], shared: int, axis: np.ndarray) -> str:
     """Return what is missing where a turn of one robot against the other is left."""
     first, second = names
     along = " ".join(f"{value:+.2f}" for value in axis)
-    count = {0: "no socket", 1: "one socket", 2: "two sockets"}.get(
-        shared, f"{shared} sockets on one line"
-    )
+    counts = {0: "no socket", 1: "one socket", 2: "two sockets"}
+    count = counts.get(shared, f"{shared} sockets on one line")
     freedom = "about their line" if shared > 1 else "about it"
     return (
         f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "

@@ -27,14 +27,11 @@ def places_alone(
     measured |= {names[item.frame] for item in part.located} - others
     frames = [name for name in places.frames if name in measured]
     indices = {name: k for k, name in enumerate(frames)} | {recordings.base_frame: WORLD}
+    located = [item for item in part.located if names[item.frame] in indices]
     alone = replace(
         part,
         labels=tuple(visited[label] for label in part.labels),
-        located=tuple(
-            replace(item, frame=indices[names[item.frame]])
-            for item in part.located
-            if names[item.frame] in indices
-        ),
+        located=tuple(replace(item, frame=indices[names[item.frame]]) for item in located),
         frames=tuple(frames),
     )
     return alone, tuple(sockets)

@@ -11,13 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from ..bayes.inference import FRAME_PRIOR_PRECISION, Posterior
 from ..bayes.model import Gaussian
 from ..data import IDENTITY, WORLD, Places, Pose, check_base, distance_covariance, place_frames
-from .views import Visitor, in_world, view_of_frame
+from .views import Seen, Visitor, view_of_frame
 
 ROUNDS, SETTLED = 10, 1e-10
 """Times at most that all is made linear again, and the largest change of a pose after them."""
@@ -68,6 +69,10 @@ class TiedRobots:
 def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     """Return robots, each of which was calibrated alone, in one world.
 
+    The equations are made linear at the last poses and changes until the poses stand still. With A
+    and e their slopes and errors at the change y, each round is the prior N(m, S) conditioned on
+    A x = A y - e.
+
     Raises:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
@@ -81,28 +86,28 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     change = np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
     for _ in range(ROUNDS):
-        slopes, errors = _equations(tied, change)
-        around = prior.conditioned(slopes, errors + slopes @ (prior.mean - change))
+        A, errors = _equations(tied, change)
+        around = prior.conditioned(A, errors + A @ (prior.mean - change))
         steps = around.mean[begin:].reshape(-1, 6)
         poses = tuple(pose.moved(step) for pose, step in zip(tied.poses, steps, strict=True))
         tied = replace(tied, around=around, poses=poses)
         change = np.append(around.mean[:begin], np.zeros(steps.size))
         if np.abs(steps).max() < SETTLED:
             break
-    told = [
-        replace(robot, fit=robot.fit.changed(tied.around.marginal(rows)))
-        for robot, rows in zip(robots, tied.columns, strict=True)
+    parts = [tied.around.marginal(rows) for rows in tied.columns]
+    updated = [
+        replace(robot, fit=robot.fit.changed(part))
+        for robot, part in zip(robots, parts, strict=True)
     ]
-    return replace(tied, robots=tuple(told))
+    return replace(tied, robots=tuple(updated))
 
 
 def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     """Return first poses of all frames in the world, by the places that they have in common."""
     places = tied.places
     unknowns = np.eye(len(tied.around.mean))
-    frames = {
-        k: view_of_frame(places, k, len(unknowns)).seen for k in (WORLD, *range(len(places.frames)))
-    }
+    numbers = range(WORLD, len(places.frames))
+    frames = {k: view_of_frame(places, k, len(unknowns)).seen for k in numbers}
     for robot, rows in zip(tied.robots, tied.columns, strict=True):
         seen = robot.view(places, np.zeros(len(unknowns[rows])), unknowns[rows]).seen
         check_base(frames[robot.frame], seen)
@@ -111,34 +116,64 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     return (*poses, world)
 
 
-def _equations(tied: TiedRobots, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return slopes, shape (E, n), and errors of all that is known, in standard deviations."""
+class Equations(NamedTuple):
+    """Measurements that are linear in n unknowns, in their standard deviations."""
+
+    slopes: np.ndarray
+    """Shape (E, n)."""
+    errors: np.ndarray
+    """Shape (E,)."""
+
+
+def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
+    """Return the equations of what robots share, and of known lengths."""
     places = tied.places
     unknowns = np.eye(len(change))
     pairs = zip(tied.robots, tied.columns, strict=True)
     views = [robot.view(places, change[rows], unknowns[rows]) for robot, rows in pairs]
     views += [view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))]
+    rows_of_poses = [unknowns[tied.columns_of(view.frame)] for view in views]
     placed = [
-        in_world(view, tied.poses[view.frame], unknowns[tied.columns_of(view.frame)])
-        for view in views
+        view.in_world(tied.poses[view.frame], rows)
+        for view, rows in zip(views, rows_of_poses, strict=True)
     ]
-    points = np.concatenate([pair[0] for pair in placed])
-    slopes = np.concatenate([pair[1] for pair in placed])
-    numbers = np.concatenate([view.seen.numbers for view in views])
-    deviations = np.concatenate([view.deviations for view in views])[:, None]
-    _, first, place = np.unique(numbers, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[place] != np.arange(len(numbers)))
-    before = first[place[again]]
-    errors = (points[again] - points[before]) / deviations[again]
-    by_unknowns = (slopes[again] - slopes[before]) / deviations[again, None]
+    world = Seen(*map(np.concatenate, zip(*placed, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
-    ends = first[[[length.first, length.second] for length in places.known]].reshape(-1, 2).T
-    offsets = points[ends[1]] - points[ends[0]]
-    lengths = np.linalg.norm(offsets, axis=1)
-    along = (offsets / lengths[:, None])[:, None] @ (slopes[ends[1]] - slopes[ends[0]])
-    whiten = np.linalg.inv(np.linalg.cholesky(distance_covariance(places.known)))
-    stated = [length.distance for length in places.known]
-    return (
-        np.concatenate([by_unknowns.reshape(-1, len(change)), whiten @ along[:, 0]]),
-        np.concatenate([errors.ravel(), whiten @ (lengths - stated)]),
+    _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
+    shared = _of_shared_places(world, first[place])
+    lengths = _of_lengths(world, first, places)
+    return Equations(
+        np.concatenate([shared.slopes, lengths.slopes]),
+        np.concatenate([shared.errors, lengths.errors]),
     )
+
+
+def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
+    """Return the equations (p_b - p_a) / s = 0 of places that are seen again.
+
+    Args:
+        world: L places by their views.
+        first: Index of the first view of the same place, shape (L,).
+    """
+    again = np.flatnonzero(first != np.arange(len(first)))
+    before = first[again]
+    weights = 1 / world.deviations[again, None]
+    errors = (world.points[again] - world.points[before]) * weights
+    slopes = (world.slopes[again] - world.slopes[before]) * weights[:, :, None]
+    return Equations(slopes.reshape(errors.size, -1), errors.ravel())
+
+
+def _of_lengths(world: Seen, sockets: np.ndarray, places: Places) -> Equations:
+    """Return the equations C^-1/2 (|p_b - p_a| - d) = 0 of known lengths with covariance C.
+
+    ``sockets`` has the index of each socket among the places in the world.
+    """
+    ends = [[length.first, length.second] for length in places.known]
+    first, second = sockets[np.reshape(ends, (-1, 2)).astype(int).T]
+    offsets = world.points[second] - world.points[first]
+    lengths = np.linalg.norm(offsets, axis=1)
+    directions = offsets / lengths[:, None]
+    slopes = np.einsum("ki,kin->kn", directions, world.slopes[second] - world.slopes[first])
+    whiten = np.linalg.inv(np.linalg.cholesky(distance_covariance(places.known)))
+    errors = lengths - [length.distance for length in places.known]
+    return Equations(whiten @ slopes, whiten @ errors)

@@ -1,6 +1,7 @@
 """Places as they are seen in one frame: by a robot in its base, or by measured coordinates."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,19 @@ SAME = 1e-9
 """Standard deviation of the distance from a place to itself [m]."""
 
 
+class Seen(NamedTuple):
+    """L places in the world, by n unknowns."""
+
+    points: np.ndarray
+    """Shape (L, 3) [m]."""
+    slopes: np.ndarray
+    """Their derivatives, shape (L, 3, n)."""
+    deviations: np.ndarray
+    """Standard deviations beside the unknowns, shape (L,) [m]."""
+    numbers: np.ndarray
+    """Those of the places, shape (L,)."""
+
+
 @dataclass(frozen=True)
 class View:
     """L places in one frame, by n unknowns."""
@@ -26,6 +40,17 @@ class View:
     """Derivatives of their coordinates, shape (L, 3, n)."""
     deviations: np.ndarray
     """Standard deviations beside the unknowns, shape (L,) [m]."""
+
+    def in_world(self, pose: Pose, unknowns: np.ndarray) -> Seen:
+        """Return the places in the world, R p + t.
+
+        Args:
+            pose: R and t of the frame.
+            unknowns: Derivatives of the pose's six numbers by all unknowns, shape (6, n).
+        """
+        points = self.seen.points
+        slopes = pose.rotation @ self.slopes + pose.slopes(points) @ unknowns
+        return Seen(pose.apply(points), slopes, self.deviations, self.seen.numbers)
 
 
 def view_of_frame(places: Places, frame: int, size: int) -> View:
@@ -63,9 +88,8 @@ class Visitor:
         data = self.fit.data
         centres = slice(objective.dense, objective.size)
         points = self.fit.state.centres + change[centres].reshape(-1, 3)
-        lines = [
-            f"{self.name}: socket {places.labels[k][0]}:{places.labels[k][1]}" for k in self.sockets
-        ]
+        labels = [places.labels[k] for k in self.sockets]
+        lines = [f"{self.name}: socket {placement}:{socket}" for placement, socket in labels]
         numbers = np.array(self.sockets, dtype=np.int64)
         seen = FrameObservations(f"the base of {self.name}", numbers, points, lines)
         slopes = [unknowns[centres].reshape(-1, 3, size)]
@@ -87,12 +111,3 @@ def _corners(places: Places, name: str, points: np.ndarray) -> FrameObservations
     numbers = first + np.arange(len(CORNERS))
     lines = len(CORNERS) * [f"frame {name}"]
     return FrameObservations(name, numbers, points, lines)
-
-
-def in_world(view: View, pose: Pose, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the places in the world, shape (L, 3) [m], and their derivatives, (L, 3, n).
-
-    ``unknowns`` are the derivatives of the pose's six numbers by all unknowns, shape (6, n).
-    """
-    points = view.seen.points
-    return pose.apply(points), pose.rotation @ view.slopes + pose.slopes(points) @ unknowns
