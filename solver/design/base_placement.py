@@ -10,7 +10,7 @@ from ..bayes.model import Noise, extend
 from ..bayes.model.effects import TYPES_WITH_CURVES
 from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
 from ..robot import Robot, SimulationError, choose_parameters
-from .information import ParameterCovariance, Workspace, from_prior, workspace_of
+from .information import ParameterCovariance, Workspace, from_prior, unit, workspace_of
 from .pose_route import Annealing
 from .reachability import Reach
 
@@ -55,14 +55,18 @@ class Site:
 
 def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
-    centres = np.array([centre - 0.5 * distance * along, centre + 0.5 * distance * along])
+    half = 0.5 * distance * along
+    centres = np.array([centre - half, centre + half])
     count = POSES if np.isinf(reach.turn) else MANY
-    zero, first = [reach.poses(c, count) for c in centres]
+    zero = reach.poses(centres[0], count)
+    first = reach.poses(centres[1], count)
     if np.isfinite(reach.turn) and min(len(zero), len(first)):
         # a session begins where most poses of both sockets are near
-        neighbours = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2) <= reach.turn
-        neighbours = neighbours[int(np.argmax(neighbours.sum(axis=1)))]
-        zero, first = zero[neighbours[: len(zero)]][:POSES], first[neighbours[len(zero) :]][:POSES]
+        turns = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2)
+        begin = np.argmax(np.sum(turns <= reach.turn, axis=1))
+        near_zero, near_first = np.split(turns[begin] <= reach.turn, [len(zero)])
+        zero = zero[near_zero][:POSES]
+        first = first[near_first][:POSES]
     if min(len(zero), len(first)) < POSES // 4:
         return None
     return Site(centres, (zero, first))
@@ -71,12 +75,13 @@ def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
 def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site]:
     """Return places as far from the robot's axis as one that is known, as high, and higher."""
     radius = float(np.hypot(centre[0], centre[1]))
+    upward = np.array([0.0, 0.0, 1.0])
     sites: list[Site | None] = []
     for angle, height in itertools.product(ANGLES, HEIGHTS):
         outward = np.array([np.cos(angle), np.sin(angle), 0.0])
-        place = radius * outward + np.array([0.0, 0.0, centre[2] + height])
+        place = radius * outward + (centre[2] + height) * upward
         if np.linalg.norm(place - centre) >= 0.3 * radius:
-            sites.append(site_at(reach, place, distance, np.array([-outward[1], outward[0], 0.0])))
+            sites.append(site_at(reach, place, distance, np.cross(upward, outward)))
     return [site for site in sites if site is not None]
 
 
@@ -88,20 +93,17 @@ def in_words(start: Sequence[float], end: Sequence[float]) -> str:
     after = float(np.hypot(u, v))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
     arc = 2 * before * abs(np.sin(0.5 * angle))
+    out = after - before
+    up = w - z
     words: list[str] = []
     if arc > NEAR:
-        words.append(f"{arc:.2f} m to the {'left' if angle > 0 else 'right'}")
-        words[0] += " around the robot" if abs(angle) > np.deg2rad(30) else ""
-    if abs(after - before) > NEAR:
-        words.append(f"{abs(after - before):.2f} m {'farther' if after > before else 'nearer'}")
-    if abs(w - z) > NEAR:
-        words.append(f"{100 * abs(w - z):.0f} cm {'higher' if w > z else 'lower'}")
+        around = " around the robot" if abs(angle) > np.deg2rad(30) else ""
+        words.append(f"{arc:.2f} m to the {'left' if angle > 0 else 'right'}{around}")
+    if abs(out) > NEAR:
+        words.append(f"{abs(out):.2f} m {'farther' if out > 0 else 'nearer'}")
+    if abs(up) > NEAR:
+        words.append(f"{100 * abs(up):.0f} cm {'higher' if up > 0 else 'lower'}")
     return ", ".join(words) or "here"
-
-
-def unit(offset: np.ndarray) -> np.ndarray:
-    """Return the unit vector along an offset."""
-    return offset / np.linalg.norm(offset).clip(1e-9)
 
 
 def with_site(
@@ -165,18 +167,22 @@ def next_base_advice(
     u = unit(site.centres[0] - position[0])
     tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
     longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
-    errors = [accuracy.error(where) for accuracy in (state, then, tied)]
-    now, brings, with_tie = [f"{1e3 * error:.2f} mm" for error in errors]
     lines = [
-        f"Here distances in the workspace are known to {now}. A second placement, seen from the "
-        f"robot {in_words(position.mean(axis=0), centre)}, brings {brings};",
-        f"with the distance between both bases measured to 0.1 mm {with_tie}"
+        f"Here distances in the workspace are known to {_error(state, where)}. A second placement, "
+        f"seen from the robot {in_words(position.mean(axis=0), centre)}, brings "
+        f"{_error(then, where)};",
+        f"with the distance between both bases measured to 0.1 mm {_error(tied, where)}"
         + (";" if longer else "."),
     ]
     if longer:
-        error = with_site(state, longer, where, SAMPLES).error(where)
-        lines.append(f"with sockets {1e3 * LONG:g} mm apart there {1e3 * error:.2f} mm.")
+        error = _error(with_site(state, longer, where, SAMPLES), where)
+        lines.append(f"with sockets {1e3 * LONG:g} mm apart there {error}.")
     return tuple(lines)
+
+
+def _error(state: ParameterCovariance, where: Workspace) -> str:
+    """Return a predicted error for people."""
+    return f"{1e3 * state.error(where):.2f} mm"
 
 
 @dataclass(frozen=True)

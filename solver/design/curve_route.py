@@ -15,7 +15,7 @@ import numpy as np
 from ..bayes.model import submatrix
 from ..bayes.model.effects import CURVE, TYPICAL_LENGTH, kernel
 from ..robot import workspace
-from .information import ParameterCovariance
+from .information import ParameterCovariance, Prospect
 from .pose_route import Annealing
 
 POOL, PAIRS = 150, 100
@@ -41,18 +41,19 @@ class CurveAnnealing(Annealing):
         start: np.ndarray | None,
     ) -> None:
         pools = {k: pool[:POOL] for k, pool in pools.items()}
-        sizes = [0, *np.cumsum([len(q) for q in pools.values()]).tolist()]
-        triples = np.arange(3 * sizes[-1]).reshape(-1, 3)
-        rows = {k: triples[a:b] for k, a, b in zip(pools, sizes, sizes[1:], strict=False)}
-        joint, lengths = _joint_covariance(state, [*taken, *((q, k) for k, q in pools.items())])
+        ends = np.cumsum([len(pool) for pool in pools.values()])
+        n = 3 * int(ends[-1])
+        triples: np.ndarray = np.arange(n).reshape(-1, 3)
+        rows = dict(zip(pools, np.split(triples, ends[:-1]), strict=True))
+        of_pools = [(pool, k) for k, pool in pools.items()]
+        K, lengths = _joint_covariance(state, [*taken, *of_pools])
         t = 3 * sum(len(q) for q, _ in taken)
-        solved = np.linalg.solve(joint[:t, :t] + np.eye(t), joint[:t, t:])
+        after = K[t:, t:] - K[t:, :t] @ np.linalg.solve(K[:t, :t] + np.eye(t), K[:t, t:])
         scale = lengths / np.linalg.norm(lengths)
-        projection = np.vstack([scale, np.eye(PAIRS) - np.outer(scale, scale)]) / PAIRS**0.5
-        remainder = joint[t:, t:] - joint[t:, :t] @ solved
-        n = triples.size
-        remainder = np.concatenate([remainder[:n], projection @ remainder[n:]])
-        self.joint = np.concatenate([remainder[:, :n], remainder[:, n:] @ projection.T], axis=1)
+        relative = np.eye(PAIRS) - np.outer(scale, scale)
+        projection = np.vstack([scale, relative]) / PAIRS**0.5
+        after = np.concatenate([after[:n], projection @ after[n:]])
+        self.joint = np.concatenate([after[:, :n], after[:, n:] @ projection.T], axis=1)
         self.distances = np.arange(n, len(self.joint))
         super().__init__(self.distances[:0], rows, projection, pools, order, start)
 
@@ -62,58 +63,54 @@ class CurveAnnealing(Annealing):
             return np.append(covariance, rows)
         return np.delete(covariance, np.flatnonzero(covariance == rows[0])[0] + np.arange(3))
 
-    def seen(
-        self, covariance: np.ndarray, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return as the base does, after the samples in some rows of K."""
+    def seen(self, covariance: np.ndarray, rows: np.ndarray) -> Prospect:
+        """Return as the base does, after the samples in some rows of K.
+
+        With K_ss + 1 = L L^T and H = L^-1 K_s, the covariance of rows a and b is by then
+        K_ab - H_a^T H_b.
+        """
         K = self.joint
         d = self.distances
-        samples = covariance
-        columns = rows.ravel()
-        L = np.linalg.cholesky(submatrix(K, samples) + np.eye(len(samples)))
-        half = np.linalg.inv(L) @ K[samples]
-        by_distance = half[:, d]
-        by_sample = half[:, columns].T
-        cross = (K[columns][:, d] - by_sample @ by_distance).reshape(*rows.shape, len(d))
-        by_sample = by_sample.reshape(*rows.shape, len(samples))
-        S = (
-            K[rows[:, :, None], rows[:, None]]
-            - by_sample @ by_sample.transpose(0, 2, 1)
-            + np.eye(3)
-        )
-        return cross, S, np.diag(K)[d] - np.sum(by_distance**2, axis=0)
+        L = np.linalg.cholesky(submatrix(K, covariance) + np.eye(len(covariance)))
+        H = np.linalg.inv(L) @ K[covariance]
+        Ha = H[:, rows].transpose(1, 2, 0)
+        Hd = H[:, d]
+        S = K[rows[:, :, None], rows[:, None]] - Ha @ Ha.transpose(0, 2, 1) + np.eye(3)
+        variances = np.diag(K)[d] - np.sum(Hd**2, axis=0)
+        return Prospect(K[rows][:, :, d] - Ha @ Hd, S, variances)
 
 
 def _joint_covariance(
     state: ParameterCovariance, some: Sequence[tuple[np.ndarray, int]]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return K of samples in some sockets and of distances, their noise 1, and the distances."""
+    """Return K of samples in some sockets and of distances, their noise 1, and the distances.
+
+    With A the derivatives of all by the unknowns, and a_j those by the angle of joint j, it is
+    A Sigma A^T + sum_j (a_j a_j^T) k(q_j, q_j'), k being the covariance of an error curve.
+    """
     model = state.model
-    x = state.x
-    n = len(state.covariance)
     unit = state.noise.information**0.5 / state.noise.space
     q = np.concatenate([p for p, _ in some])
     ends = workspace(model.robot, 2 * PAIRS)
-    _, _, by_joints = model.linearise(x, q, np.tile(0 * q, 2))
-    points, J, by_ends = model.linearise(x, ends, np.tile(0 * ends, 2))
+    _, _, by_joints = model.linearise(state.x, q, np.tile(0 * q, 2))
+    points, J, by_ends = model.linearise(state.x, ends, np.tile(0 * ends, 2))
     offsets = points[1::2] - points[::2]
     lengths = np.linalg.norm(offsets, axis=1)
     along = np.repeat(unit * offsets / lengths[:, None], 2, axis=0)
     along[::2] *= -1
-    slopes = np.zeros((len(ends), n))
-    slopes[:, : model.size] = np.einsum("ni,nij->nj", along, J)
-    samples = np.concatenate([state.whitened(p, k) for p, k in some])
-    A = np.concatenate([samples.reshape(-1, n), slopes])
-    slopes_by_angle = (
-        unit * by_joints.reshape(-1, q.shape[1]),
-        np.einsum("ni,nij->nj", along, by_ends),
-    )
+    of_ends = np.zeros((len(ends), len(state.covariance)))
+    of_ends[:, : model.size] = np.einsum("ni,nij->nj", along, J)
+    of_samples = np.concatenate([state.whitened(p, k) for p, k in some])
+    A = np.concatenate([of_samples.reshape(-1, of_ends.shape[1]), of_ends])
     covariance = A @ state.covariance @ A.T
+    # by the curve of each joint, at its angles
     angles = np.concatenate([np.repeat(q, 3, axis=0), ends])
-    for angle, slope in zip(
-        angles.T, CURVE.typical_shift * np.concatenate(slopes_by_angle).T, strict=True
-    ):
+    of_ends = np.einsum("ni,nij->nj", along, by_ends)
+    slopes = np.concatenate([unit * by_joints.reshape(-1, q.shape[1]), of_ends])
+    slopes *= CURVE.typical_shift
+    for angle, slope in zip(angles.T, slopes.T, strict=True):
         chord = 2 * np.sin((angle[:, None] - angle) / 2)
         covariance += np.outer(slope, slope) * kernel(chord, TYPICAL_LENGTH)[0]
-    first = [*range(3 * len(q)), *range(3 * len(q), len(angles), 2)]  # a distance has two ends
+    n = 3 * len(q)
+    first = [*range(n), *range(n, len(angles), 2)]  # a distance has two ends
     return np.add.reduceat(np.add.reduceat(covariance, first, axis=0), first, axis=1), lengths

@@ -29,7 +29,7 @@ from ..data import (
 from ..paper import NotConverged
 from ..results import ErrorMap, JointEffect, Scale
 from ..robot import Robot, choose_parameters, workspace
-from .information import from_fit, updated
+from .information import from_fit, unit, updated
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -49,19 +49,18 @@ def predicted_posterior(
     state = from_fit(posterior)
     first = state.sockets
     new = state.with_sockets(len(by_socket))
-    centres = 3 * len(by_socket)
-    rows = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
+    samples = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
+    rows = np.concatenate(samples).reshape(-1, len(new.covariance))
     before = next((length for length in posterior.data.known if length.on_base), None)
     if before is not None and len(by_socket) > 1:
-        base = posterior.centres[before.second] - posterior.centres[before.first]
-        zero, second = [posterior.predict(*s).mean(axis=0) for s in by_socket[:2]]
-        u = base / np.linalg.norm(base)
-        v = (second - zero) / np.linalg.norm(second - zero)
+        means = [posterior.predict(*samples).mean(axis=0) for samples in by_socket[:2]]
+        u = unit(posterior.centres[before.second] - posterior.centres[before.first])
+        v = unit(means[1] - means[0])
         ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
-        rows.append(new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION))
+        rows = np.concatenate([rows, new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION)])
     # the new centres come first in the factorisation: what follows is free of them
-    A = np.roll(np.concatenate([row.reshape(-1, row.shape[-1]) for row in rows]), centres, axis=1)
-    R = np.asarray(np.linalg.qr(A, mode="r"))
+    centres = 3 * len(by_socket)
+    R = np.asarray(np.linalg.qr(np.roll(rows, centres, axis=1), mode="r"))
     return replace(posterior, covariance=updated(state.covariance, R[centres:, centres:]))
 
 
@@ -79,17 +78,16 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     """Return the predicted error of places over the workspace, seen from above.
 
     No ball shows the base frame itself, so the error of a place is that of its distance from the
-    middle of all samples that were trained on.
+    middle of all samples that were trained on: g^T Sigma g with g = u^T (J_p - Jm), u the direction
+    from that middle, J_p the derivatives of the place and Jm the mean of the samples'.
     """
-    model = posterior.model
-    size = posterior.model.size
     points, by_unknowns = poses
     data = posterior.data
-    _, J, _ = model.linearise(posterior.x, data.positions, data.torques, data.clocks)
-    offset = points - posterior.points.mean(axis=0)
-    direction = offset / np.linalg.norm(offset, axis=1, keepdims=True).clip(1e-9)
-    slopes = np.einsum("ni,nij->nj", direction, by_unknowns - J.mean(axis=0))
-    variances = np.sum(slopes @ posterior.covariance[:size, :size] * slopes, axis=1)
+    _, J, _ = posterior.linearise(data.positions, data.torques, data.clocks)
+    offsets = points - posterior.points.mean(axis=0)
+    directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True).clip(1e-9)
+    slopes = np.einsum("ni,nij->nj", directions, by_unknowns - J.mean(axis=0))
+    variances = np.sum(slopes @ posterior.of_unknowns * slopes, axis=1)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
     by_cell: dict[tuple[float, float], list[float]] = {}
     middles = (np.floor(points[:, :2] / width) + 0.5) * width
@@ -111,17 +109,17 @@ def joint_effects(
     displacement, less its mean in each socket, or over random ``poses``. ``x`` are the model's
     unknowns, shape (size,), and ``by_socket`` is that of :func:`predicted_posterior`.
     """
-    owners = [name.rpartition(".")[0] for name in model.names]
-    joints = list(dict.fromkeys(owners))
-    share = (np.array(joints)[:, None] == np.array(owners)) * x
+    owners = np.array([name.rpartition(".")[0] for name in model.names])
+    joints = list(dict.fromkeys(owners.tolist()))
+    changes = (np.array(joints)[:, None] == owners) * x
 
     def squares(J: np.ndarray) -> np.ndarray:
-        return np.sum(((J - J.mean(axis=0)) @ share.T) ** 2, axis=1)
+        return np.sum(((J - J.mean(axis=0)) @ changes.T) ** 2, axis=1)
 
-    slopes = np.concatenate([squares(model.linearise(x, *samples)[1]) for samples in by_socket])
-    recorded = np.sqrt(np.mean(slopes, axis=0)).tolist()
-    over_workspace = np.sqrt(np.mean(squares(poses[1]), axis=0)).tolist()
-    return tuple(map(JointEffect, joints, recorded, over_workspace))
+    slopes = [model.linearise(x, *samples)[1] for samples in by_socket]
+    recorded = np.concatenate([squares(J) for J in slopes])
+    means = [np.sqrt(np.mean(part, axis=0)).tolist() for part in (recorded, squares(poses[1]))]
+    return tuple(map(JointEffect, joints, *means))
 
 
 class Accuracy(NamedTuple):

@@ -19,6 +19,7 @@ The sample that lowers it most is the best next one (I-optimal design, chosen gr
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -124,13 +125,14 @@ class ParameterCovariance:
         return self._updated(self.whitened(q, socket, moments).reshape(-1, len(self.covariance)))
 
     def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
-        """Return C^-1/2 A of (D1) for each of some samples, shape (N, 3, n)."""
+        """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
         torques = np.tile(0 * q, 3) if moments is None else moments
         _, J, by_joints = self.model.linearise(self.x, q, torques)
         A = np.zeros((len(q), 3, len(self.covariance)))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
-        return np.linalg.inv(np.linalg.cholesky(self.noise.as_gaussian(by_joints))) @ A
+        L = np.linalg.cholesky(self.noise.as_gaussian(by_joints))
+        return np.linalg.inv(L) @ A
 
     def variance_reduction(self, q: np.ndarray, socket: int, where: Workspace) -> np.ndarray:
         """Return the shares by which each of some samples would lower the mean variance (D2).
@@ -143,8 +145,8 @@ class ParameterCovariance:
         Returns:
             With the arm's scale and without it, shape (2, N).
         """
-        prior = joint_covariance(self.covariance, self.whitened(q, socket), where.judged)
-        return 1 - mean_variances(*prior) / with_and_without_scale(prior[2])[:, None]
+        samples = Prospect.of(self.covariance, self.whitened(q, socket), where.judged)
+        return 1 - samples.mean_variances / with_and_without_scale(samples.variances)[:, None]
 
     def _centre(self, socket: int) -> slice:
         """Return where a socket's centre stands among the unknowns."""
@@ -158,9 +160,10 @@ class ParameterCovariance:
 def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
     """Return a covariance after measurements with derivatives A and noise 1 (Kalman's update).
 
-    With K the gain it is (1 - K A) Sigma (1 - K A)^T + K K^T (Joseph's form), in which an error of
-    K counts to second order only, so that it stays a covariance. With sign -1, without measurements
-    that are in it.
+        S = A Sigma A^T + 1    K = Sigma A^T S^-1    Sigma' = (1 - K A) Sigma (1 - K A)^T + K K^T
+
+    (Joseph's form), in which an error of K counts to second order only, so that it stays a
+    covariance. With sign -1 in the place of both +, without measurements that are in it.
     """
     cross = A @ covariance
     S = cross @ A.T + sign * np.eye(len(A))
@@ -170,28 +173,41 @@ def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
     return 0.5 * (result + result.T)
 
 
-def joint_covariance(
-    covariance: np.ndarray, A: np.ndarray, F: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return A Sigma F and S of (D2) for each of N samples, and the J variances of F.
+class Prospect(NamedTuple):
+    """N samples before they are taken, and J numbers by which they are judged."""
 
-    Samples have whitened rows A, shape (N, 3, n), and F has shape (size, J).
-    """
-    cross = A @ covariance
-    size = len(F)
-    variances = np.sum(F * (covariance[:size, :size] @ F), axis=0)
-    return cross[:, :, :size] @ F, cross @ A.transpose(0, 2, 1) + np.eye(3), variances
+    cross: np.ndarray
+    """A Sigma F of (D2), shape (N, 3, J)."""
+    S: np.ndarray
+    """S of (D2), shape (N, 3, 3)."""
+    variances: np.ndarray
+    """Of the numbers so far, the diagonal of F^T Sigma F, shape (J,)."""
 
+    @classmethod
+    def of(cls, covariance: np.ndarray, A: np.ndarray, F: np.ndarray) -> "Prospect":
+        """Return that of samples with whitened rows A, shape (N, 3, n), for F, (size, J)."""
+        size = len(F)
+        cross = A @ covariance
+        S = cross @ A.transpose(0, 2, 1) + np.eye(3)
+        variances = np.sum(F * (covariance[:size, :size] @ F), axis=0)
+        return cls(cross[:, :, :size] @ F, S, variances)
 
-def mean_variances(cross: np.ndarray, S: np.ndarray, variances: np.ndarray) -> np.ndarray:
-    """Return the mean variances after each of N samples, see :func:`joint_covariance`, (2, N)."""
-    return with_and_without_scale(variances - np.sum(cross * (np.linalg.inv(S) @ cross), axis=1))
+    @property
+    def mean_variances(self) -> np.ndarray:
+        """Both mean variances after each sample, shape (2, N)."""
+        gains = np.sum(self.cross * (np.linalg.inv(self.S) @ self.cross), axis=1)
+        return with_and_without_scale(self.variances - gains)
 
 
 def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
     """Return both sums of variances of :attr:`.Workspace.judged`, (..., J), shape (2, ...)."""
-    rest_of_error = variances[..., 1:].sum(axis=-1)
-    return np.stack([rest_of_error + variances[..., 0], rest_of_error])
+    relative = variances[..., 1:].sum(axis=-1)
+    return np.stack([relative + variances[..., 0], relative])
+
+
+def unit(offset: np.ndarray) -> np.ndarray:
+    """Return the unit vector along an offset."""
+    return offset / np.linalg.norm(offset).clip(1e-9)
 
 
 def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCovariance:
@@ -209,9 +225,11 @@ def from_fit(posterior: Posterior) -> ParameterCovariance:
 def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
     """Return the priors of a rigid arm's geometry before anything is measured."""
     m = len(model.robot.actuated)
-    no_rows = np.zeros((0, m))
-    no_sockets = np.zeros(0, dtype=np.int64)
-    data = Observations(
-        labels=(), known=(), positions=no_rows, torques=np.zeros((0, 2 * m)), sockets=no_sockets
+    nothing = Observations(
+        labels=(),
+        known=(),
+        positions=np.zeros((0, m)),
+        torques=np.zeros((0, 2 * m)),
+        sockets=np.zeros(0, dtype=np.int64),
     )
-    return prior_groups(model, data)
+    return prior_groups(model, nothing)

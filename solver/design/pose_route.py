@@ -15,9 +15,8 @@ import numpy as np
 
 from .information import (
     ParameterCovariance,
+    Prospect,
     Workspace,
-    joint_covariance,
-    mean_variances,
     updated,
     with_and_without_scale,
 )
@@ -40,19 +39,22 @@ LONG = np.deg2rad(120)
 def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarray:
     """Return the costs of ways that differ in some poses next to each other, shape (K, P, m).
 
-    ``others`` are the turns of the joints in all steps, shape (T, m), zero between those poses;
-    another way turns the joints as usual.
+    A way costs the turns of joint 1, of the joint that turns most, and of all joints, each as a
+    share of what is typical, shape (m,); and each step for its longest turn, much if it is awkward.
+    ``turns`` are those of the joints in all steps, shape (T, m), zero between those poses.
     """
-    turned = np.abs(ways[:, 1:] - ways[:, :-1])
+    turned = np.abs(np.diff(ways, axis=1))
     total = turns.sum(axis=0) + turned.sum(axis=1)
-    largest = turned.max(axis=2)
-    shares = 1.2 * total[:, 0] / typical[0] + total.max(axis=1) / typical.max()
+    by_base = 1.2 * total[:, 0] / typical[0]
+    by_largest = total.max(axis=1) / typical.max()
+    by_all = total.sum(axis=1) / typical.sum()
 
-    def steps(longest: np.ndarray) -> np.ndarray:
-        awkward = np.maximum(longest / LONG - 0.9, 0) + 2 / len(turns) * np.sqrt(longest)
-        return awkward.sum(axis=-1)
+    def steps(turns_of_steps: np.ndarray) -> np.ndarray:
+        longest = turns_of_steps.max(axis=-1)
+        awkward = np.maximum(longest / LONG - 0.9, 0)
+        return np.sum(awkward + 2 / len(turns) * np.sqrt(longest), axis=-1)
 
-    return shares + total.sum(axis=1) / typical.sum() + steps(largest) + steps(turns.max(axis=1))
+    return by_base + by_largest + by_all + steps(turned) + steps(turns)
 
 
 class Annealing:
@@ -70,17 +72,23 @@ class Annealing:
         order: Sequence[int],
         start: np.ndarray | None = None,
     ) -> None:
-        self.prior, self.rows, self.judged = prior, rows, projection
-        self.pools, self.order, self.start = pools, list(order), start
+        self.prior = prior
+        self.rows = rows
+        self.judged = projection
+        self.pools = pools
+        self.order = list(order)
+        self.start = start
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
+        self._first = 0 if start is None else 1
+        self._way = np.zeros((0, 0))
 
     def greedy(self) -> np.ndarray:
         """Choose the poses that teach most, one by one, and return the covariance after them."""
         covariance = self.prior
         for t, k in enumerate(self.order):
-            variances = self._variances(covariance, self.rows[k])[1]
-            self.chosen[t] = int(np.argmin(variances))
+            _, relative = self.seen(covariance, self.rows[k]).mean_variances
+            self.chosen[t] = int(np.argmin(relative))
             covariance = self.updated(covariance, self.rows[k][self.chosen[t]])
         return covariance
 
@@ -103,55 +111,65 @@ class Annealing:
         """Return a covariance after more samples, or without some (sign -1)."""
         return updated(covariance, rows, sign)
 
-    def seen(
-        self, covariance: np.ndarray, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return :func:`.joint_covariance` of samples, after a state of the annealing."""
-        return joint_covariance(covariance, rows, self.judged)
+    def seen(self, covariance: np.ndarray, rows: np.ndarray) -> Prospect:
+        """Return what samples would tell, after a state of the annealing."""
+        return Prospect.of(covariance, rows, self.judged)
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
         none = next(iter(self.rows.values()))[:0]
-        return self.slack * with_and_without_scale(self.seen(self.covariance(), none)[2])
-
-    def _variances(self, covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Return both mean variances after each of some samples, shape (2, N)."""
-        return mean_variances(*self.seen(covariance, rows))
+        return self.slack * with_and_without_scale(self.seen(self.covariance(), none).variances)
 
     def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, typical: np.ndarray) -> None:
         """Draw each pose anew so many times, while it cools."""
-        way = self.poses()
-        order = np.array(self.order)
-        first = len(way) - len(order)
-        still = np.zeros_like(way[1:])
+        self._way = self.poses()
         for temperature in np.geomspace(hot, COLD, sweeps):
             covariance = self.covariance()
-            for t in map(int, self.generator.permutation(len(order))):
-                k = self.order[t]
-                rows = self.rows[k]
-                position = t + first
-                remainder = self.updated(covariance, rows[self.chosen[t]], -1)
-                some = self.generator.integers(len(rows), size=DRAWN)
-                some[0] = self.chosen[t]
-                begin = max(position - 1, 0)
-                turns = np.abs(way[1:] - way[:-1])
-                turns[begin : position + 1] = 0
-                ways = np.tile(way[begin : position + 2], (DRAWN, 1, 1))
-                ways[:, position - begin] = self.pools[k][some]
-                over = np.log(self._variances(remainder, rows[some]) / allowed[:, None]).clip(0)
-                cost = _costs(ways, turns, typical) + HARD * over.sum(axis=0)
-                drawn = some[self._draw(cost, temperature)]
-                if drawn != self.chosen[t]:
-                    self.chosen[t], way[position] = drawn, self.pools[k][drawn]
-                    covariance = self.updated(remainder, rows[drawn])
-                matches = np.flatnonzero(order == k)
-                places = np.tile(np.arange(len(way)), (len(matches), 1))
-                places[:, position] = matches + first
-                places[np.arange(len(matches)), matches + first] = position
-                swap = self._draw(_costs(way[places], still, typical), temperature)
-                way = way[places[swap]]
-                partner = matches[swap]
-                self.chosen[[t, partner]] = self.chosen[[partner, t]]
+            for t in map(int, self.generator.permutation(len(self.order))):
+                covariance = self._drawn_anew(t, covariance, allowed, typical, temperature)
+                self._exchange(t, typical, temperature)
+
+    def _drawn_anew(
+        self,
+        t: int,
+        covariance: np.ndarray,
+        allowed: np.ndarray,
+        typical: np.ndarray,
+        temperature: float,
+    ) -> np.ndarray:
+        """Draw the pose of a sample from its pool, all others held; return the covariance after."""
+        k = self.order[t]
+        rows = self.rows[k]
+        others = self.updated(covariance, rows[self.chosen[t]], -1)
+        some = self.generator.integers(len(rows), size=DRAWN)
+        some[0] = self.chosen[t]
+        position = t + self._first
+        begin = max(position - 1, 0)
+        turns = np.abs(np.diff(self._way, axis=0))
+        turns[begin : position + 1] = 0
+        ways = np.tile(self._way[begin : position + 2], (DRAWN, 1, 1))
+        ways[:, position - begin] = self.pools[k][some]
+        variances = self.seen(others, rows[some]).mean_variances
+        excess = np.log(variances / allowed[:, None]).clip(0)
+        cost = _costs(ways, turns, typical) + HARD * excess.sum(axis=0)
+        drawn = some[self._draw(cost, temperature)]
+        if drawn == self.chosen[t]:
+            return covariance
+        self.chosen[t] = drawn
+        self._way[position] = self.pools[k][drawn]
+        return self.updated(others, rows[drawn])
+
+    def _exchange(self, t: int, typical: np.ndarray, temperature: float) -> None:
+        """Let a pose change places with one of its socket, or stay."""
+        matches = np.flatnonzero(np.array(self.order) == self.order[t])
+        places = np.tile(np.arange(len(self._way)), (len(matches), 1))
+        places[:, t + self._first] = matches + self._first
+        places[np.arange(len(matches)), matches + self._first] = t + self._first
+        still = np.zeros_like(self._way[1:])
+        swap = self._draw(_costs(self._way[places], still, typical), temperature)
+        self._way = self._way[places[swap]]
+        partner = matches[swap]
+        self.chosen[[t, partner]] = self.chosen[[partner, t]]
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""

@@ -33,7 +33,8 @@ class Reach:
     """
 
     def __init__(self, robot: Robot, seed: int = 0, turn: float = np.inf) -> None:
-        self.robot, self.turn = robot, turn
+        self.robot = robot
+        self.turn = turn
         self._guide = InverseKinematics(robot)
         self._generator = np.random.default_rng(seed)
 
@@ -60,10 +61,13 @@ class Reach:
 
     def _allowed(self, q: np.ndarray, centre: np.ndarray, gap: float = MARGIN) -> np.ndarray:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
-        margin = gap * (self._guide.upper - self._guide.lower)
-        inside = np.all((q > self._guide.lower + margin) & (q < self._guide.upper - margin), axis=1)
-        height = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
-        return inside & np.all(height > min(0.0, centre[2] - FOOT) + TABLE, axis=1)
+        lower = self._guide.lower
+        upper = self._guide.upper
+        margin = gap * (upper - lower)
+        inside = np.all((q > lower + margin) & (q < upper - margin), axis=1)
+        heights = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
+        table = min(0.0, centre[2] - FOOT)
+        return inside & np.all(heights > table + TABLE, axis=1)
 
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return a mask of poses that are reached while the ball stays in its socket, shape (N,).
@@ -72,27 +76,37 @@ class Reach:
         ``ends``, shape (N, m).
         """
         q = np.tile(start, (len(ends), 1))
-        seats = [self._guide.ball_and_neck(some)[0][:, :3] for some in (q, ends)]
+        before = self._balls(q)
+        after = self._balls(ends)
         largest = 3 * np.abs(ends - start).max(axis=1) / STEPS + 1e-3
         followed: list[np.ndarray] = []
         for step in range(STEPS, 1, -1):
-            seat = seats[1] + (seats[0] - seats[1]) * (step - 1) / STEPS
-            position = q + (ends - q) / step
-            for _ in range(3):
-                pose, J = self._guide.ball_and_neck(position)
-                slope = J[:, :3]
-                short = (seat - pose[:, :3])[:, :, None]
-                JJ = slope @ slope.transpose(0, 2, 1) + 1e-6 * np.eye(3)
-                position = (
-                    position + (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, short))[:, :, 0]
-                )
+            seats = after + (before - after) * (step - 1) / STEPS
+            position = self._led(q + (ends - q) / step, seats)
             pose, _ = self._guide.ball_and_neck(position)
-            at_seat = np.linalg.norm(seat - pose[:, :3], axis=1) < OFF
+            at_seat = np.linalg.norm(seats - pose[:, :3], axis=1) < OFF
             steady = np.abs(position - q).max(axis=1) < largest
-            clear = self._allowed(position, seats[1][0], 0.0)
+            clear = self._allowed(position, after[0], 0.0)
             followed += [at_seat, steady, clear, pose[:, 5] < -np.cos(LEAN)]
             q = position
         return np.all([*followed, np.abs(ends - q).max(axis=1) < largest], axis=0)
+
+    def _led(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
+        """Return poses near some with their balls in seats, shape (N, m).
+
+        Each of three steps is J^T (J J^T + 1e-6)^-1 times what a ball falls short of its seat by.
+        """
+        for _ in range(3):
+            pose, slopes = self._guide.ball_and_neck(q)
+            J = slopes[:, :3]
+            across = J.transpose(0, 2, 1)
+            short = (seats - pose[:, :3])[:, :, None]
+            forces = np.linalg.solve(J @ across + 1e-6 * np.eye(3), short)
+            q = q + (across @ forces)[:, :, 0]
+        return q
+
+    def _balls(self, q: np.ndarray) -> np.ndarray:
+        return self._guide.ball_and_neck(q)[0][:, :3]
 
     @cached_property
     def _moving(self) -> np.ndarray:
