@@ -19,6 +19,11 @@ def pose_at(rotation_vector, place):
     return Pose(turn(np.array(rotation_vector)), np.array(place))
 
 
+def pose_of(origin):
+    """Return an origin of a URDF as a pose."""
+    return Pose.of(origin)
+
+
 HOME = Pose(np.eye(3), np.zeros(3))
 FACING = pose_at([0.0, 0.0, np.pi], [1.2, 0.0, 0.0])
 BASES = [

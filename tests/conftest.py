@@ -193,6 +193,14 @@ def simulated():
 
 
 @pytest.fixture(scope="session")
+def ur5e():
+    """The calibration of a UR5e."""
+    robot = mukca.load_robot("ur5e")
+    _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
+    return mukca.calibrate(robot, placements)
+
+
+@pytest.fixture(scope="session")
 def session(true_panda, shared):
     """A folder with three placements of that arm, 2 x 12 samples each; nobody writes there."""
     return shared("session", lambda folder: write_session(folder, true_panda))

@@ -1,59 +1,28 @@
 """A camera on the arm or beside it, found with the calibrated chain held."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from altered import write_rows
+from calibrated_arm import pose_of
+from cameras import (
+    POSE,
+    angles_of,
+    board_seen,
+    columns_of,
+    flanges,
+    in_file,
+    names_of,
+    recorded,
+    rotations,
+    views,
+)
 
 import mukca
 from mukca import MukcaError
-from mukca.recorder import Sample, read_points
-from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import Pose, rotation_matrices
-from mukca.solver.robot import turn
-from mukca.tools.extract import Board, joints_of, turned_alike
 
 pytestmark = pytest.mark.slow
-
-
-def pose(rotation, place):
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation, place
-    return T
-
-
-MOUNTED = pose(turn(np.array([0.1, -0.3, 0.4])), [0.05, -0.02, 0.08])
-STANDING = pose(turn(np.array([2.8, 0.3, 0.1])), [0.5, 0.1, 1.6])
-
-
-def views(simulated, camera, count=15, seed=0, noise=1.0):
-    """Return joints and the board's poses in the camera, times 0.2 mm and 0.5 mrad noisy."""
-    generator = np.random.default_rng(seed)
-    robot = simulated.calibration.robot
-    q = simulated.later.positions[:count] + generator.normal(0, 0.1, (count, 7))
-    q = np.clip(q, robot.lower, robot.upper)
-    F = FullModel(simulated.truth).flange(q)
-    board = np.linalg.inv(F @ MOUNTED) @ pose(np.eye(3), [0.6, 0, -0.2])
-    if camera == "beside":
-        board = np.linalg.inv(STANDING) @ F @ MOUNTED
-    for B in board:
-        B[:3, 3] += noise * generator.normal(0, 2e-4, 3)
-        B[:3, :3] = turn(noise * generator.normal(0, 5e-4, 3)) @ B[:3, :3]
-    return np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
-
-
-def recorded(rows):
-    samples = [
-        Sample(tuple(r[:7]), 0, point=tuple(r[7:10]), orientation=tuple(r[10:]))
-        for r in rows.tolist()
-    ]
-    return mukca.Placement("views", tuple(samples))
-
-
-def names_of(simulated):
-    return (*simulated.calibration.robot.joint_names, *["x", "y", "z", "qx", "qy", "qz", "qw"])
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
@@ -61,7 +30,7 @@ def test_a_board_seen_elsewhere_stays_where_it_is(simulated, camera):
     found = mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)
     later = views(simulated, camera, seed=5)
     later[:, 7:10] *= found.size
-    own, target = Pose.of(found.frame.origin), found.target
+    own, target = pose_of(found.frame.origin), found.target
     flange = found.calibration.flange(later[:, :7])
     if camera == "on-arm":
         carried = own.apply(later[:, 7:10])
@@ -145,7 +114,7 @@ def test_the_way_to_read_the_turns_is_named(simulated, camera):
     transposed[:, 10:13] *= -1
     both, inverse = transposed.copy(), rows.copy()
     both[:, 10:] = transposed[:, [13, 10, 11, 12]]
-    back = rotation_matrices(rows[:, 10:]).swapaxes(1, 2)
+    back = rotations(rows).swapaxes(1, 2)
     inverse[:, 7:10] = -np.einsum("nij,nj->ni", back, rows[:, 7:10])
     inverse[:, 10:] = both[:, 10:]
     for wrong, words in (
@@ -161,17 +130,16 @@ def test_the_way_to_read_the_turns_is_named(simulated, camera):
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (180 / np.pi, " in degrees")])
 def test_angles_in_the_place_of_rotation_vectors_are_named(simulated, tmp_path, factor, unit):
     rows = views(simulated, "on-arm")
-    poses = [Pose(R, np.zeros(3)) for R in rotation_matrices(rows[:, 10:])]
-    angles = factor * np.array([pose.origin.rpy for pose in poses])
+    angles = factor * np.array([angles_of(R) for R in rotations(rows)])
     names = (*names_of(simulated)[:10], "rx", "ry", "rz")
     file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
     with pytest.raises(MukcaError, match=rf"read as roll, pitch, yaw{unit} \(Rz"):
-        mukca.handeye(simulated.calibration, read_points(file, "a"), "on-arm")
+        mukca.handeye(simulated.calibration, in_file(file), "on-arm")
 
 
 EULER = {
-    "about z, y, x": lambda R: Pose(R, np.zeros(3)).origin.rpy[::-1],
-    "about x, y, z": lambda R: [-angle for angle in Pose(R.T, np.zeros(3)).origin.rpy],
+    "about z, y, x": lambda R: angles_of(R)[::-1],
+    "about x, y, z": lambda R: [-angle for angle in angles_of(R.T)],
     "about z, y, z": lambda R: [
         np.arctan2(R[1, 2], R[0, 2]),
         np.arccos(R[2, 2]),
@@ -183,11 +151,11 @@ EULER = {
 @pytest.mark.parametrize("order", EULER)
 def test_the_order_of_euler_angles_is_named(simulated, tmp_path, order):
     rows = views(simulated, "beside")
-    angles = [EULER[order](R) for R in rotation_matrices(rows[:, 10:])]
+    angles = [EULER[order](R) for R in rotations(rows)]
     names = (*names_of(simulated)[:10], "rx", "ry", "rz")
     file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
     with pytest.raises(MukcaError, match=f"read as Euler angles {order}"):
-        mukca.handeye(simulated.calibration, read_points(file, "a"), "beside")
+        mukca.handeye(simulated.calibration, in_file(file), "beside")
 
 
 def test_a_flipped_view_is_named_and_hardly_counts(simulated):
@@ -232,7 +200,7 @@ def test_views_that_cannot_tell_are_refused(simulated, rows, message):
         mukca.handeye(simulated.calibration, recorded(views(simulated, "on-arm")[rows]), "on-arm")
 
 
-def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, command):
+def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, command, refused):
     rows, names = views(simulated, "beside").tolist(), names_of(simulated)
     write_rows(tmp_path / "of june.csv", rows, names)
     (tmp_path / "points.csv").write_text("another recording\n")
@@ -243,92 +211,28 @@ def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, comman
     assert status == 0 and said["parent"] == simulated.calibration.robot.base
     assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
     write_rows(tmp_path / "few.csv", rows[:3], names)
-    status, _, error = command(
-        "handeye", tmp_path / "cal", tmp_path / "few.csv", *words[3:], "beside"
-    )
-    assert status == 2 and "few.csv: 3 views; 5 are needed" in error and "15 are" in error
-    status, _, error = command(*words, "on-arm")
-    assert status == 2 and error.count("\n") == 1
-    status, _, error = command(*words, "beside", "--near", "1,2")
-    assert status == 2 and "--near 1,2: give 7 numbers" in error
-
-
-FLANGE = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
-
-
-def test_poses_of_the_flange_of_seven_joints_are_refused(simulated):
-    placement = recorded(views(simulated, "beside"))
-    with pytest.raises(MukcaError, match="7 joints bring a flange to one pose in endlessly many"):
-        joints_of(simulated.calibration, replace(placement, joint_names=FLANGE), None)
-
-
-def of_the_flange(arm, q, turned=None):
-    """Views of a board on an arm by a camera beside it, with the flange's nominal poses."""
-    board = np.linalg.inv(STANDING) @ FullModel(arm.calibrated).flange(q) @ MOUNTED
-    F = arm.nominal.flange(q) if turned is None else turned @ arm.nominal.flange(q)
-    rows = np.hstack([F[:, :3, 3], quaternion_of(F[:, :3, :3])])
-    rows = np.hstack([rows, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
-    return replace(recorded(rows), joint_names=FLANGE)
+    few = ("handeye", tmp_path / "cal", tmp_path / "few.csv", "--camera", "beside")
+    assert "15 are" in refused("few.csv: 3 views; 5 are needed", *few)
+    refused("", *words, "on-arm")
+    refused("--near 1,2: give 7 numbers", *words, "beside", "--near", "1,2")
 
 
 POSTURE = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
-
-
-def test_joints_are_recovered_where_they_are_told(ur5e):
-    """An arm of six joints, its flange's nominal poses in place of them."""
-    q = POSTURE + np.random.default_rng(1).uniform(-0.35, 0.35, (10, 6))
-    placement = of_the_flange(ur5e, q)
-    found = mukca.handeye(ur5e, joints_of(ur5e, placement, POSTURE.tolist()), "beside")
-    assert np.array(found.frame.xyz) == pytest.approx(STANDING[:3, 3], abs=2e-4)
-    assert any("recovered" in note for note in found.text)
-    with pytest.raises(MukcaError, match=r"postures bring the flange there, .* give one near"):
-        joints_of(ur5e, placement, None)
-
-
-def test_all_views_together_tell_the_posture(ur5e):
-    q = POSTURE + np.random.default_rng(2).uniform(-0.35, 0.35, (8, 6))
-    views = joints_of(ur5e, of_the_flange(ur5e, q), None, "beside")
-    assert np.array([s.position for s in views.samples]) == pytest.approx(q, abs=1e-6)
-    assert "8 postures bring the flange there; the views leave" in views.remarks[-1]
-
-
-@pytest.mark.parametrize("turned", [None, np.diag([-1.0, -1, 1, 1])])
-def test_joints_stood_near_one_view_some_turns_on_or_in_the_controllers_frame(ur5e, turned):
-    """The last joint goes all round, so that the farthest view is 3 rad off in it."""
-    q = POSTURE + np.random.default_rng(3).uniform(-0.35, 0.35, (10, 6))
-    q[:, 5] = np.linspace(-2.9, 2.9, 10)
-    views = joints_of(ur5e, of_the_flange(ur5e, q, turned), q[0].tolist())
-    off = np.array([s.position for s in views.samples]) - q
-    assert off - 2 * np.pi * np.rint(off / (2 * np.pi)) == pytest.approx(0 * off, abs=1e-6)
-    said = "half a turn about z off base_link, as in the frame `base`"
-    assert any(said in line for line in views.remarks) == (turned is not None)
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])
 def test_the_order_of_columns_without_names_is_found(ur5e, camera, tmp_path):
     """A driver's order, lift to wrist and then pan, under names that say nothing."""
     q = POSTURE + np.random.default_rng(4).uniform(-0.5, 0.5, (12, 6))
-    F = FullModel(ur5e.calibrated).flange(q)
-    board = np.linalg.inv(F @ MOUNTED) @ pose(np.eye(3), [0.6, 0, -0.2])
-    if camera == "beside":
-        board = np.linalg.inv(STANDING) @ F @ MOUNTED
-    rows = np.hstack([q, board[:, :3, 3], quaternion_of(board[:, :3, :3])])
+    seen = columns_of(board_seen(flanges(ur5e.calibrated, q), camera))
     driver = [1, 2, 3, 4, 5, 0]
-    mixed = np.hstack([q[:, driver], rows[:, 6:]]).tolist()
+    mixed = np.hstack([q[:, driver], seen]).tolist()
     names = [ur5e.robot.joint_names[k] for k in driver]
-    poses = ["x", "y", "z", "qx", "qy", "qz", "qw"]
-    unnamed = write_rows(tmp_path / "q.csv", mixed, [*(f"q{k}" for k in range(1, 7)), *poses])
+    unnamed = write_rows(tmp_path / "q.csv", mixed, [*(f"q{k}" for k in range(1, 7)), *POSE])
     with pytest.raises(MukcaError, match=f"fit if the columns are {','.join(names)} "):
-        mukca.handeye(ur5e, read_points(unnamed, "q"), camera)
-    named = write_rows(tmp_path / "named.csv", mixed, [*names, *poses])
-    assert mukca.handeye(ur5e, read_points(named, "n"), camera).held_out[0] < 1e-3
-
-
-@pytest.fixture(scope="module")
-def ur5e():
-    robot = mukca.load_robot("ur5e")
-    _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
-    return mukca.calibrate(robot, placements)
+        mukca.handeye(ur5e, in_file(unnamed), camera)
+    named = write_rows(tmp_path / "named.csv", mixed, [*names, *POSE])
+    assert mukca.handeye(ur5e, in_file(named), camera).held_out[0] < 1e-3
 
 
 def test_another_arms_calibration_is_told_where_both_fit(simulated, tmp_path, command):
@@ -347,28 +251,3 @@ def test_another_arms_calibration_is_told_where_both_fit(simulated, tmp_path, co
     write_rows(tmp_path / "poses.csv", rows, names_of(simulated))
     words = ("handeye", tmp_path / "cal", tmp_path / "poses.csv", "--camera", "on-arm")
     assert command(*words)[0] == 3
-
-
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-@pytest.mark.parametrize(("columns", "rows", "fold"), [(9, 7, 2), (10, 6, 2), (8, 8, 4), (9, 6, 1)])
-def test_a_plain_board_that_looks_alike_turned_is_told_by_all_views(
-    simulated, camera, columns, rows, fold
-):
-    board = Board(columns=columns, rows=rows, square=0.03, dictionary="none")
-    right = recorded(views(simulated, camera))
-    turns = np.random.default_rng(4).integers(0, fold, 15)
-    turns[0] = 0
-    samples = []
-    for sample, k in zip(right.samples, turns.tolist(), strict=True):
-        T = pose(rotation_matrices(np.array([sample.orientation]))[0], sample.point)
-        middle = pose(np.eye(3), [0.015 * columns, 0.015 * rows, 0])
-        Z = middle @ pose(turn(np.array([0, 0, 2 * np.pi * k / fold])), [0, 0, 0])
-        T = T @ Z @ np.linalg.inv(middle)
-        quaternion = tuple(quaternion_of(T[None, :3, :3])[0].tolist())
-        samples.append(replace(sample, point=tuple(T[:3, 3]), orientation=quaternion))
-    found = turned_alike(simulated.calibration, replace(right, samples=tuple(samples)), board)
-    points = [[s.point for s in some.samples] for some in (found, right)]
-    quaternions = [[s.orientation for s in some.samples] for some in (found, right)]
-    assert np.abs(np.subtract(*points)).max() < 1e-9
-    assert np.abs(np.subtract(*map(rotation_matrices, map(np.array, quaternions)))).max() < 1e-9
-    assert len(found.remarks) == (fold > 1)

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from altered import write_rows, write_samples
+from cameras import LYING, POSE, columns_of, flanges
 from kept import NUMBER, compare
-
-from mukca.solver.calibration import FullModel, quaternion_of
 
 SCREENS = Path(__file__).with_name("screens")
 
@@ -83,16 +82,12 @@ def test_what_is_found_on_a_calibrated_arm_comes_first(simulated, screen, tmp_pa
         assert whole.startswith(answer[:14]) and "--details" not in whole
 
 
-POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
-
-
 def seen_by_camera(simulated):
     """Joint positions, and a board's poses in a camera at the flange, 0.2 mm noisy."""
     q = simulated.later.positions
-    inverse = np.linalg.inv(FullModel(simulated.truth).flange(q))
-    board = inverse @ np.array([[1.0, 0, 0, 0.6], [0, 1, 0, 0], [0, 0, 1, -0.2], [0, 0, 0, 1]])
-    places = board[:, :3, 3] + np.random.default_rng(0).normal(0, 2e-4, (len(q), 3))
-    return np.hstack([q, places, quaternion_of(board[:, :3, :3])])
+    board = np.linalg.inv(flanges(simulated.truth, q)) @ LYING
+    board[:, :3, 3] += np.random.default_rng(0).normal(0, 2e-4, (len(q), 3))
+    return np.hstack([q, columns_of(board)])
 
 
 @pytest.mark.slow
