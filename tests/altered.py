@@ -5,6 +5,7 @@ from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
+from msgspec import structs
 
 from mukca.recorder import sample_files
 from mukca.solver.assessment import LIMITS
@@ -57,6 +58,13 @@ def coefficients(found, kind):
     """Values and standard deviations of an effect's coefficients."""
     rows = [c for c in found.document.coefficients or () if c.name.split(".")[-1].startswith(kind)]
     return np.array([(c.value, c.standard_deviation) for c in rows]).T
+
+
+def with_errors(summary, mean):
+    """Errors as they would be with another mean, and a distance off by half a millimetre [m]."""
+    large = {"mean_absolute_error": mean, "max_error": 2 * mean, "distance_error": 5e-4}
+    metrics = replace(summary.calibrated, **large)
+    return structs.replace(summary, calibrated=metrics, geometric=None)
 
 
 def write_rows(file, rows, names=()):

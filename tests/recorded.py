@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mukca.recorder import set_distance, write_holes
+from mukca.recorder import read_keys, set_distance, write_holes
 from mukca.solver.bayes.model import Deflection
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
@@ -44,6 +44,11 @@ def recorded_with_loads(robot, masses, compliance):
 def write_sockets(folder, placement):
     """Write a placement as a file of joint positions for each socket."""
     write_holes(placement, folder)
+
+
+def readings_in(folder):
+    """Return the readings of the sockets' distance that a folder's placement.json has [m]."""
+    return read_keys(folder / "placement.json").readings
 
 
 def write_session(folder, arm):

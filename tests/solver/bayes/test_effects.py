@@ -1,5 +1,6 @@
 """Every effect of the table, by itself: its derivatives, its names, and what it does to an arm."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from mukca.solver.bayes.model.effects import (
     Readings,
     add_effect,
 )
-from mukca.solver.calibration import SolveOptions, problems_of
+from mukca.solver.calibration import SolveOptions, problems_of, type_priors
 from mukca.solver.data import observe
 from mukca.solver.robot import (
     BallModel,
@@ -255,3 +256,20 @@ def test_a_robot_turns_as_a_whole_by_its_first_joint(panda):
         assert linear.by_parameters[:, :, i] == pytest.approx(expected)
     others = np.delete(turns, first, axis=1)
     assert not others.any() and len(first) == 3
+
+
+@pytest.mark.parametrize(("arm", "kept"), [("panda", True), ("gen3_lite", False)])
+def test_tilts_of_older_files_are_no_prior_where_the_axes_have_changed(arm, kept, tmp_path):
+    robot = load_robot(arm)
+    joints = robot.joint_names
+    known = {"value": 2e-5, "standard_deviation": 1e-6, "unit": "rad/(N m)"}
+    suffixes = ("compliance", "tilt1", "tilt2")
+    names = [f"{joint}.{suffix}" for suffix in suffixes for joint in joints]
+    coefficients = [{"name": name, **known} for name in names]
+    entry = {"joint_names": joints, "arms": 1, "coefficients": coefficients}
+    file = tmp_path / "elasticity.json"
+    for axes, expected in ({}, kept), ({"tilt_axes": "link"}, True):
+        file.write_text(json.dumps({"format": "mukca-elasticity-1", "types": [entry | axes]}))
+        (prior,) = type_priors([file], [robot])
+        assert ("tilt" in prior) == expected
+        assert "compliance" in prior

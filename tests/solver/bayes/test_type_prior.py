@@ -9,7 +9,6 @@ from altered import moved, write_samples
 from imagined import held_out
 
 import mukca
-from mukca.solver.calibration import type_priors
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -135,28 +134,3 @@ def test_shipped_elasticity_is_that_of_its_type_alone(panda):
     assert any("type prior" in line for line in choices)
     assert not any("type prior" in line for line in others)
     assert np.isfinite(train[0].positions).all()
-
-
-@pytest.mark.parametrize(("arm", "kept"), [("panda", True), ("gen3_lite", False)])
-def test_tilts_of_older_files_are_no_prior_where_the_axes_have_changed(
-    arm: str, kept: bool, tmp_path: Path
-) -> None:
-    robot = mukca.load_robot(arm)
-    joints = robot.joint_names
-    coefficients = [
-        {
-            "name": f"{joint}.{suffix}",
-            "value": 2e-5,
-            "standard_deviation": 1e-6,
-            "unit": "rad/(N m)",
-        }
-        for suffix in ("compliance", "tilt1", "tilt2")
-        for joint in joints
-    ]
-    entry = {"joint_names": joints, "arms": 1, "coefficients": coefficients}
-    file = tmp_path / "elasticity.json"
-    for axes, expected in ({}, kept), ({"tilt_axes": "link"}, True):
-        file.write_text(json.dumps({"format": "mukca-elasticity-1", "types": [entry | axes]}))
-        (prior,) = type_priors([file], [robot])
-        assert ("tilt" in prior) == expected
-        assert "compliance" in prior

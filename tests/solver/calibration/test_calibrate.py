@@ -1,12 +1,9 @@
 """The Python face: what a notebook does, and what it is told when it does something else."""
 
 import json
-import pydoc
 import subprocess
 import sys
-from inspect import signature
 from pathlib import Path
-from typing import get_type_hints
 
 import lazy_loader
 import numpy as np
@@ -15,7 +12,6 @@ from altered import moved
 from cases import by_table
 
 import mukca
-from mukca.solver.calibration import CalibrateOptions, SolveOptions, option_table
 from mukca.tools.cli import main
 
 
@@ -57,16 +53,6 @@ print({{"typing", "ast"}} & set(sys.modules), module.__all__ == {mukca.__all__!r
 """
     words = [sys.executable, "-I", "-S", "-c", code]
     assert subprocess.run(words, capture_output=True, text=True).stdout == "set() True\n"
-
-
-def test_help_and_types_tell_the_options_that_there_are():
-    keywords, fields = get_type_hints(CalibrateOptions), get_type_hints(SolveOptions)
-    assert keywords == fields
-    shown = pydoc.plain(pydoc.render_doc(mukca.calibrate))
-    for name, option in option_table().items():
-        assert f"{name}: {option.described.split()[0]}" in shown
-        assert signature(mukca.calibrate).parameters[name].annotation == fields[name]
-    assert "\n    Calibrate a robot from recordings.\n" in shown
 
 
 def test_every_public_name_is_there():

@@ -9,7 +9,7 @@ from worlds.zoo import recorded_of
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.calibration import quaternion_of
+from mukca.solver.calibration import pose_of_numbers, quaternion_of
 from mukca.solver.data import check_orientations, hand_eye, measure, rotation_matrices
 from mukca.solver.robot import BallModel, rotation_vectors, turn, workspace
 
@@ -191,3 +191,9 @@ def test_nine_numbers_that_are_no_rotation_are_refused(tmp_path):
     (tmp_path / "poses.csv").write_text(f"joint,x,y,z,{names}\n0,0,0,0,1,0,0,0,2,0,0,0,1\n")
     with pytest.raises(mukca.MukcaError, match=":2: r11 to r33 are no rotation"):
         mukca.read_placements(tmp_path)
+
+
+def test_quaternions_are_those_of_the_rotations(simulated, panda):
+    T = simulated.calibration.flange(workspace(panda, 50))
+    given = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
+    assert np.abs(pose_of_numbers(given) - T).max() < 1e-12

@@ -14,7 +14,6 @@ from cases import by_table
 from terminal_session import PATIENCE
 
 import mukca
-from mukca.solver.robot import workspace
 
 STORED = Path(__file__).parents[2] / "stored" / "1.0" / "calibrated"
 
@@ -148,11 +147,3 @@ def test_a_stream_ends_at_the_row_that_cannot_be(folder, command, rows, said):
         status, out, err = command("command", folder / "it", "-")
     assert status == 2 and len(out.splitlines()) == len(rows) - 1
     assert f"standard input{said}" in err and len(err.splitlines()) == 1
-
-
-def test_quaternions_are_those_of_the_rotations(panda, folder):
-    from mukca.solver.calibration import pose_of_numbers, quaternion_of
-
-    T = mukca.load_calibration(folder / "it").flange(workspace(panda, 50))
-    given = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])
-    assert np.abs(pose_of_numbers(given) - T).max() < 1e-12

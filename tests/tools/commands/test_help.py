@@ -2,16 +2,21 @@
 
 import io
 import os
+import pydoc
 import re
 import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
+from inspect import signature
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 from kept import compare
 
+import mukca
 from mukca.solver.assessment.verdict import STAMPS
+from mukca.solver.calibration import CalibrateOptions, SolveOptions, option_table
 from mukca.tools.cli import VERBS, main
 
 SCREENS = Path(__file__).with_name("screens")
@@ -81,3 +86,13 @@ def test_tab_completes_what_was_begun(tmp_path, line, words):
     shell |= {"COMP_LINE": line, "COMP_POINT": str(len(line))}
     subprocess.run([sys.executable, "-m", "mukca"], env=os.environ | shell, check=False)
     assert out.read_text().split() == words
+
+
+def test_help_and_types_tell_the_options_that_there_are():
+    keywords, fields = get_type_hints(CalibrateOptions), get_type_hints(SolveOptions)
+    assert keywords == fields
+    shown = pydoc.plain(pydoc.render_doc(mukca.calibrate))
+    for name, option in option_table().items():
+        assert f"{name}: {option.described.split()[0]}" in shown
+        assert signature(mukca.calibrate).parameters[name].annotation == fields[name]
+    assert "\n    Calibrate a robot from recordings.\n" in shown

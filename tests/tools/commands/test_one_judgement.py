@@ -8,7 +8,6 @@ import pytest
 from altered import moved, write_rows
 
 import mukca
-from mukca.solver.assessment import worst
 
 pytestmark = pytest.mark.slow
 OF_RECORDINGS = ("data_checks", "distance_given", "scale", "samples")
@@ -86,4 +85,5 @@ def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distanc
         rows = {row.name: row.status for row in (*verdict.limits, *verdict.reasons)}
         if not held_out:
             assert ours == theirs
-            assert status == worst(EXITS.get(rows.get(name, ""), 0) for name in OF_RECORDINGS)
+            said = {EXITS.get(rows.get(name, ""), 0) for name in OF_RECORDINGS}
+            assert status == next((code for code in (1, 3) if code in said), 0)

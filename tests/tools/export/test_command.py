@@ -11,7 +11,6 @@ from cases import by_table
 from imagined import edited
 
 import mukca
-from mukca.tools.export import FORMATS
 
 
 def test_the_file_says_who_made_it_from_what(export, calibrations, tmp_path):
@@ -105,8 +104,6 @@ def test_python_writes_the_same_file(export, calibrations, tmp_path):
     assert (tmp_path / "b.json").read_bytes() == (tmp_path / "a.json").read_bytes()
     assert exported.outputs == {"b.json": str(tmp_path / "b.json")}
     assert [loss.what.split()[0] for loss in exported.losses] == ["corrections"]
-    with pytest.raises(mukca.MukcaError, match="no format 'pdf'; there are: urdf"):
-        mukca.export(calibration, "pdf", tmp_path / "c.json")
 
 
 def test_nothing_is_overwritten_unless_told_so(export, refused, calibrations, tmp_path):
@@ -127,7 +124,11 @@ def test_bad_input_gets_one_line_and_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_help_names_every_format(export):
+def test_help_names_every_format_as_its_refusal_does(export, calibrations, tmp_path):
+    calibration = mukca.load_calibration(calibrations / "ur5e.json")
+    with pytest.raises(mukca.MukcaError, match="no format 'pdf'; there are: urdf") as told:
+        mukca.export(calibration, "pdf", tmp_path / "c.json")
+    names = str(told.value).partition("there are: ")[2].split(", ")
     status, out, _ = export("--help")
     assert status == 0 and export("x.json", "--to", "pdf", "--out", "a.csv")[0] == 2
-    assert all(f"\n  {name} " in out for name in FORMATS)
+    assert len(names) > 9 and all(f"\n  {name} " in out for name in names)

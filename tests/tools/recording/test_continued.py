@@ -6,9 +6,9 @@ import re
 import pytest
 from cases import by_table
 from record_commands import PANDA_HOME, capture, command, read
+from recorded import readings_in
 from terminal_session import TerminalSession
 
-from mukca.recorder import read_keys
 from mukca.tools.cli import main
 
 
@@ -63,8 +63,7 @@ def test_the_distance_is_asked_for(hand, tmp_path, typed, distance, again):
         assert terminal.wait() == 0
     written = json.loads((out / "placement.json").read_text())
     assert written.get("distance") == (float(again) / 1e3 if again else distance)
-    readings = read_keys(out / "placement.json").readings
-    assert readings == tuple(d for d in (distance, again and float(again) / 1e3) if d)
+    assert readings_in(out) == tuple(d for d in (distance, again and float(again) / 1e3) if d)
     assert written.get("distance_measured") == (distance and True)
 
 
