@@ -1,6 +1,6 @@
+from .axis import Axis as Axis
 from .comparison import comparison_plots as comparison_plots
 from .comparison import simulation_plot as simulation_plot
-from .figure import Axis as Axis
 from .figure import Panel as Panel
 from .figure import Plot as Plot
 from .figure import named_rows as named_rows

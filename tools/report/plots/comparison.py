@@ -9,7 +9,8 @@ import numpy as np
 from ....solver.assessment import nice_above, short_names
 from ...experiments import ModelTrials, SimulationDocument
 from ..figures import ComparisonDocument, ErrorsAtPlacement, comparison_sentence
-from .figure import COLOURS, Axis, Panel, Plot, named_rows, plot
+from .axis import Axis
+from .figure import COLOURS, Panel, Plot, named_rows, plot
 
 
 def comparison_plots(result: ComparisonDocument) -> list[Plot]:

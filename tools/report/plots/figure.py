@@ -3,14 +3,14 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, product
 
 import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import ArrayLike
 
-from ....solver.assessment import ModelName, nice_above
+from ....solver.assessment import ModelName
 from ..figures import PlotCaption, ReportDocument, lines
+from .axis import Axis
 
 WIDTH = 440
 """Of a panel, in its own units: on a phone about as many pixels, so that text stays readable."""
@@ -35,56 +35,6 @@ def element(name: str, *children: str, **attributes: object) -> Markup:
     return Markup(f"<{name}{words}>{inner}</{name}>")  # noqa: S704  values are escaped above
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A range of values, linear or logarithmic, and their label."""
-
-    low: float
-    high: float
-    label: str = ""
-    log: bool = False
-    ticks: tuple[float, ...] | None = None
-    """Values that carry a number; None for round ones."""
-
-    @classmethod
-    def around_zero(cls, values: Iterable[float], label: str, smallest: float = 1e-6) -> "Axis":
-        """Return an axis as wide on both sides, with some room beside the largest value."""
-        half = 1.1 * max(smallest, *map(abs, values))
-        return cls(-half, half, label)
-
-    @classmethod
-    def logarithmic(cls, values: Iterable[float], label: str, room: float = 1.5) -> "Axis":
-        """Return an axis with room beside the values above zero; round 1 where there are none."""
-        positive = [value for value in values if value > 1e-6] or [1.0]
-        return cls(min(positive) / room, max(positive) * room, label, log=True)
-
-    def fraction(self, value: float) -> float:
-        """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
-        low = self.low
-        high = self.high
-        if self.log:
-            value = math.log(max(value, low))
-            low = math.log(low)
-            high = math.log(high)
-        return min(max((value - low) / (high - low), 0.0), 1.0)
-
-    def marks(self) -> list[float]:
-        """Return the values that carry a number: at most two digits a decade where logarithmic."""
-        marks = self.ticks
-        if marks is None and self.log:
-            low = math.log10(self.low)
-            high = math.log10(self.high)
-            powers = range(math.floor(low), math.ceil(high) + 1)
-            digits = (1,) if high - low > 2 else (1, 2, 5)
-            marks = [digit * 10.0**power for power, digit in product(powers, digits)]
-        elif marks is None:
-            step = nice_above((self.high - self.low) / 5)
-            first = math.ceil(self.low / step - 1e-9)
-            last = math.floor(self.high / step + 1e-9)
-            return [k * step for k in range(first, last + 1)]
-        return [m for m in marks if self.low * (1 - 1e-9) <= m <= self.high * (1 + 1e-9)]
-
-
 class Panel:
     """Axes to draw in, written as SVG; positions are values of the axes, sizes the panel's units.
 
@@ -101,11 +51,16 @@ class Panel:
         height: float = 280,
         margin: float = LEFT,
     ) -> None:
-        self.title, self.x_axis, self.y_axis = title, x, y
+        self.title = title
+        self.x_axis = x
+        self.y_axis = y
         self.names: Sequence[str] = ()
-        self.width, self.height = width, height
-        self.left, self.right = margin, width - RIGHT
-        self.top, self.bottom = TOP + (12.0 if y.label else 0.0), height - BOTTOM
+        self.width = width
+        self.height = height
+        self.left = margin
+        self.right = width - RIGHT
+        self.top = TOP + (12.0 if y.label else 0.0)
+        self.bottom = height - BOTTOM
         self.parts = [element("text", title, class_="title", x=4, y=14)]
 
     def __html__(self) -> str:
@@ -167,6 +122,12 @@ class Panel:
                 self.right - 2, self.y(y) + (13 if below else -4), words, "threshold-words end"
             )
 
+    def thresholds(self, words: str, x: float) -> None:
+        """Draw the limits -x and x, the second with words; none for 0."""
+        if x:
+            self.threshold("", x=-x)
+            self.threshold(words, x=x)
+
     def text(self, x: float, y: float, words: str, class_: str, **attributes: object) -> None:
         """Write words at a place in the panel's own units."""
         if words:
@@ -174,8 +135,17 @@ class Panel:
 
     def line(self, points: Iterable[Sequence[float]], class_: str) -> None:
         """Draw a line through values."""
-        path = " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in points)
-        self.add("polyline", points=path, class_=class_)
+        self.add("polyline", points=self._path(points), class_=class_)
+
+    def area(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, class_: str) -> None:
+        """Fill what lies between two curves over the same values, shape (N,)."""
+        above = np.column_stack([x, high])
+        below = np.column_stack([x, low])
+        edges = np.concatenate([above, below[::-1]]).tolist()
+        self.add("polygon", points=self._path(edges), class_=class_)
+
+    def _path(self, points: Iterable[Sequence[float]]) -> str:
+        return " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in points)
 
     def dot(self, x: float, y: float, class_: str, hint: str = "", size: float = 3) -> None:
         """Draw a dot at a value; its size is in the panel's own units."""
@@ -278,6 +248,11 @@ Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
 
 
+def in_mm(length: float | None) -> float:
+    """Return a length in millimetres; 0 where it is not known."""
+    return 1e3 * (length or 0)
+
+
 def full_model(report: ReportDocument) -> str:
     """Return the name of the full model; it is calibrated.urdf itself where that holds all."""
     alone = report.summary.judged[1].geometric is None
@@ -297,10 +272,14 @@ def plot(
     A caption is a title; lines of the legend, ``- mark: words; mark: words``; and short sentences.
     """
     title, *details = lines("captions.txt.j2", name.replace("-", "_"), **values)
-    marks = list(
-        chain.from_iterable(line[2:].split("; ") for line in details if line.startswith("- "))
-    )
-    legend = tuple((mark, words) for mark, _, words in (detail.partition(": ") for detail in marks))
-    sentence = " ".join(line for line in details if not line.startswith("- "))
-    caption = PlotCaption(id=name, title=title, sentence=sentence)
-    return Plot(caption, legend, panels, layout, scene, controls or {})
+    legend: list[tuple[str, str]] = []
+    sentences: list[str] = []
+    for line in details:
+        if not line.startswith("- "):
+            sentences.append(line)
+            continue
+        for entry in line[2:].split("; "):
+            mark, _, words = entry.partition(": ")
+            legend.append((mark, words))
+    caption = PlotCaption(id=name, title=title, sentence=" ".join(sentences))
+    return Plot(caption, tuple(legend), panels, layout, scene, controls or {})

@@ -9,7 +9,8 @@ import numpy as np
 
 from ....solver.assessment import short_names
 from ..figures import ReportDocument
-from .figure import LINE, LOADED, Axis, Panel, Plot, full_model, named_rows, plot
+from .axis import Axis
+from .figure import LINE, LOADED, Panel, Plot, full_model, in_mm, named_rows, plot
 
 _SMALLEST = 1e-3
 """Below this the curves are not followed [mm]."""
@@ -34,7 +35,7 @@ def history(report: ReportDocument) -> Plot | None:
         return [(k, max(1e3 * value**0.5, _SMALLEST)) for k, value in values]
 
     curves = {term: {role: curve(term, role) for role in roles} for term in _TERMS}
-    repeatability = 1e3 * (report.limits.repeatability or 0)
+    repeatability = in_mm(report.limits.repeatability)
     last = {term: curves[term][roles[-1]] for term in _TERMS}
     return plot(
         "history",
@@ -123,7 +124,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     ends = short_names(list(chain.from_iterable((row.a, row.b) for row in rows)))
     names = [f"{a} to {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]
     errors = {mark: [1e3 * row.errors.of(model) for row in rows] for model, mark in LOADED}
-    limit = 1e3 * (report.limits.between_placements.value or 0)
+    limit = in_mm(report.limits.between_placements.value)
     axis = Axis.around_zero([*errors["nominal"], *errors["calibrated"], limit], "mm", smallest=0.01)
     panel = named_rows("predicted less known distance", names, axis, pitch=22)
     panel.rule("zero", x=0)
@@ -143,9 +144,9 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     if not rows:
         return None
     names = short_names([row.name for row in rows])
-    predicted = [1e3 * (row.predicted_deviation or 0) for row in rows]
-    errors = [1e3 * (row.found_deviation or 0) for row in rows]
-    repeatability = 1e3 * (report.limits.repeatability or 0)
+    predicted = [in_mm(row.predicted_deviation) for row in rows]
+    errors = [in_mm(row.found_deviation) for row in rows]
+    repeatability = in_mm(report.limits.repeatability)
     axis = Axis(0, 1.15 * max(*predicted, *errors, repeatability), "mm, 1 sigma")
     panel = named_rows("spread of the ball's positions", names, axis, pitch=28)
     panel.bars(predicted, errors, "link")

@@ -11,7 +11,8 @@ from ....solver.assessment import Coverage, short_names
 from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_named
 from ....solver.results import JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
-from .figure import Axis, Panel, Plot, full_model, named_rows, plot
+from .axis import Axis
+from .figure import Panel, Plot, full_model, in_mm, named_rows, plot
 
 _ORIGINS = {
     "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
@@ -47,7 +48,7 @@ def parameters(report: ReportDocument) -> Plot:
         bars_by_axis.setdefault(axis, []).append(bar)
     panels = [*bars_by_axis.values()]
     determined = [bar for bar in chain(*panels) if bar.standard_deviation]
-    repeatability = 1e3 * (report.limits.repeatability or 0)
+    repeatability = in_mm(report.limits.repeatability)
     usual_words = dict.fromkeys(effect.display.usual_words for effect in EFFECTS.values())
     return plot(
         "parameters",
@@ -86,9 +87,7 @@ def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
     panel = named_rows(f"{display.heading}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
     panel.rule("zero", x=0)
     smallest = repeatability * display.per_mm
-    if 0 < smallest < panel.x_axis.high:
-        panel.threshold("", x=-smallest)
-        panel.threshold(f"{smallest:g} {unit}", x=smallest)
+    panel.thresholds(f"{smallest:g} {unit}", smallest)
     panel.bars(0, changes, "change", thick=8)
     panel.bars(changes - deviations, changes + deviations, "deviation")
     return panel
@@ -101,13 +100,14 @@ def coverage(report: ReportDocument) -> Plot:
     for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", 1e3, "mm")):
         which = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
         if which:
-            panels += [draw(covered, which, factor, unit_name) for draw in (_positions, _spans)]
+            panels.append(_positions(covered, which, factor, unit_name))
+            panels.append(_spans(covered, which, factor, unit_name))
     places = short_names([socket.placement for socket in covered.sockets])
+    sockets = list(zip(covered.sockets, places, strict=True))
     spans = [
         (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
-        for i, joint in enumerate(covered.joints)
+        for (i, joint), (s, place) in product(enumerate(covered.joints), sockets)
         if joint.unit == "rad"
-        for s, place in zip(covered.sockets, places, strict=True)
     ]
     return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
 
@@ -186,7 +186,7 @@ def joints(report: ReportDocument) -> Plot | None:
     names = [row.joint for row in rows]
     recorded = [1e3 * row.recorded for row in rows]
     anywhere = [1e3 * row.workspace for row in rows]
-    repeatability = 1e3 * (report.limits.repeatability or 0)
+    repeatability = in_mm(report.limits.repeatability)
     axis = Axis(0, 1.05 * max(*recorded, *anywhere, repeatability), "mm")
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
     panel.bars(0, anywhere, "link", thick=14)
@@ -204,7 +204,7 @@ def error_curves(report: ReportDocument) -> Plot | None:
     curves = report.curves.joints
     highest = max(abs(v) + d for c in curves for v, d in zip(c.values, c.deviations, strict=True))
     y = Axis.around_zero([_MRAD * highest], "mrad")
-    repeatability = 1e3 * (report.limits.repeatability or 0)
+    repeatability = in_mm(report.limits.repeatability)
     panels = [
         _panel(curve, y, _angles(report.coverage, curve.joint), repeatability) for curve in curves
     ]
@@ -229,12 +229,7 @@ def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float
     angle = 360 / count * (np.arange(count) - count // 2)
     values = _MRAD * np.roll(curve.values, count // 2)
     band = _MRAD * np.roll(curve.deviations, count // 2)
-    edges = [
-        *zip(angle, values + band, strict=True),
-        *zip(angle[::-1], (values - band)[::-1], strict=True),
-    ]
-    path = " ".join(f"{panel.x(a):.1f},{panel.y(b):.1f}" for a, b in edges)
-    panel.add("polygon", points=path, class_="deviation-area")
+    panel.area(angle, values - band, values + band, "deviation-area")
     panel.rule("zero", y=0)
     for edge in (-repeatability, repeatability) if repeatability else ():
         panel.threshold("", y=edge)

@@ -2,9 +2,12 @@
 
 import math
 
+import numpy as np
+
 from ....solver.results import ErrorPattern
 from ..figures import ReportDocument
-from .figure import Axis, Panel, Plot, plot
+from .axis import Axis
+from .figure import Panel, Plot, plot
 
 _UNITS = {"rad": (math.degrees(1), "degrees"), "m": (1e3, "mm"), "": (100.0, "% of a placement")}
 
@@ -29,10 +32,8 @@ def _panel(row: ErrorPattern, y: Axis) -> Panel:
     x = Axis(low, max(high, low + 1e-6), unit)
     panel = Panel(f"{row.over}: {row.along}", x, y, width=248, height=190, margin=44).grid()
     grid = [factor * value for value in row.grid]
-    above = [*zip(grid, row.band, strict=True)]
-    below = [(value, -band) for value, band in above[::-1]]
-    edges = " ".join(f"{panel.x(a):.1f},{panel.y(1e3 * b):.1f}" for a, b in above + below)
-    panel.add("polygon", points=edges, class_="deviation-area")
+    band = 1e3 * np.array(row.band)
+    panel.area(grid, -band, band, "deviation-area")
     panel.rule("zero", y=0)
     places = zip(row.at, row.errors, strict=True)
     marks = [(panel.x(factor * value), panel.y(1e3 * error)) for value, error in places]

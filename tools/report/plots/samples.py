@@ -9,7 +9,8 @@ import numpy as np
 from ....solver.assessment import ModelName, SampleErrors, area, nice_above
 from ....solver.results import Role
 from ..figures import FAR, Answer, ReportDocument, text
-from .figure import LOADED, Axis, Panel, Plot, full_model, named_rows, plot, to_scale
+from .axis import Axis
+from .figure import LOADED, Panel, Plot, full_model, in_mm, named_rows, plot, to_scale
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -46,7 +47,7 @@ def errors_in_2d(report: ReportDocument) -> Plot:
     large, small = (
         nice_above(1e3 * float(_lengths(report, m).max(initial=1e-6)), FINE) for m, _ in LOADED
     )
-    limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
+    limit = in_mm(report.limits.mean_absolute_error.value)
     if 0 < limit < 1.4 * small:  # it is drawn, all of it
         small = max(small, nice_above(limit, FINE))
     large = max(large, small)
@@ -80,7 +81,7 @@ def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, tit
     for row in report.samples:
         a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
         panel.dot(a, b, f"{mark} {report.placements[row.placement].role}", size=2)
-    limit = 1e3 * (report.limits.mean_absolute_error.value or 0)
+    limit = in_mm(report.limits.mean_absolute_error.value)
     if 0 < limit <= half:
         radius = limit * (panel.right - panel.left) / (2 * half)
         panel.dot(0, 0, "threshold", size=radius)

@@ -10,7 +10,8 @@ from ....solver.data import IDENTITY, Pose
 from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
-from .figure import COLOURS, Axis, Panel, Plot, full_model, plot, to_scale
+from .axis import Axis
+from .figure import COLOURS, Panel, Plot, full_model, plot, to_scale
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
