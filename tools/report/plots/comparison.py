@@ -33,7 +33,8 @@ def _by_model(
         panel.rule("zero", x=0)
     for k, model in enumerate(result.models):
         errors = [row.models[k] for row in result.placements]
-        values = [None if (value := figure(row)) is None else 1e3 * value for row in errors]
+        lengths = [figure(row) for row in errors]
+        values = [length if length is None else 1e3 * length for length in lengths]
         marks = [f"model-{k % COLOURS}{' train' * row.trained_on}" for row in errors]
         panel.dots(values, marks, model.name, form)
     return panel
@@ -44,9 +45,8 @@ def _errors(result: ComparisonDocument) -> Plot:
     axis = Axis.logarithmic((1e3 * model.mean_absolute_error for model in models), "MAE, mm", 1.4)
     title = "error at each placement"
     panel = _by_model(result, title, axis, lambda model: model.mean_absolute_error, ".3f")
-    summaries = [(row.summary, row.name) for row in result.models]
     ranked = sorted(
-        (summary.mean_absolute_error, name) for summary, name in summaries if summary is not None
+        (row.summary.mean_absolute_error, row.name) for row in result.models if row.summary
     )
     models = result.models
     return plot("errors", panel, layout="half", ranked=ranked, models=models, colours=COLOURS)
@@ -63,11 +63,9 @@ def _differences(result: ComparisonDocument) -> Plot:
     panel = named_rows(f"{b} less {a}", places, axis, pitch=28)
     panel.threshold(f"{b} better < 0 < worse", x=0)
     panel.bars(means - noises, means + noises, "link", thick=5)
-    is_training = [
-        row.models[pair.a].trained_on or row.models[pair.b].trained_on for row in result.placements
-    ]
-    colour = f"model-{pair.b % COLOURS}"
-    marks = [f"{colour} train" if hollow else colour for hollow in is_training]
+    both = [(row.models[pair.a], row.models[pair.b]) for row in result.placements]
+    trained_on = [a.trained_on or b.trained_on for a, b in both]
+    marks = [f"model-{pair.b % COLOURS}{' train' * hollow}" for hollow in trained_on]
     panel.dots(means, marks, "difference", "+.3f")
     sentence = comparison_sentence(result, pair)
     return plot("differences", panel, layout="half", sentence=sentence)
@@ -81,10 +79,9 @@ def _distances(result: ComparisonDocument) -> Plot | None:
     axis = Axis.around_zero(values, "mm")
     title = "socket distance, predicted less measured"
     panel = _by_model(result, title, axis, lambda model: model.distance_error, "+.3f")
-    worst = [
-        (1e3 * max(abs(row[k] or 0.0) for row in errors), model.name)
-        for k, model in enumerate(result.models)
-    ]
+    columns = zip(*errors, strict=True)
+    largest = [1e3 * max(abs(error or 0.0) for error in column) for column in columns]
+    worst = list(zip(largest, (model.name for model in result.models), strict=True))
     return plot("distances", panel, layout="half", worst=worst, colours=COLOURS)
 
 
@@ -105,9 +102,8 @@ def simulation_plot(result: SimulationDocument) -> Plot:
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     """Return the peg's positions just before it went down, by the true kinematics."""
-    insertions = list(
-        chain.from_iterable(trials.each for trials in (model.centre, model.cross) if trials)
-    )
+    trials = [trials.each for trials in (model.centre, model.cross) if trials]
+    insertions = list(chain(*trials))
     misses = chain(*(trial.miss[:2] for trial in insertions))
     reach = max(clearance, *(1e3 * abs(x) for x in misses))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")

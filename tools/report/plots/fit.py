@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import chain
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -30,19 +30,24 @@ def history(report: ReportDocument) -> Plot | None:
     roles = ["train"] if rows[0].test is None else ["train", "test"]
 
     def curve(term: str, role: str) -> Curve:
-        ends = [(float(row.iteration), getattr(row, role)) for row in rows]
-        values = [(k, getattr(part, term)) for k, part in ends if part is not None]
-        return [(k, max(1e3 * value**0.5, _SMALLEST)) for k, value in values]
+        parts = [(float(row.iteration), getattr(row, role)) for row in rows]
+        squares = [(k, getattr(part, term)) for k, part in parts if part is not None]
+        return [(k, max(1e3 * square**0.5, _SMALLEST)) for k, square in squares]
 
-    curves = {term: {role: curve(term, role) for role in roles} for term in _TERMS}
     repeatability = in_mm(report.limits.repeatability)
-    last = {term: curves[term][roles[-1]] for term in _TERMS}
+    panels: list[Panel] = []
+    ends: list[tuple[str, float, float]] = []
+    for term in _TERMS:
+        curves = {role: curve(term, role) for role in roles}
+        panels.append(_curves_panel(term, curves, repeatability))
+        values = [value for _, value in curves[roles[-1]]]
+        ends.append((term, values[0], values[-1]))
     return plot(
         "history",
-        *(_curves_panel(term, curves[term], repeatability) for term in _TERMS),
+        *panels,
         model=full_model(report),
         iterations=rows[-1].iteration,
-        ends=[(term, last[term][0][1], last[term][-1][1]) for term in _TERMS],
+        ends=ends,
         held_out=rows[0].test is not None,
         repeatability=repeatability,
     )
@@ -91,10 +96,12 @@ def _matrix_panel(
     size = min(float(_LARGEST_CELL), 290.0 / len(names))
     title = "rows: trained on; columns: error there, mm"
     panel = named_rows(title, names, Axis(0, 1), pitch=size, without_axis=True)
-    low = math.log(min(min(row) for row in errors.values()))
-    span = max(math.log(max(max(row) for row in errors.values())) - low, 1e-9)
-    for i, j, value in ((i, j, value) for i, row in errors.items() for j, value in enumerate(row)):
-        shade = (math.log(value) - low) / span
+    logs = np.log(list(errors.values()))
+    low = logs.min()
+    span = max(np.ptp(logs), 1e-9)
+    for i, j in product(errors, range(len(names))):
+        value = errors[i][j]
+        shade = float((math.log(value) - low) / span)
         x = panel.left + j * size
         y = panel.y(i)
         box = {"x": x, "y": y - size / 2, "width": size, "height": size}
@@ -109,10 +116,10 @@ def _matrix_panel(
             inverse = "light" if shade > 0.6 else ""
             panel.text(x + size / 2, y + 4, f"{value:.2f}", f"number middle {inverse}")
     step = math.ceil(LINE / (size * math.sin(math.radians(24))))
-    for j, name in list(enumerate(names))[::step]:
+    y = panel.bottom + 12
+    for j in range(0, len(names), step):
         x = panel.left + (j + 0.5) * size - 6
-        y = panel.bottom + 12
-        panel.text(x, y, name[:14], "tick", transform=f"rotate(24 {x} {y})")
+        panel.text(x, y, names[j][:14], "tick", transform=f"rotate(24 {x} {y})")
     return panel
 
 
@@ -130,9 +137,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     panel.rule("zero", x=0)
     for mark, values in errors.items():
         panel.dots(values, f"{mark} test", mark, "+.3f", size=4)
-    if limit:
-        panel.threshold("", x=-limit)
-        panel.threshold(f"limit {limit:g} mm", x=limit)
+    panel.thresholds(f"limit {limit:g} mm", limit)
     means = [float(np.mean(np.abs(values))) for values in errors.values()]
     worst = max(zip(errors["calibrated"], names, strict=True), key=lambda row: abs(row[0]))
     return plot("known-distances", panel, layout="half", count=len(rows), means=means, worst=worst)

@@ -115,42 +115,36 @@ def coverage(report: ReportDocument) -> Plot:
 def _positions(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a tick for each position, and the joints' limits."""
     rows = [covered.joints[i] for i in joint_names]
-    limits = chain(*((row.lower, row.upper) for row in rows))
-    ends = [end for end in limits if end is not None]
-    for s, i in product(covered.sockets, joint_names):
-        ends += [s.low[i], s.high[i]]
-    low = factor * min(ends)
-    high = factor * max(ends)
+    limits = factor * np.array([(row.lower, row.upper) for row in rows], dtype=float)
+    lows = [factor * s.low[i] for s, i in product(covered.sockets, joint_names)]
+    highs = [factor * s.high[i] for s, i in product(covered.sockets, joint_names)]
+    low = float(np.nanmin([*limits.ravel(), *lows]))  # NaN: no limit
+    high = float(np.nanmax([*limits.ravel(), *highs]))
     title = f"positions, {unit}; socket 0 above, others below"
     axis = Axis(low, max(high, low + 1e-6), unit)
     panel = named_rows(title, [row.name for row in rows], axis, pitch=34)
-    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)  # NaN: no limit
-    panel.bars(factor * limits[:, 0], factor * limits[:, 1], "range", thick=26)
-    for k, i in enumerate(joint_names):
-        for role in ("test", "train"):
-            marks = "".join(
-                f"M{panel.x(factor * q[i]):.1f} {panel.y(k) + (1 if s.socket else -12)}v11"
-                for s in covered.sockets
-                if s.role == role
-                for q in s.positions
-            )
-            if marks:
-                panel.add("path", d=marks, class_=f"tick-{role}")
+    panel.bars(limits[:, 0], limits[:, 1], "range", thick=26)
+    for (k, i), role in product(enumerate(joint_names), ("test", "train")):
+        marks = ""
+        for s in covered.sockets:
+            if s.role == role:
+                y = panel.y(k) + (1 if s.socket else -12)
+                marks += "".join(f"M{panel.x(factor * q[i]):.1f} {y}v11" for q in s.positions)
+        if marks:
+            panel.add("path", d=marks, class_=f"tick-{role}")
     return panel
 
 
 def _spans(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a dot for each joint and socket, and the least that a joint should turn."""
     names = [covered.joints[i].name for i in joint_names]
-    spans = [
-        (k, factor * (s.high[i] - s.low[i]), s)
-        for (k, i), s in product(enumerate(joint_names), covered.sockets)
-    ]
-    axis = Axis(0, 1.05 * max(*(span for _, span, _ in spans), 1e-6), unit)
+    pairs = list(product(joint_names, covered.sockets))
+    spans = [factor * (s.high[i] - s.low[i]) for i, s in pairs]
+    axis = Axis(0, 1.05 * max(*spans, 1e-6), unit)
     panel = named_rows(f"how far it moved in each socket, {unit}", names, axis, pitch=34)
-    for k, span, s in spans:
+    for (i, s), span in zip(pairs, spans, strict=True):
         hint = f"{s.placement}, socket {s.socket}: {span:.0f} {unit}"
-        panel.dot(span, k, f"span-dot {s.role}", hint, size=4)
+        panel.dot(span, joint_names.index(i), f"span-dot {s.role}", hint, size=4)
     if unit == "degrees":
         limit = HARDLY_MOVED * _DEGREES
         panel.threshold(f"at least {limit:.0f} degrees", x=limit)
@@ -164,8 +158,8 @@ def groups(report: ReportDocument) -> Plot | None:
     if not rows:
         return None
     names = [row.name.replace("_", " ") for row in rows]
-    title = "share of the group that the data settle"
-    panel = named_rows(title, names, Axis(0, 100, "%"), pitch=28)
+    axis = Axis(0, 100, "%")
+    panel = named_rows("share of the group that the data settle", names, axis, pitch=28)
     shares = [100 * row.effective / max(row.count, 1) for row in rows]
     panel.bars(0, [100] * len(rows), "range", thick=16)
     panel.bars(0, shares, "change", thick=16)
@@ -174,7 +168,7 @@ def groups(report: ReportDocument) -> Plot | None:
         panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
     on = [name for name, row in zip(names, rows, strict=True) if row.active is True]
     inactive = [name for name, row in zip(names, rows, strict=True) if row.active is False]
-    count = sum(row.count for row in groups_of_fit if row.name in _NOT_COUNTED)
+    count = sum(row.count for row in groups_of_fit) - sum(row.count for row in rows)
     return plot("groups", panel, layout="half", rows=rows, on=on, off=inactive, others=count)
 
 
@@ -202,15 +196,18 @@ def error_curves(report: ReportDocument) -> Plot | None:
     if report.curves is None or not report.curves.joints:
         return None
     curves = report.curves.joints
-    highest = max(abs(v) + d for c in curves for v, d in zip(c.values, c.deviations, strict=True))
-    y = Axis.around_zero([_MRAD * highest], "mrad")
+    ends = [np.abs(curve.values) + curve.deviations for curve in curves]
+    y = Axis.around_zero([_MRAD * float(np.max(ends))], "mrad")
     repeatability = in_mm(report.limits.repeatability)
-    panels = [
-        _panel(curve, y, _angles(report.coverage, curve.joint), repeatability) for curve in curves
-    ]
-    largest = max((_MRAD * max(map(abs, c.values)), c.joint) for c in curves)
-    turns = ((360 - sum(_DEGREES * (b - a) for a, b in c.sampled), c.joint) for c in curves)
-    blank = [f"{gap:.0f} degrees of {joint}" for gap, joint in turns if gap >= LEAST_BLANK]
+    panels: list[Panel] = []
+    blank: list[str] = []
+    for curve in curves:
+        angles = _angles(report.coverage, curve.joint)
+        panels.append(_panel(curve, y, angles, repeatability))
+        gap = 360 - sum(_DEGREES * (high - low) for low, high in curve.sampled)
+        if gap >= LEAST_BLANK:
+            blank.append(f"{gap:.0f} degrees of {curve.joint}")
+    largest = max((_MRAD * max(map(abs, curve.values)), curve.joint) for curve in curves)
     values: dict[str, Any] = {"largest": largest, "blank": blank, "model": full_model(report)}
     return plot("curves", *panels, layout="half", repeatability=repeatability, **values)
 
@@ -218,9 +215,8 @@ def error_curves(report: ReportDocument) -> Plot | None:
 def _angles(covered_range: Coverage, joint: str) -> list[float]:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
     k = [row.name for row in covered_range.joints].index(joint)
-    training = (s.positions for s in covered_range.sockets if s.role == "train")
-    angles = [q[k] for q in chain(*training)]
-    return [(_DEGREES * angle + 180) % 360 - 180 for angle in angles]
+    training = [s.positions for s in covered_range.sockets if s.role == "train"]
+    return [(_DEGREES * q[k] + 180) % 360 - 180 for q in chain(*training)]
 
 
 def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float) -> Panel:

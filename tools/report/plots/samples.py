@@ -44,9 +44,9 @@ def errors_in_3d(report: ReportDocument) -> Plot:
 
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes."""
-    large, small = (
-        nice_above(1e3 * float(_lengths(report, m).max(initial=1e-6)), FINE) for m, _ in LOADED
-    )
+    largest = [1e3 * float(_lengths(report, model).max(initial=1e-6)) for model, _ in LOADED]
+    large = nice_above(largest[0], FINE)
+    small = nice_above(largest[1], FINE)
     limit = in_mm(report.limits.mean_absolute_error.value)
     if 0 < limit < 1.4 * small:  # it is drawn, all of it
         small = max(small, nice_above(limit, FINE))
@@ -57,14 +57,14 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         ("geometric", large, "calibrated"),
         ("geometric", small, f"calibrated x {times:g}"),
     )
+    sides = (("xy", "from above"), ("xz", "from the side"))
+    panels = [
+        _plane(report, model, axes, half, f"{side}: {title}")
+        for (axes, side), (model, half, title) in product(sides, views)
+    ]
     return plot(
         "errors-2d",
-        *(
-            _plane(report, model, axes, half, f"{view}: {title}")
-            for (axes, view), (model, half, title) in product(
-                (("xy", "from above"), ("xz", "from the side")), views
-            )
-        ),
+        *panels,
         layout="thirds",
         quantiles=report.summary.judged[1].quantiles,
         limit=report.limits.mean_absolute_error.value,
@@ -75,12 +75,13 @@ def errors_in_2d(report: ReportDocument) -> Plot:
 
 def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
     """Return the samples along two axes, up to half the panel's width [mm]."""
-    x, y = (Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes)
-    panel = Panel(title, x, y, width=248, height=276, margin=44).grid()
+    scales = [Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes]
+    panel = Panel(title, *scales, width=248, height=276, margin=44).grid()
     mark = dict(LOADED)[model]
+    columns = ["xyz".index(axis) for axis in axes]
     for row in report.samples:
-        a, b = (1e3 * row.of(model)["xyz".index(axis)] for axis in axes)
-        panel.dot(a, b, f"{mark} {report.placements[row.placement].role}", size=2)
+        x, y = 1e3 * np.array(row.of(model))[columns]
+        panel.dot(x, y, f"{mark} {report.placements[row.placement].role}", size=2)
     limit = in_mm(report.limits.mean_absolute_error.value)
     if 0 < limit <= half:
         radius = limit * (panel.right - panel.left) / (2 * half)
@@ -94,9 +95,10 @@ def order(report: ReportDocument) -> Plot:
     errors = _lengths(report, "calibrated")
     top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
     mean = np.array([means[row.placement] for row in report.samples])
+    uses = enumerate(report.answers.use.rows)
     return plot(
         "order",
-        *(_order_panel(report, i, use.name, top) for i, use in enumerate(report.answers.use.rows)),
+        *(_order_panel(report, i, use.name, top) for i, use in uses),
         worst=report.answers.data.worst[0],
         beyond=int(np.sum(errors / np.maximum(mean, 1e-12) > FAR)),
         count=len(errors),
@@ -136,8 +138,8 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
 def _running_centre(deviations: np.ndarray) -> list[float]:
     """Return the length of the mean deviation of the samples round each one."""
     half = WINDOW // 2
-    count = len(deviations)
-    means = [deviations[max(0, k - half) : k + half + 1].mean(axis=0) for k in range(count)]
+    windows = [deviations[max(0, k - half) : k + half + 1] for k in range(len(deviations))]
+    means = [window.mean(axis=0) for window in windows]
     return np.linalg.norm(means, axis=1).tolist()
 
 
@@ -160,8 +162,8 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     if limit is not None:
         panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
     role = report.summary.judged[0]
-    rows_with_names = zip(after, before, names, [row.role for row in rows], strict=True)
-    of_role = [row for row in rows_with_names if row[-1] == role]
+    columns = zip(after, before, names, [row.role for row in rows], strict=True)
+    of_role = [row for row in columns if row[-1] == role]
     return plot("errors-by-placement", panel, layout="half", role=role, judged=of_role, limit=limit)
 
 

@@ -1,7 +1,7 @@
 """Plots of the workspace: how well places are known, several arms together, and the arm's poses."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,13 +38,11 @@ def error_map(report: ReportDocument) -> Plot | None:
         level = min(int(LEVELS * (deviation - lowest) / max(highest - lowest, 1e-12)), LEVELS - 1)
         corner = {"x": panel.x(-y) - side / 2, "y": panel.y(x) - side / 2}
         panel.add("rect", **corner, width=side, height=side, class_=f"known-{level}")
-    limit = next(
-        (row.limit for row in report.verdict.limits if row.name == "predicted_distance"), None
-    )
+    limits = {row.name: row.limit for row in report.verdict.limits}
+    limit = limits.get("predicted_distance")
     if limit is not None:
-        _outline(
-            panel, [(x, y) for x, y, deviation in outlook.cells if deviation > limit], outlook.width
-        )
+        unsure = [(x, y) for x, y, deviation in outlook.cells if deviation > limit]
+        _outline(panel, unsure, outlook.width)
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
@@ -65,8 +63,13 @@ def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -
                 panel.line(ends, "threshold")
 
 
-_Frame = tuple[str, Pose, np.ndarray]
-"""A frame in the base of the first robot: name, pose, deviation of its origin, shape (3,) [m]."""
+class _Frame(NamedTuple):
+    """A frame in the base of the first robot."""
+
+    name: str
+    pose: Pose
+    deviation: np.ndarray
+    """Of its origin, shape (3,) [m]."""
 
 
 def arms_together(report: ReportDocument) -> Plot | None:
@@ -76,11 +79,10 @@ def arms_together(report: ReportDocument) -> Plot | None:
         return None
     first = arms.arms[0].name
     frames = _frames(arms)
-    postures = np.concatenate(
-        [np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures]
-    )
+    points = [np.reshape(arm.postures, (-1, 3)) for arm in arms.arms if arm.postures]
+    postures = np.concatenate(points)
     size = float(np.ptp(postures, axis=0).max())
-    largest = max((float(deviation.max()) for _, _, deviation in frames), default=0.0)
+    largest = max((float(frame.deviation.max()) for frame in frames), default=0.0)
     factor = max(1.0, nice_above(ENLARGED * size / largest / 2)) if largest else 1.0
     x, y, z = np.eye(3)
     views = (
@@ -100,18 +102,14 @@ def arms_together(report: ReportDocument) -> Plot | None:
 
 def _frames(arms: ArmsDocument) -> list[_Frame]:
     """Return the frames whose orientation is known: the robots' bases, and those of sockets."""
-    bases = list(zip(arms.robots[1:], arms.between.values(), strict=True))
-    tables = [
-        (frame.name, frame)
-        for frame in arms.frames
-        if frame.sockets and frame.name != "base" and frame.turn_known
-    ]
-    poses = [
-        (name, Pose.of(Origin(base.xyz, base.rpy)), np.array(base.xyz_deviation))
-        for name, base in (*bases, *tables)
-        if base.xyz is not None and base.rpy is not None and base.xyz_deviation is not None
-    ]
-    return [(arms.robots[0], IDENTITY, np.zeros(3)), *poses]
+    bases = zip(arms.robots[1:], arms.between.values(), strict=True)
+    tables = [frame for frame in arms.frames if frame.sockets and frame.name != "base"]
+    frames = [_Frame(arms.robots[0], IDENTITY, np.zeros(3))]
+    for name, base in (*bases, *((table.name, table) for table in tables if table.turn_known)):
+        if base.xyz is not None and base.rpy is not None and base.xyz_deviation is not None:
+            pose = Pose.of(Origin(base.xyz, base.rpy))
+            frames.append(_Frame(name, pose, np.array(base.xyz_deviation)))
+    return frames
 
 
 def _draw_arms(panel: Panel, flat: np.ndarray, arms: ArmsDocument) -> None:
@@ -129,20 +127,19 @@ def _draw_frame(
     panel: Panel, flat: np.ndarray, frame: _Frame, length: float, factor: float
 ) -> None:
     """Draw a frame's axes and name, and an ellipse of its origin's standard deviation."""
-    called, pose, deviation = frame
-    a, b = pose.translation @ flat
-    ends = pose.apply(length * np.eye(3)) @ flat
+    a, b = frame.pose.translation @ flat
+    ends = frame.pose.apply(length * np.eye(3)) @ flat
     for end, name in zip(ends, "xyz", strict=True):
         if np.hypot(*(end - (a, b))) > length / 3:
             panel.line([(a, b), tuple(end)], "axis")
             panel.text(panel.x(end[0]) + 3, panel.y(end[1]) + 4, name, "tick")
-    across, up = factor * deviation @ np.abs(flat)
+    across, up = factor * frame.deviation @ np.abs(flat)
     x = panel.x(a)
     y = panel.y(b)
     radii = {"rx": max(panel.x(a + across) - x, 3), "ry": max(y - panel.y(b + up), 3)}
-    hint = f"{called}: +- {' '.join(f'{1e3 * d:.2f}' for d in deviation)} mm"
+    hint = f"{frame.name}: +- {' '.join(f'{1e3 * d:.2f}' for d in frame.deviation)} mm"
     panel.add("ellipse", hint, cx=x, cy=y, **radii, class_="deviation-ellipse")
-    panel.text(x, y + 22, called, "strong middle")
+    panel.text(x, y + 22, frame.name, "strong middle")
 
 
 def arm_in_3d(report: ReportDocument) -> Plot:
