@@ -184,7 +184,7 @@ class Operator:
 
     def __init__(self, world: World, folder: Path) -> None:
         self.world, self.folder = world, folder
-        self.captured = 0
+        self.captured, self.count = 0, 0
         self.alarms: list[tuple[int, str]] = []
         self.cures: list[str] = []
         self.words = ""
@@ -194,7 +194,7 @@ class Operator:
     def _begin_part(self, moved: Sequence[Sample]) -> None:
         """Go on in a new folder, with the samples since the base moved."""
         world = self.world
-        robot, name = world.robot, f"part_{len(self._parts)}"
+        robot, name = world.robot, f"part_{self.count}"
         units = tuple(joint.unit for joint in joints_of(robot))
         about = Metadata(robot.name, robot.joint_names, units, world.given, measured=True)
         self.recording = Recording(self.folder / name, about)
@@ -239,7 +239,10 @@ class Operator:
         if self.handler.new_placement:
             self.recording.close()
             live = self.actions.session.live
+            self.count += 1
             self._parts += [self._placement(live)] if live else []
+            if self.handler.readings_changed:
+                self._parts = []
             self._begin_part(self.actions.moved)
 
     def _capture(self) -> None:

@@ -30,6 +30,7 @@ from .layout import find_joints as find_joints
 from .layout import read_rows as read_rows
 from .layout import rows_of as rows_of
 from .metadata import METADATA as METADATA
+from .metadata import READINGS_CHANGED as READINGS_CHANGED
 from .metadata import Metadata as Metadata
 from .metadata import add_reading as add_reading
 from .metadata import read_keys as read_keys

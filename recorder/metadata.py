@@ -18,6 +18,7 @@ from .samples import SAMPLES
 
 METADATA = "placement.json"
 KEPT_ALARMS = "kept_alarms"
+READINGS_CHANGED = "readings_changed"
 _NAME = re.compile(r"[\w.-]+")
 
 
@@ -53,6 +54,8 @@ class Metadata:
     model_sha256: str = ""
     robot_name: str = ""
     """Name of the robot among several; empty for the only one."""
+    readings_changed: bool = False
+    """True where joints read otherwise than at the placements before."""
     session: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Driver, window and notes of this start alone."""
 
@@ -73,6 +76,7 @@ class Metadata:
             **stored,
             **self.fixed(),
             **({"distance_measured": True} if self.measured else {}),
+            **({READINGS_CHANGED: True} if self.readings_changed else {}),
             "units": list(self.units),
             "model_sha256": stored.get("model_sha256", self.model_sha256),
             "sessions": [*_entries(stored, "sessions"), session],

@@ -38,6 +38,8 @@ class KeyHandler:
         self.question, self.paused = question, paused
         self.new_placement = False
         """True if the operator goes on at a new placement."""
+        self.readings_changed = False
+        """True if joints read otherwise since: earlier placements tell nothing of the new one."""
         self._hands_free = hands_free
         self._actions = actions
         self._keys = keys
@@ -93,6 +95,7 @@ class KeyHandler:
         if action == "keep":
             self._actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
+            self.readings_changed = alarm.cause == "joints"
             self._start_new_placement(alarm.samples)
         elif action == "delete" and alarm.cause == "ball":
             self._actions.doubt(alarm.samples)

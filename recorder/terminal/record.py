@@ -45,6 +45,8 @@ class Outcome:
     """Number of refused captures."""
     new_placement: bool = False
     """True if the operator goes on at a new placement."""
+    readings_changed: bool = False
+    """True if joints read otherwise since: earlier placements tell nothing of the new one."""
     moved: tuple[Sample, ...] = ()
     """Samples that belong to it."""
     advice: Advice | None = None
@@ -125,6 +127,7 @@ class Recorder:
                 signals.received or received,
                 self._actions.refused,
                 self._handler.new_placement,
+                self._handler.readings_changed,
                 self._actions.moved,
                 self._client.advice,
             )

@@ -351,7 +351,8 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand):
 BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
 BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
 FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
-ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN)}
+READINGS = Alarm("joints", "JOINTS?", "0.5 m off since sample 2", (2, 3))
+ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN, READINGS)}
 
 
 @by_table("cause", "key", "left", "moved")
@@ -363,6 +364,7 @@ def test_an_alarm_is_seen_and_heard_and_a_key_cures_it(arm, by_hand, cause, key,
     assert [[s.number, s.socket] for s in outcome.session.live] == left
     assert [s.number for s in outcome.moved] == moved
     assert outcome.new_placement == bool(moved)
+    assert outcome.readings_changed == (cause == "joints" and bool(moved))
     assert f"{alarm.words}: {alarm.text}" in seen.alarms and seen.bells >= 1 + 3 + 1 + 2
     prompts = [view.prompt for view in seen.views]
     assert any(p.words == alarm.words and f"{key} " in p.reason for p in prompts)

@@ -31,7 +31,7 @@ ALSO = {
 """Words for a second cause that fits as well."""
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
-BEYOND_WORDS = "since sample {first} the ball comes out {metres} m off: joints or model?"
+BEYOND_WORDS = "{metres} m off since sample {first}"
 
 
 class SessionAlarms:

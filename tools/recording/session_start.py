@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Generator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -58,7 +58,8 @@ def first_session(
     for remark in recording.remarks:
         session = session.with_message(remark, alarm=True)
     if samples:
-        text = f"a new placement: {options.out}, with {len(samples)} samples since the base moved"
+        since = "joints read otherwise" if metadata.readings_changed else "the base moved"
+        text = f"a new placement: {options.out}, with {len(samples)} samples since {since}"
         return session.with_message(text)
     if session.samples:
         session = session.with_message(f"continues a recording of {len(session.live)} samples")
@@ -93,20 +94,29 @@ def announced(
 
 
 def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
-    """Return the other placements in the same folder, recorded with this model, oldest first."""
-    placements: list[recorder.Placement] = []
+    """Return the earlier placements in the same folder, recorded with this model, oldest first.
+
+    Those before joints read otherwise are left out: they tell nothing of the readings now.
+    """
+    rows: list[tuple[float, recorder.Placement, bool]] = []
     for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
-        same = file.parent / recorder.METADATA
-        if file.parent.resolve() == out.resolve() or not same.is_file():
-            continue
-        try:
-            if recorder.read_metadata(same).get("model_sha256") == robot.sha256:
-                placements.append(
-                    recorder.read_placement(file.parent).for_joints(robot.joint_names)
-                )
-        except recorder.RecordingError:
-            continue
-    return tuple(sorted(placements, key=lambda placement: placement.samples[0].time or 0.0))
+        folder = file.parent
+        with suppress(recorder.RecordingError):
+            metadata = recorder.read_metadata(folder / recorder.METADATA)
+            if metadata.get("model_sha256") == robot.sha256:
+                placement = recorder.read_placement(folder).for_joints(robot.joint_names)
+                changed = metadata.get(recorder.READINGS_CHANGED) is True
+                rows.append((placement.samples[0].time or 0.0, placement, changed))
+    rows.sort(key=lambda row: row[0])
+    stored = recorder.read_metadata(out / recorder.METADATA)
+    if stored.get(recorder.READINGS_CHANGED) is True:
+        return ()
+    placements = list[recorder.Placement]()
+    for _, placement, changed in rows:
+        placements = [] if changed else placements
+        if placement.files[0].parent.resolve() != out.resolve():
+            placements.append(placement)
+    return tuple(placements)
 
 
 def summary_of(recording: Recording, session: Session, distance: float | None) -> tuple[str, ...]:

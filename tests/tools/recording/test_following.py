@@ -1,5 +1,6 @@
 """Practice with a hand that goes to the proposed pose and socket, and seats the ball."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +9,11 @@ from record_commands import read
 
 import mukca
 from mukca.drivers import DriverError, clock
-from mukca.recorder import Sample
+from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Session, View
+from mukca.solver.results import write_files
 from mukca.tools.cli import main
-from mukca.tools.recording import SessionAlarms, joints_of
+from mukca.tools.recording import SessionAlarms, joints_of, recorded_beside
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
@@ -91,7 +93,23 @@ def test_balls_far_off_twice_in_a_row_are_joints(panda, session, virtual_time):
     placement = mukca.Placement("here", (*sound, second), panda.joint_names, 0.05)
     (alarm,) = alarms([placement], doubted=[first])
     assert (alarm.words, alarm.samples) == ("JOINTS?", (13, 14))
-    assert "since sample 13 the ball comes out 0.1 m off" in alarm.reason
+    assert "0.1 m off since sample 13" in alarm.reason
+
+
+def test_after_joints_read_otherwise_earlier_placements_tell_nothing(panda, tmp_path):
+    for number, changed in enumerate((False, True, False)):
+        sample = Sample((0.1 * number,) * 7, 0, time=float(number + 1))
+        files = sample_files(mukca.Placement("here", (sample,), panda.joint_names, 0.05))
+        write_files(tmp_path / str(number), files)
+        metadata = {"model_sha256": panda.sha256, "readings_changed": changed}
+        (tmp_path / str(number) / "placement.json").write_text(json.dumps(metadata))
+
+    def beside(name):
+        return [
+            placement.files[0].parent.name for placement in recorded_beside(tmp_path / name, panda)
+        ]
+
+    assert beside("3") == ["1", "2"] and beside("1") == []
 
 
 def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual_time):

@@ -96,6 +96,9 @@ def _recorded(
                 return outcome, options, metadata
             options = replace(options, out=next_folder(options.out))
             parts += [placement] if live else []
+            if outcome.readings_changed:
+                parts = []
+            metadata = replace(metadata, readings_changed=outcome.readings_changed)
             samples = outcome.moved
 
 
