@@ -28,15 +28,8 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     variances, axes = np.linalg.eigh(covariance[:3, :3])
     if variances[-1] > UNSEEN**2:
         text = _turned(names, len(shared), axes[:, -1])
-        return BaseToBase(
-            xyz=None,
-            rpy=None,
-            xyz_deviation=None,
-            turn_deviation=None,
-            tool_deviation=None,
-            shared_sockets=len(shared),
-            text=text,
-        )
+        unknown = dict.fromkeys(("xyz", "rpy", "xyz_deviation", "turn_deviation", "tool_deviation"))
+        return BaseToBase(**unknown, shared_sockets=len(shared), text=text)
     result = BaseToBase(
         xyz=origin.xyz,
         rpy=origin.rpy,

@@ -7,7 +7,7 @@ import numpy as np
 from .. import results
 from ..bayes import results as bayes
 from ..bayes.model import extend
-from ..data import Load
+from ..data import Load, SocketSamples
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
 from ..robot import InverseKinematics, Robot, SimulationError
@@ -18,9 +18,6 @@ GUIDED, ADVISED = 10, 20
 """Configurations in each socket that are thought of, and that are advised: each counts twice."""
 NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
-
-BySocket = list[tuple[np.ndarray, np.ndarray]]
-"""For each socket, joint positions and moments."""
 
 
 def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
@@ -54,7 +51,7 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     return results.Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
 
 
-def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> BySocket:
+def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> list[SocketSamples]:
     """Return varied samples in both sockets of a base at a place; none where it is out of reach."""
     half = np.array([0.0, distance / 2, 0.0])
     for factor in NEARER:
@@ -65,5 +62,5 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> B
         except SimulationError:
             continue
         repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]
-        return [(rows, load.moments(robot, rows, None)) for rows in repeated]
+        return [SocketSamples(rows, load.moments(robot, rows, None)) for rows in repeated]
     return []

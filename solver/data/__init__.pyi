@@ -52,6 +52,7 @@ from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Apart as Apart
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
+from .measurements import SocketSamples as SocketSamples
 from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics

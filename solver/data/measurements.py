@@ -6,7 +6,7 @@ A measured pose is two samples, place [m] and orientation [rad], which come last
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -206,10 +206,10 @@ class Load:
         load = self.of(measured.placement)
         return load.moments(robot, measured.positions, measured.efforts)
 
-    def by_socket(self, robot: Robot, measured: Measurement) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return joint positions and :meth:`torques` of the samples in each socket."""
+    def by_socket(self, robot: Robot, measured: Measurement) -> "list[SocketSamples]":
+        """Return the samples in each socket, with their :meth:`torques`."""
         moments = self.torques(robot, measured)
-        return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
+        return [SocketSamples(measured.positions[rows], moments[rows]) for rows in measured.slices]
 
     def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
         """Return the moments that hold an arm's joints at positions q, shape (N, 3 m) [N m].
@@ -221,6 +221,15 @@ class Load:
         if efforts is not None:
             moments[:, : q.shape[1]] = efforts
         return moments
+
+
+class SocketSamples(NamedTuple):
+    """N samples in one socket."""
+
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    moments: np.ndarray
+    """Moments that hold the joints, shape (N, 3 m) [N m]."""
 
 
 STANDARD_LOAD = Load(STANDARD_GRAVITY, 0.0)

@@ -24,6 +24,7 @@ from ..data import (
     Load,
     Measurement,
     RobotRecordings,
+    SocketSamples,
     observe,
 )
 from ..paper import NotConverged
@@ -37,14 +38,11 @@ CELLS = 10
 """Of the map, from the robot's base to the farthest of the balls."""
 
 
-def predicted_posterior(
-    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
-) -> Posterior:
+def predicted_posterior(posterior: Posterior, by_socket: Sequence[SocketSamples]) -> Posterior:
     """Return the posterior of the model after recording the same base at another place.
 
     The sockets are as far apart as before, but for how the base bends: an error of their distance
-    is the same one, and recording more does not make it smaller. For each socket there are joint
-    positions, shape (N_k, m) [rad], and moments that hold the joints, shape (N_k, 3 m) [N m].
+    is the same one, and recording more does not make it smaller.
     """
     state = from_fit(posterior)
     first = state.sockets
@@ -101,7 +99,7 @@ def joint_effects(
     model: ExtendedModel,
     x: np.ndarray,
     poses: WorkspaceSamples,
-    by_socket: Sequence[tuple[np.ndarray, np.ndarray]],
+    by_socket: Sequence[SocketSamples],
 ) -> tuple[JointEffect, ...]:
     """Return the displacements of the ball by the numbers of each joint, and of the ball.
 

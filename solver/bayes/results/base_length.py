@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...data import SocketSamples
 from ..inference import Posterior
 from .uncertainty import covariance_of
 
@@ -52,7 +53,7 @@ class BaseLength(NamedTuple):
 
 
 def length_deviation(
-    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]], measured: float
+    posterior: Posterior, by_socket: Sequence[SocketSamples], measured: float
 ) -> float:
     """Return the standard deviation of a placement's distance error by the full model [m].
 

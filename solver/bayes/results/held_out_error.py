@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...data import SocketSamples
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from .projections import block_diagonal
@@ -33,11 +34,9 @@ NOISE_DEVIATION = 0.5
 SIZES = np.concatenate([[0.0], np.geomspace(0.05, 4.0, 24) ** 2])
 """m^2, by the mean square error that is expected without; the first has half of the prior."""
 LEVELS = (0.025, 0.975)
-Samples = tuple[np.ndarray, np.ndarray]
-"""Joint positions [rad] and moments [N m] of one socket."""
 
 
-def error_parts(posterior: Posterior, sockets: Sequence[Samples]) -> ErrorParts | None:
+def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> ErrorParts | None:
     """Return the parts of the error at held-out sockets; None for too few samples.
 
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both

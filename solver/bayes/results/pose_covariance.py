@@ -69,14 +69,14 @@ def _derivatives(
         q = q + curve_values(q, curves.ravel())
         model = model.without_curves
         x = x[: model.size]
-    points, *of_point = model.linearise(x, q, moments)
-    _, *of_turn = model.linearise(x, q, moments, of_turns=True)
+    points, J, by_joints = model.linearise(x, q, moments)
+    _, turns, turns_by_joints = model.linearise(x, q, moments, of_turns=True)
     arms = (places - points)[:, :, None]
-    J, by_joints = [
-        np.concatenate([shift + np.cross(turn, arms, axis=1), turn], axis=1)
-        for shift, turn in zip(of_point, of_turn, strict=True)
-    ]
-    return J, by_joints
+
+    def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        return np.concatenate([shift + np.cross(turn, arms, axis=1), turn], axis=1)
+
+    return of_pose(J, turns), of_pose(by_joints, turns_by_joints)
 
 
 def _of_ball(model: ExtendedModel) -> list[int]:
@@ -89,7 +89,10 @@ def _of_curves(
 ) -> np.ndarray:
     """Return what the curves add: at a pose a curve is a sum of four coefficients, shape (N, 6, 6).
 
-    J are derivatives by the other unknowns, shape (N, 6, scalars).
+    With J_q the derivatives by the joints, B the covariance of the curves at q, shape (N, m, m),
+    and S that with the other unknowns, shape (N, m, scalars), by which J is, it is
+
+        J_q B J_q^T + J_q S J^T + J S^T J_q^T
     """
     m = q.shape[1]
     scalars = J.shape[2]

@@ -33,32 +33,35 @@ def poses_near(
         Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
     """
     generator = np.random.default_rng(0)
+    ball = BallModel(robot, [])
     starts = recorded[generator.integers(len(recorded), size=counts[0])]
-    centres = BallModel(robot, []).points(np.empty(0), starts)
+    centres = ball.points(ball.nominal, starts)
     centres = centres + generator.normal(0, margin, centres.shape)
     places = np.repeat(np.arange(counts[0]), counts[1])
     q = recorded[generator.integers(len(recorded), size=len(places))]
     q = q + generator.normal(0, SWAY, q.shape)
-    ball = BallModel(robot, [])
+    targets = centres[places]
     for _ in range(ROUNDS):
-        linear = ball.linearise(np.empty(0), q)
-        gaps = (centres[places] - linear.points)[:, :, None]
-        q = q + _back(linear.by_joints, gaps).clip(-SWAY, SWAY)
-    gaps = np.linalg.norm(ball.points(np.empty(0), q) - centres[places], axis=1)
+        linear = ball.linearise(ball.nominal, q)
+        q = q + _steps(linear.by_joints, targets - linear.points).clip(-SWAY, SWAY)
+    gaps = np.linalg.norm(ball.points(ball.nominal, q) - targets, axis=1)
     # Some controllers count whole turns, by which readings are beyond a joint's limits.
     middle: np.ndarray = np.median(recorded, axis=0)
-    upper_turns = np.ceil(np.maximum(middle - robot.upper, 0) / TURN)
-    lower_turns = np.ceil(np.maximum(robot.lower - middle, 0) / TURN)
-    inside = q - TURN * (upper_turns - lower_turns)
+    excess = middle - middle.clip(robot.lower, robot.upper)
+    inside = q - TURN * np.sign(excess) * np.ceil(np.abs(excess) / TURN)
     within = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
     within &= gaps < OFF * arm_length(robot)
     return q[within], places[within]
 
 
-def _back(slopes: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-    """Return damped steps of the joints that shift the balls, shape (N, m)."""
-    across = slopes.swapaxes(1, 2)
-    squares = slopes @ across
-    damping: np.ndarray = DAMPING * np.sum(slopes**2, axis=(1, 2))
-    forces = np.linalg.solve(squares + damping[:, None, None] * np.eye(3), gaps)
-    return (across @ forces).reshape(len(slopes), -1)
+def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """Return J^T (J J^T + d 1)^-1 s: damped steps of the joints that shift balls, shape (N, m).
+
+    Args:
+        J: Derivatives of the balls by the joints, shape (N, 3, m).
+        shifts: s, shape (N, 3) [m].
+    """
+    across = J.swapaxes(1, 2)
+    damping: np.ndarray = DAMPING * np.sum(J**2, axis=(1, 2), keepdims=True)
+    forces = np.linalg.solve(J @ across + damping * np.eye(3), shifts[:, :, None])
+    return (across @ forces)[:, :, 0]

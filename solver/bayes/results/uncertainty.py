@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...data import IDENTITY
+from ...data import IDENTITY, SocketSamples
 from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup, submatrix
@@ -111,17 +111,13 @@ def covariance_of(posterior: Posterior) -> np.ndarray:
     return posterior.of_unknowns
 
 
-def predicted_deviation(
-    posterior: Posterior, by_socket: Sequence[tuple[np.ndarray, np.ndarray]]
-) -> float:
+def predicted_deviation(posterior: Posterior, by_socket: Sequence[SocketSamples]) -> float:
     """Return how far samples should lie from their socket's mean, noise included, as rms [m].
 
     With J_i the derivatives of n samples, N_i their noise and Jm the mean of J_i, the squares of a
     socket sum to
 
         sum_i tr J_i Sigma J_i^T - n tr Jm Sigma Jm^T + (1 - 1 / n) sum_i tr N_i
-
-    For each socket, ``by_socket`` has joint positions [rad] and torques [N m] of its samples.
     """
     covariance = posterior.of_unknowns
     total = 0.0
