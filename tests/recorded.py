@@ -30,7 +30,7 @@ def recorded_in_reach(arm, generator, count, distance=0.05, **how):
     return [record(arm, base, generator, **how) for base in bases]
 
 
-def recorded_with_loads(robot, masses, compliance):
+def recorded_with_loads(robot, masses, compliance, samples):
     """Record an arm whose joints bend [rad/(N m)], with a mass at the ball for each base [kg]."""
     generator = np.random.default_rng(3)
     arm = true_arm(robot, generator, 1e-3, 3e-3)
@@ -38,7 +38,7 @@ def recorded_with_loads(robot, masses, compliance):
     how, bases = Imperfection(5e-5, bent), reachable_bases(arm, generator, len(masses))
     arms = [arm.carrying(mass, arm.ball_joint.origin.xyz) for mass in masses]
     pairs = zip(arms, bases, strict=True)
-    return [record(loaded, base, generator, imperfection=how) for loaded, base in pairs]
+    return [record(a, b, generator, samples=samples, imperfection=how) for a, b in pairs]
 
 
 def write_sockets(folder, placement):

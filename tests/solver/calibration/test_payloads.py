@@ -17,7 +17,7 @@ MASSES = {"bare": 0.0, "loaded": 4.0, "other": 2.0}
 @pytest.fixture(scope="module")
 def placements():
     """Placements of an arm that bends, each recorded with another mass at the ball."""
-    placements = recorded_with_loads(mukca.load_robot("panda"), MASSES.values(), 1e-4)
+    placements = recorded_with_loads(mukca.load_robot("panda"), MASSES.values(), 1e-4, 15)
     pairs = zip(MASSES, placements, strict=True)
     return [replace(placement, name=f"s/{name}", place=name) for name, placement in pairs]
 
