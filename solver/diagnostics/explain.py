@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..bayes.model import probabilities_by_name
 from ..data import Known, Load, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
@@ -242,12 +243,8 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
 
 def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
     """Return the probability of each name, by the logarithms of the evidence."""
-    logs = np.array([c.log_evidence for c in candidates])
-    odds: np.ndarray = np.exp(logs - logs.max())
-    shares = dict.fromkeys((c.kind.name for c in candidates), 0.0)
-    for candidate, share in zip(candidates, (odds / odds.sum()).tolist(), strict=True):
-        shares[candidate.kind.name] += share
-    return shares
+    logs = np.array([candidate.log_evidence for candidate in candidates])
+    return probabilities_by_name([candidate.kind.name for candidate in candidates], logs)
 
 
 def listed_of(

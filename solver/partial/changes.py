@@ -1,23 +1,59 @@
 """Changes since a calibration, and the reason of a verdict that follows."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..assessment import LimitResult, Limits, mm
+from ..bayes.model import probabilities_by_name
+from ..calibration import Calibration
+from ..data import Measurement, Metrics, evaluate, mean_metrics
 from ..results import Summary
-from .evidence import LENGTHS, NOTHING, NearestCause
+from .evidence import DIVERGED, linear_about, log_evidences
+from .explanations import EVERYTHING, LENGTHS, NOTHING, explanations
+from .fit import fit, next_step
+from .sockets import prior_by_all_samples, socket_task, thinned
+from .zeros import UNIDENTIFIABLE, fit_with_zeros, zero_deviations
 
 CHANGED = 0.5
 """Probability from which a change is reported, more probable than not: in fewer than 2 of 100 cases
 where nothing changed, and in 95 of 100 where a joint moved by 1 mrad."""
 WORSE = 1.5
 """Factor on the errors of the calibration itself, beyond which errors are new."""
+MOST_SAMPLES = 150
+"""Samples that are compared at most; with more, the model's own misfit would show."""
+FAR_MOVED = 4.0
+"""Standard deviations beyond which the ball is reported as moved."""
+PUT_ON_AGAIN = 2e-3
+"""Prior standard deviation of the place of a ball that was remounted [m]."""
 NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
     "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
     "is it another arm's calibration? If not, record placements, and calibrate again.",
 }
+
+
+@dataclass(frozen=True)
+class NearestCause:
+    """An offset of one joint, and the error that remains with it."""
+
+    joint: str
+    offset: float
+    """To be added to what the joint reads [rad], [m] for a prismatic joint."""
+    error: float
+    """Mean absolute error [m]."""
+    unit: str
+
+    def text(self, share: str) -> str:
+        """Return it in words, with its probability."""
+        size = f"{1e3 * self.offset:+.2f} mm"
+        if self.unit == "rad":
+            size = f"{math.degrees(self.offset):+.2f} deg"
+        remainder = mm(self.error)
+        return f"nearest cause {self.joint} ({share}), off by {size}: with it {remainder} are left"
 
 
 @dataclass(frozen=True)
@@ -43,6 +79,51 @@ class Changes:
     def changed(self) -> bool:
         """True where something changed."""
         return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
+
+
+def changes_since(
+    calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
+) -> tuple[Changes, Metrics | None]:
+    """Return what changed, and the errors with the ball's new place where it was remounted."""
+    if any(m.kind == "points" for m in data):
+        return Changes({}), None
+    step = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
+    prior, data = prior_by_all_samples(calibration), [thinned(m, step) for m in data]
+    ball_widths = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
+    task = replace(socket_task(prior, data, stood), free=ball_widths)
+    candidates = explanations(task)
+    single = [candidate for candidate in candidates if candidate.name not in (LENGTHS, EVERYTHING)]
+    wide = dict[int, float]()
+    for candidate in single:
+        wide |= candidate.widths
+    system, converged = linear_about(task, wide, lengths=True)
+    if not converged:
+        return Changes({}), None
+    names, logs = [candidate.name for candidate in candidates], log_evidences(system, candidates)
+    changes = Changes(probabilities_by_name(names, logs))
+    joints = prior.robot.joint_names
+    if changes.likeliest == NOTHING:
+        wide_open = zero_deviations(system, task) >= UNIDENTIFIABLE
+        changes = replace(changes, untold=tuple(np.array(joints)[wide_open].tolist()))
+    if changes.changed and changes.likeliest in joints:
+        j = joints.index(changes.likeliest)
+        system, index = fit_with_zeros(task, [j]), prior.zeros.start + j
+        if next_step(system) > DIVERGED:
+            return Changes({}), None
+        offset = float(system.state.x[index] - prior.mean[index])
+        shifted = [m.shifted(offset * np.eye(len(joints))[j]) for m in data]
+        metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
+        unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
+        cause = NearestCause(changes.likeliest, offset, metrics.mean_absolute_error, unit)
+        changes = replace(changes, cause=cause)
+    if not ball_moved:
+        return changes, None
+    system = fit(task.with_exact_arm)
+    shift = (system.state.x - prior.mean)[prior.ball]
+    if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
+        changes = replace(changes, ball=float(np.linalg.norm(shift)))
+    metrics = np.linalg.norm(system.residuals, axis=1)
+    return changes, Metrics(float(metrics.mean()), float(metrics.max()), None)
 
 
 def reason_and_advice(

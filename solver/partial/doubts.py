@@ -13,18 +13,11 @@ from itertools import product
 
 import numpy as np
 
-from .evidence import (
-    TYPICAL,
-    UNIDENTIFIABLE,
-    ZERO_CHANGED,
-    Explanation,
-    another_arm,
-    fit_with_zeros,
-    linear_about,
-    probabilities,
-    zero_deviations,
-)
+from ..bayes.model import probabilities
+from .evidence import Explanation, linear_about, log_evidences
+from .explanations import TYPICAL
 from .fit import System, fit
+from .zeros import UNIDENTIFIABLE, ZERO_CHANGED, another_arm, fit_with_zeros, zero_deviations
 
 WRONG_SIZE, PRIOR_WRONG = 0.1, 0.05
 """Relative deviation of a size that is wrong, and the prior probability that it is."""
@@ -105,17 +98,17 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     about = replace(about if converged else system, task=task)
     names = task.prior.robot.joint_names
     identifiable = np.flatnonzero(zero_deviations(about, task) < UNIDENTIFIABLE).tolist()
-    unchanged = Explanation("", 1 - ZERO_CHANGED * len(identifiable), [task.free])
+    unchanged = Explanation("", 1 - ZERO_CHANGED * len(identifiable), task.free)
     changes = [
-        Explanation(names[j], ZERO_CHANGED / len(TYPICAL), [task.free | {zeros.start + j: width}])
+        Explanation(names[j], ZERO_CHANGED / len(TYPICAL), task.free | {zeros.start + j: width})
         for j, width in product(identifiable, TYPICAL)
     ]
-    odds = probabilities(about, [unchanged, *changes])[1:].tolist()
+    odds = probabilities(log_evidences(about, [unchanged, *changes]))[1:].tolist()
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}
     for hypothesis, p in zip(changes, odds, strict=True):
-        freed = replace(about, task=replace(task, free=dict(hypothesis.widths[0])))
+        freed = replace(about, task=replace(task, free=hypothesis.widths))
         shift = (freed.change - about.change)[place]
         covariance += p * (freed.covariance_on_flange(place) - certain + np.outer(shift, shift))
         changed[hypothesis.name] = changed.get(hypothesis.name, 0.0) + p

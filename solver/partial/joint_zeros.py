@@ -13,11 +13,11 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import refuse_existing, write_files
 from ..robot import Robot
-from .evidence import SURE, TICK, JointZero, another_arm, find_zeros
 from .fit import System
 from .prior import prior_of
 from .sockets import new_samples, similar_postures, socket_task
 from .updated import updated, urdf_with_zeros
+from .zeros import SURE, TICK, JointZero, another_arm, find_zeros
 
 EVEN = 0.5
 """Probability of no change below which some zero may have changed."""

@@ -14,8 +14,8 @@ from ..calibration import Calibration, UsageError
 from ..data import Pose
 from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
-from .evidence import JointZero
 from .fit import System
+from .zeros import JointZero
 
 LIMIT = 2e-3
 """Standard deviation along any direction, above which a place is not enough to use [m]."""

@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from typing import Any
 
-import numpy as np
 from msgspec import structs
 
 from ...recorder import Placement
@@ -26,34 +25,14 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Metrics, Readings, evaluate, mean_metrics, measure
+from ..data import Measurement, Readings, measure
 from ..results import CalibrationDocument, Summary
-from .changes import Changes, reason_and_advice
-from .evidence import (
-    DIVERGED,
-    EVERYTHING,
-    LENGTHS,
-    NOTHING,
-    UNIDENTIFIABLE,
-    NearestCause,
-    explanations,
-    fit_with_zeros,
-    linear_about,
-    probabilities,
-    zero_deviations,
-)
-from .fit import fit, next_step
+from .changes import Changes, changes_since, reason_and_advice
 from .other_probe import probe_shift, probe_words
-from .sockets import prior_by_all_samples, socket_task, thinned, too_few
+from .sockets import too_few
 
 CERTAIN = 0.99
 """Probability from which the change of a joint's zero is none that small errors excuse."""
-MOST_SAMPLES = 150
-"""Samples that are compared at most; with more, the model's own misfit would show."""
-FAR_MOVED = 4.0
-"""Standard deviations beyond which the ball is reported as moved."""
-PUT_ON_AGAIN = 2e-3
-"""Prior standard deviation of the place of a ball that was remounted [m]."""
 LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
 
@@ -139,7 +118,7 @@ def what_changed(
     robot, load = calibration.robot, calibration.load
     recorded = [measure(p, robot, distance, sockets=1, load=load) for p in as_list(data)]
     measured = [calibration.as_read_now(m) for m in recorded]
-    changes, now = _changes_since(calibration, measured, stood, ball_moved=ball_moved)
+    changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
     tip = probe_shift(calibration, measured, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=tip is not None)
     document = calibration.document
@@ -199,51 +178,6 @@ def _tolerable(changes: Changes, limited: bool, *, small: bool, full: bool) -> b
     if changes.cause is None:
         return small or limited
     return not full and small and changes.probabilities[changes.likeliest] <= CERTAIN
-
-
-def _changes_since(
-    calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
-) -> tuple[Changes, Metrics | None]:
-    """Return what changed, and the errors with the ball's new place where it was remounted."""
-    if any(m.kind == "points" for m in data):
-        return Changes({}), None
-    step = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
-    prior, data = prior_by_all_samples(calibration), [thinned(m, step) for m in data]
-    ball_widths = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
-    task = replace(socket_task(prior, data, stood), free=ball_widths)
-    candidates = explanations(task)
-    single = [candidate for candidate in candidates if candidate.name not in (LENGTHS, EVERYTHING)]
-    wide = dict[int, float]()
-    for widths in chain.from_iterable(candidate.widths for candidate in single):
-        wide |= widths
-    system, converged = linear_about(task, wide, lengths=True)
-    if not converged:
-        return Changes({}), None
-    odds = probabilities(system, candidates).tolist()
-    changes = Changes({candidate.name: p for candidate, p in zip(candidates, odds, strict=True)})
-    joints = prior.robot.joint_names
-    if changes.likeliest == NOTHING:
-        wide_open = zero_deviations(system, task) >= UNIDENTIFIABLE
-        changes = replace(changes, untold=tuple(np.array(joints)[wide_open].tolist()))
-    if changes.changed and changes.likeliest in joints:
-        j = joints.index(changes.likeliest)
-        system, index = fit_with_zeros(task, [j]), prior.zeros.start + j
-        if next_step(system) > DIVERGED:
-            return Changes({}), None
-        offset = float(system.state.x[index] - prior.mean[index])
-        shifted = [m.shifted(offset * np.eye(len(joints))[j]) for m in data]
-        metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
-        unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
-        cause = NearestCause(changes.likeliest, offset, metrics.mean_absolute_error, unit)
-        changes = replace(changes, cause=cause)
-    if not ball_moved:
-        return changes, None
-    system = fit(task.with_exact_arm)
-    shift = (system.state.x - prior.mean)[prior.ball]
-    if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
-        changes = replace(changes, ball=float(np.linalg.norm(shift)))
-    metrics = np.linalg.norm(system.residuals, axis=1)
-    return changes, Metrics(float(metrics.mean()), float(metrics.max()), None)
 
 
 def _states_lengths(measured: Measurement) -> bool:

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from ..model import GEOMETRY_WIDTHS, TYPICAL_SPREAD, Gaussian, PriorGroup
+from ..model import GEOMETRY_WIDTHS, TYPICAL_SPREAD, Gaussian, PriorGroup, probabilities
 from .state import State
 
 FACTORS = np.exp(TYPICAL_SPREAD * np.linspace(-3, 3, 13))
@@ -149,8 +149,7 @@ class WidthMixture:
         sizes = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
         penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
         logs = 0.5 * (np.sum(whitened**2, axis=1) - penalty) - sizes
-        odds = np.exp(logs - logs.max())
-        odds /= odds.sum()
+        odds = probabilities(logs)
         likely = np.flatnonzero(odds > NEGLIGIBLE)
         shares = odds[likely]
         roots = np.linalg.inv(L[likely]) * d[likely, None] @ B.T  # R_k^T R_k = S_k

@@ -1,4 +1,6 @@
 from .bayes_factor import log_bayes_factor as log_bayes_factor
+from .bayes_factor import probabilities as probabilities
+from .bayes_factor import probabilities_by_name as probabilities_by_name
 from .blocks import block_matrix as block_matrix
 from .blocks import submatrix as submatrix
 from .deflection import Deflection as Deflection

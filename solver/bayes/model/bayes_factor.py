@@ -1,20 +1,44 @@
-"""The evidence of further unknowns of residuals that are linear in them, in closed form."""
+"""The evidence of further unknowns of linear residuals, in closed form, and Bayes' rule."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 
-def log_bayes_factor(information: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Return ln N(r; 0, C + A A^T) - ln N(r; 0, C) = (g^T (1 + M)^-1 g - ln|1 + M|) / 2.
+def log_bayes_factor(
+    information: np.ndarray, pull: np.ndarray, widths: np.ndarray | None = None
+) -> np.ndarray:
+    """Return ln N(r; 0, C + A S^2 A^T) - ln N(r; 0, C) = (g^T (1 + M)^-1 g - ln|1 + M|) / 2.
+
+    With M = S A^T C^-1 A S and g = S A^T C^-1 r, for unknowns by which residuals r change by A and
+    whose priors have the standard deviations S = diag(widths).
 
     Args:
-        information: M = A^T C^-1 A, shape (..., k, k), for unknowns in units of their priors'
-            standard deviations, by which residuals r change by A.
-        pull: g = A^T C^-1 r, shape (..., k).
+        information: A^T C^-1 A, shape (..., k, k).
+        pull: A^T C^-1 r, shape (..., k).
+        widths: Standard deviations, shape (..., k) or (..., 1); an unknown is left out by zero.
+            Without widths all are one.
 
     Returns:
         Shape (...).
     """
-    N = np.eye(pull.shape[-1]) + information
-    mean = np.linalg.solve(N, pull[..., None])[..., 0]
-    squares: np.ndarray = np.sum(pull * mean, axis=-1)
+    S = np.ones(1) if widths is None else widths
+    M, g = S[..., :, None] * information * S[..., None, :], S * pull
+    N = np.eye(g.shape[-1]) + M
+    mean = np.linalg.solve(N, g[..., None])[..., 0]
+    squares: np.ndarray = np.sum(g * mean, axis=-1)
     return 0.5 * (squares - np.linalg.slogdet(N)[1])
+
+
+def probabilities(logs: np.ndarray) -> np.ndarray:
+    """Return the probabilities of explanations, each by ln(prior times evidence); of any shape."""
+    odds: np.ndarray = np.exp(logs - logs.max())
+    return odds / odds.sum()
+
+
+def probabilities_by_name(names: Sequence[str], logs: np.ndarray) -> dict[str, float]:
+    """Return the probability of each name, the sum of those of its explanations, shape (E,)."""
+    shares = dict.fromkeys(names, 0.0)
+    for name, share in zip(names, probabilities(logs).tolist(), strict=True):
+        shares[name] += share
+    return shares

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..inference import Posterior
-from ..model import Gaussian
+from ..model import Gaussian, probabilities
 from .projections import evenly
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4)
@@ -95,5 +95,4 @@ def _shared_variance(
         variances = 1 - SHARES + SHARES * k.clip(min=0.0)
         squares = (turn.T @ errors) ** 2
         logs.append(-0.5 * np.sum(np.log(variances) + squares / variances, axis=1))
-    odds: np.ndarray = np.exp(np.array(logs) - np.max(logs))
-    return odds @ SHARES[:, 0] / odds.sum()
+    return probabilities(np.array(logs)) @ SHARES[:, 0]

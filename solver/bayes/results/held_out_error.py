@@ -18,6 +18,7 @@ import numpy as np
 from ...data import SocketSamples
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
+from ..model import probabilities
 from .projections import block_diagonal
 from .uncertainty import covariance_of
 
@@ -88,8 +89,7 @@ def _weights(
     logs = np.array([[_logs(want + n * noise, K, errors) for n in NOISES] for K in scaled])
     logs -= np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)[:, None] / 2
     logs[..., 0] += np.log(len(SIZES) - 1)
-    odds = np.exp(logs - logs.max())
-    return odds / odds.sum()
+    return probabilities(logs)
 
 
 def _contrasts(counts: Sequence[int]) -> np.ndarray:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..inference import Posterior
+from ..model import probabilities
 from .held_out_error import NOISE_DEVIATION, NOISES
 from .projections import block_diagonal
 from .uncertainty import covariance_of
@@ -124,8 +125,7 @@ class PatternEvidence:
                 gain = float(shrunk @ along**2) - float(np.log1p(size * d).sum())
                 logs[k, i], means[k, i] = 0.5 * gain, V @ (shrunk * along)
         of_pattern: np.ndarray = self._base[:, None] + logs
-        weights = np.exp(of_pattern - of_pattern.max())
-        coefficients = np.einsum("ki,kij->j", weights / weights.sum(), means)
+        coefficients = np.einsum("ki,kij->j", probabilities(of_pattern), means)
         log_odds = _log_sum(of_pattern) - np.log(len(SIZES)) - _log_sum(self._base)
         return float(log_odds), (A @ coefficients).reshape(-1, 3)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...data import FrameError, fit_pose
 from ...robot import rotation_vectors
 from ..inference import FitPosterior, Objective, linearise, stepped
-from ..model import Gaussian, PriorGroup
+from ..model import Gaussian, PriorGroup, probabilities
 from ..model.effects import EFFECTS
 
 ALSO_TILTS = 4.0
@@ -34,8 +34,7 @@ def log_odds(model: FitPosterior) -> float:
 def model_probabilities(models: Sequence[FitPosterior]) -> np.ndarray:
     """Return the probability of each model by its evidence and odds, shape (len(models),)."""
     evidence = np.array([model.log_evidence + log_odds(model) for model in models])
-    odds = np.exp(evidence - evidence.max())
-    return odds / odds.sum()
+    return probabilities(evidence)
 
 
 def beside_curves(
@@ -59,25 +58,24 @@ def beside_curves(
     return best, odds + HARMONICS_BESIDE_CURVES if has_harmonics else odds
 
 
-def averaged(results: Sequence[FitPosterior], probabilities: np.ndarray) -> FitPosterior:
-    """Return the mean of results of models with different extensions, weighted by probabilities."""
-    best = results[int(np.argmax(probabilities))]
+def averaged(results: Sequence[FitPosterior], shares: np.ndarray) -> FitPosterior:
+    """Return the mean of results of models with different extensions, weighted by their shares."""
+    best = results[int(np.argmax(shares))]
     extensions = {*chain(*(result.model.extensions for result in results))}
     objective = replace(best.objective, model=best.model.with_effects(extensions))
     groups: dict[str, PriorGroup] = {}
     parts: list[Gaussian] = []
     weights = np.zeros(len(best.weights))
-    order: list[int] = np.argsort(probabilities).tolist()
-    shares = [float(probabilities[k]) for k in order]
-    for k, share in zip(order, shares, strict=True):
+    order: list[int] = np.argsort(shares).tolist()
+    for k in order:
         result = results[k]
         rows = _rows(objective, result.objective)
         place = np.concatenate([result.state.x, _places(result, best)])
         parts.append(replace(result.around, mean=place).embedded(rows, objective.size))
-        weights += share * result.weights
+        weights += shares[k] * result.weights
         for group in result.state.groups:
             groups[group.name] = replace(group, members=rows[group.members])
-    mixture = Gaussian.averaged(parts, shares)
+    mixture = Gaussian.averaged(parts, shares[order].tolist())
     ordered = tuple(sorted(groups.values(), key=lambda group: int(group.members[0])))
     at_zero = np.zeros(objective.x_size, dtype=bool)
     for group in ordered:

@@ -65,11 +65,9 @@ class LinearEvidence:
     def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
         M, g, gain = self._reduced(block, sigma)
-        found: list[np.ndarray] = []
-        for width in block.widths if block.unknowns else ():
-            found.append(gain + log_bayes_factor(width**2 * M, width * g))
-        found = found or [gain]
-        return np.stack(found, axis=1) + block.bonus - np.log(len(found))
+        widths = np.array(block.widths)[:, None, None]
+        factors = gain[:, None] + log_bayes_factor(M[:, None], g[:, None], widths)
+        return factors + block.bonus - np.log(len(widths))
 
     def chi_square(self, block: Block, sigma: float) -> float:
         """Return by how much a block's first candidate lowers chi-square, by its widest prior."""

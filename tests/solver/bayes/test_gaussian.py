@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mukca.solver.bayes.inference.width_averaging import WidthMixture, usual_width
-from mukca.solver.bayes.model import Gaussian, PriorGroup, check, log_bayes_factor
+from mukca.solver.bayes.model import (
+    Gaussian,
+    PriorGroup,
+    check,
+    log_bayes_factor,
+    probabilities_by_name,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -155,3 +161,8 @@ def test_the_bayes_factor_of_further_unknowns_is_that_of_the_densities(seed):
     wanted = log_density(C + A @ A.T) - log_density(C)
     assert log_bayes_factor(M, g) == pytest.approx(wanted, rel=1e-5, abs=1e-5)
     assert log_bayes_factor(np.stack([M, M]), np.stack([g, g])) == pytest.approx([wanted] * 2, 1e-5)
+    alone = log_density(C + np.outer(3 * A[:, 1], 3 * A[:, 1])) - log_density(C)
+    factors = log_bayes_factor(M, g, np.array([[1.0, 1.0], [0.0, 3.0]]))
+    assert factors == pytest.approx([wanted, alone], rel=1e-5, abs=1e-5)
+    shares = probabilities_by_name(["none", "second", "second"], np.log([1.0, 3.0, 4.0]))
+    assert shares == pytest.approx({"none": 1 / 8, "second": 7 / 8})
