@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bayes.model import NU
+from ..bayes.model import NU, student_weights
 from ..data import Measurement
 from ..robot import cross_matrices, turn
 from .hypotheses import measured_points, rotations, seats_of
@@ -148,5 +148,5 @@ def typical(errors: np.ndarray) -> np.ndarray:
 
 
 def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
-    """Return the robust weight of each error, (nu + 3) / (nu + e^2 / s^2)."""
-    return (NU + 3) / (NU + np.einsum("...i,...i->...", errors, errors) / noise**2)
+    """Return the robust weight of each error, shape (N, ..., 3), for a noise s [m]."""
+    return student_weights(np.einsum("...i,...i->...", errors, errors) / noise**2, NU)

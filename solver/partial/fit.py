@@ -17,7 +17,7 @@ from itertools import product
 
 import numpy as np
 
-from ..bayes.model import Gaussian
+from ..bayes.model import Gaussian, student_weights
 from ..data import CALIPER_DEVIATION
 from ..robot import turn
 from .task import NoiseBelief, Task, flanges, linearise
@@ -240,7 +240,7 @@ def _weights(system: System) -> np.ndarray:
     """Return the robust weights of the samples."""
     e, noise = system.residuals, system.state.noise
     whitened = np.linalg.solve(np.linalg.cholesky(system.noise_blocks(noise)), e[:, :, None])
-    return (noise.nu + e.shape[1]) / (noise.nu + np.sum(whitened[:, :, 0] ** 2, axis=1))
+    return student_weights(np.sum(whitened[:, :, 0] ** 2, axis=1), noise.nu, e.shape[1])
 
 
 SMALLEST = 1e-2

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import Noise, sample_degrees, sample_scales, submatrix
+from ..model import Noise, sample_degrees, sample_scales, student_weights, submatrix
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
@@ -142,12 +142,12 @@ class CurveFit:
         index, basis = self.samples.places
         shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
         errors = (self.columns @ y)[..., None] + self.samples.slopes @ shifts[..., None]
-        return (self.degrees + 3) / (self.degrees + self.squares_of(errors))
+        return student_weights(self.squares_of(errors), self.degrees)
 
     @cached_property
     def next_weights(self) -> np.ndarray:
         """The robust weights by these errors, shape (N,)."""
-        return (self.degrees + 3) / (self.degrees + self.squares)
+        return student_weights(self.squares, self.degrees)
 
     @cached_property
     def projection(self) -> np.ndarray:

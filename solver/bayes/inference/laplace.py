@@ -6,7 +6,7 @@ from math import erfc, exp, log, pi, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Movement, Noise, log_constant, log_prior
+from ..model import TYPICAL_SPREAD, Movement, Noise, log_constant, log_prior, student_weights
 from .normal_equations import ArrowheadMatrix, curvature, normal_equations
 from .objective import linearise
 from .posterior import FitPosterior
@@ -126,9 +126,9 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
         return 1.0
     nu = noise.nu
     for _ in range(TAIL_STEPS):
-        weights = (nu + 3) / (nu + squares)
+        weights = student_weights(squares, nu)
         squares = squares * 3 / np.mean(weights * squares)
-    weights = (nu + 3) / (nu + squares)
+    weights = student_weights(squares, nu)
     slope = np.mean(weights - 2 / 3 * weights**2 * squares / (nu + 3))
     return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
 

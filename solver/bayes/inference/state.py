@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...data import WORLD, Pose
-from ..model import Noise, PriorGroup, block_matrix, sample_degrees, sample_scales
+from ..model import Noise, PriorGroup, block_matrix, sample_degrees, sample_scales, student_weights
 from .objective import Linearization, Objective
 
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
@@ -77,7 +77,7 @@ class State:
     @cached_property
     def weights(self) -> np.ndarray:
         """w_i, robust weight of each sample (A2), shape (N,)."""
-        return (self.degrees + 3) / (self.degrees + self.squares)
+        return student_weights(self.squares, self.degrees)
 
     @property
     def information(self) -> np.ndarray:

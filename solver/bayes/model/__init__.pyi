@@ -26,6 +26,7 @@ from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior
 from .noise import sample_degrees as sample_degrees
 from .noise import sample_scales as sample_scales
+from .noise import student_weights as student_weights
 from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
 from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior

@@ -77,13 +77,21 @@ def sample_degrees(noises: Sequence[Noise], sources: np.ndarray) -> np.ndarray:
     return np.array([noise.nu for noise in noises])[sources]
 
 
+def student_weights(squares: np.ndarray, nu: float | np.ndarray, axes: int = 3) -> np.ndarray:
+    """Return w = (nu + d) / (nu + e^T C^-1 e), the robust weights of errors with d axes (A2).
+
+    A fit by Student's distribution is one of least squares with these weights, found in turn.
+    """
+    return (nu + axes) / (nu + squares)
+
+
 def degrees_of_freedom(squares: np.ndarray) -> float:
     """Return the most plausible nu of errors by (anything in proportion to) e^T C^-1 e, (N,)."""
     nu, grown, errors = TAILS[:, None], np.zeros(len(TAILS)), squares[None]
     if not squares.any():
         return NU
     for _ in range(SCALE_STEPS):  # EM with one more parameter (Kent, Tyler and Vardi 1994)
-        weights = (nu + 3) / (nu + errors)
+        weights = student_weights(errors, nu)
         factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
         errors, grown = errors * factor[:, None], grown + np.log(factor)
     sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)

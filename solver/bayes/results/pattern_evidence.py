@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..inference import Posterior
-from ..model import probabilities
+from ..model import probabilities, student_weights
 from .held_out_error import NOISE_DEVIATION, NOISES
 from .projections import block_diagonal
 from .uncertainty import covariance_of
@@ -85,7 +85,7 @@ class PatternEvidence:
         normal = noise.as_gaussian(rows.by_joints)
         squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
-        C = normal * np.maximum((noise.nu + squares) / (noise.nu + 3), 1.0)[:, None, None]
+        C = normal / np.minimum(student_weights(squares, noise.nu), 1.0)[:, None, None]
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
