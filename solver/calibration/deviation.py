@@ -57,7 +57,8 @@ class FittedModel(FullModel):
         for row in self.document.data:
             if row.role == "test":
                 held = measure(row.placement(names), robot, sockets=1, load=load)
-                moments, measured = load.torques(robot, held), held.kind == "points"
+                moments = load.torques(robot, held)
+                measured = held.kind == "points"
                 places += [
                     HeldOut(
                         held.positions[rows],
@@ -88,7 +89,8 @@ class FittedModel(FullModel):
         rows = checked(arm.calibrated, q)
         poses = arm.calibrated.poses(rows)[0].reshape(-1, 4, 4) @ arm.tool
         moments = arm.load.moments(arm.robot, rows, None)
-        tool, places = setup.get("tool"), poses[:, :3, 3]
+        tool = setup.get("tool")
+        places = poses[:, :3, 3]
         of_ball = isinstance(tool, str) and tool == self.robot.tip
         inside = pose_covariances(
             self.posterior, rows, moments, places, of_ball=of_ball, misfit=self.misfit

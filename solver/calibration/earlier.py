@@ -48,8 +48,10 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
     posterior = posterior_of(document, str(file))
     model = posterior.model
-    ball, values = BallModel(robot, model.ball.free.tolist()), posterior.values
-    mean, slopes = posterior.x.copy(), np.eye(model.size)
+    ball = BallModel(robot, model.ball.free.tolist())
+    values = posterior.values
+    mean = posterior.x.copy()
+    slopes = np.eye(model.size)
     mean[: model.geometry] = ball.parameters_at(model.ball.origins(values)) - ball.nominal
     slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
     covariance = slopes @ posterior.covariance[: model.size, : model.size] @ slopes.T
@@ -76,7 +78,8 @@ def stored_posterior(
         return None
     arm = posterior.arm
     covariance = posterior.covariance if alone else arm.covariance
-    size, first = arm.model.size, len(covariance) - arm.centres.size
+    size = arm.model.size
+    first = len(covariance) - arm.centres.size
     in_sockets = [m for m in recordings.measurements if m.kind == "sockets"]
     labels = chain.from_iterable(product([m.name], m.sockets) for m in in_sockets)
     indices = [arm.data.labels.index(name) for name in labels]
@@ -96,7 +99,8 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     It is fitted again for older files, and where joint zeros were found since.
     """
     arm = _problem_of(document, source)
-    stored, settings = document.posterior, document.settings
+    stored = document.posterior
+    settings = document.settings
     chained = document.curves is not None and settings.get("prior")
     if stored is not None and not (document.later_zeros or settings.get("zeros") or chained):
         return _stored(document, stored, arm, source)
@@ -132,7 +136,8 @@ def _stored(
     count = model.scalars + 6 * len(data.frames) + 3 * data.socket_count
     try:
         unpacker = zlib.decompressobj()
-        packed, size = base64.b64decode(stored.covariance), count * (count + 1) // 2
+        packed = base64.b64decode(stored.covariance)
+        size = count * (count + 1) // 2
         triangle = np.frombuffer(unpacker.decompress(packed, 8 * size + 1), "<f8")
         covariance = np.zeros((count, count))
         covariance[np.tril_indices(count)] = triangle.reshape(size)

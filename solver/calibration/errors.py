@@ -243,7 +243,8 @@ def history(
 
 def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None:
     """Return the nominal robot with only the ball's place fitted; None if it is not identified."""
-    robot, train = problem.robot, problem.measurements
+    robot = problem.robot
+    train = problem.measurements
     regularization = problem.options.regularization or REGULARIZATION
     paired = [measured for measured in train if measured.has_distance]
     measured = [m for m in train if m.kind == "points"]

@@ -39,9 +39,11 @@ def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
     curves = posterior.deflection.curves
     if curves is None:
         return None
-    model, group = posterior.model, posterior.groups[-1]
+    model = posterior.model
+    group = posterior.groups[-1]
     assert group.length is not None
-    (knots, m), members = curves.shape, model.slices[-1]
+    knots, m = curves.shape
+    members = model.slices[-1]
     identity = np.eye(knots)
     at_knots = (
         np.roll(identity, 1, axis=0) + 4 * identity + np.roll(identity, -1, axis=0)
@@ -75,10 +77,14 @@ def known_of(
 
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
-    posterior, selected, calibrated = fit.posterior, fit.selected, fit.calibrated
+    posterior = fit.posterior
+    selected = fit.selected
+    calibrated = fit.calibrated
     if posterior is None or selected is None:
         return {}
-    model, load, exported = posterior.model, calibrated.load, calibrated.exported
+    model = posterior.model
+    load = calibrated.load
+    exported = calibrated.exported
     recorded = [m.positions for _, m in problem.placements]
     columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
     beyond = list(zip(*columns, strict=True))[model.geometry : model.scalars]  # none of the curves
@@ -139,7 +145,8 @@ def _error_parts(
     posterior: Posterior, calibrated: results.CalibratedRobot, test: Sequence[Measurement]
 ) -> results.ErrorParts | None:
     """Return the parts of the error at held-out sockets."""
-    robot, load = calibrated.robot, calibrated.load
+    robot = calibrated.robot
+    load = calibrated.load
     placements = [m for m in test if m.kind == "sockets"]
     return bayes.error_parts(
         posterior, list(chain.from_iterable(load.by_socket(robot, m) for m in placements))

@@ -85,7 +85,8 @@ def fit_robots(
         deviation=options.deviation,
         require_scale=require_scale,
     )
-    chosen, visitors = list[Selected](), list[Visitor]()
+    chosen = list[Selected]()
+    visitors = list[Visitor]()
     for i, recordings in enumerate(robots):
         alone, sockets = places_alone(places, robots, i)
         selected = select_models(
@@ -119,8 +120,10 @@ def _fit_by_paper(
 ) -> Fit:
     """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper`."""
     assert options.regularization is not None and options.max_iterations is not None
-    optimizer, regularization = str(options.optimizer), options.regularization
-    train, robot = recordings.measurements, recordings.robot
+    optimizer = str(options.optimizer)
+    regularization = options.regularization
+    train = recordings.measurements
+    robot = recordings.robot
     problem = build_problem(robot, train, parameters=parameters, regularization=regularization)
     begin = time.perf_counter()
     solution = solve(problem, optimizer, options.max_iterations)
@@ -132,8 +135,10 @@ def _fit_by_paper(
 
 def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
     posterior = selected.full.arm
-    model, deflection = posterior.model, posterior.deflection.beyond_zeros
-    nominal, values = (arm.robot, model.parameters), with_joint_offsets(posterior)
+    model = posterior.model
+    deflection = posterior.deflection.beyond_zeros
+    nominal = (arm.robot, model.parameters)
+    values = with_joint_offsets(posterior)
     exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
     calibrated = CalibratedRobot(*nominal, values, deflection, arm.load, exported)
     iterates = tuple(

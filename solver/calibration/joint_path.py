@@ -63,7 +63,8 @@ class JointPath(Solutions):
         faults = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
         if faults:
             row = min(faults)
-            where, joint = f"pose {row}", self.at_limit[row]
+            where = f"pose {row}"
+            joint = self.at_limit[row]
             if not self.reached[row]:
                 raise not_reached(where, self, row, joint)
             raise CommandError(
@@ -106,7 +107,8 @@ def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
 
 def not_reached(where: str, solutions: Solutions, row: int, joint: str) -> CommandError:
     """Return the error that says how far a pose is from being reached."""
-    cure, residual = "give a pose within reach, or start near another posture", solutions.left[row]
+    cure = "give a pose within reach, or start near another posture"
+    residual = solutions.left[row]
     if residual[0] > BEYOND:
         cure = (
             "the pose is out of the arm's reach, its joints' limits kept: give one that is that "

@@ -186,7 +186,8 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
             f"first, by mukca solve DATA --robot {file} --out DIR, and give DIR"
         )
     if path.is_dir():
-        single, arms = path / "calibration.json", path / "arms.json"
+        single = path / "calibration.json"
+        arms = path / "arms.json"
         path = arms if arms.is_file() and not single.is_file() else single
         folders = sorted(str(below.parent) for below in Path(file).glob("*/calibration.json"))
         if folders and not path.exists():
@@ -256,10 +257,12 @@ def _visited_sockets(
     world: TiedRobots, standing: Sequence[int]
 ) -> tuple[results.VisitedSocket, ...]:
     """Return the sockets of robots whose bases are known, in the first one's base."""
-    known, visited = {world.robots[i].name for i in standing}, list[results.VisitedSocket]()
+    known = {world.robots[i].name for i in standing}
+    visited = list[results.VisitedSocket]()
     for k, (placement, socket) in enumerate(world.places.labels):
         names = tuple(robot.name for robot in world.robots if k in robot.sockets)
-        label, xyz = f"{placement}:{socket}", as_point(world.centres[k])
+        label = f"{placement}:{socket}"
+        xyz = as_point(world.centres[k])
         if not known.isdisjoint(names):
             visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=names))
     return tuple(visited)
@@ -267,7 +270,8 @@ def _visited_sockets(
 
 def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
-    arm, visitor = world.arms[robot], world.robots[robot]
+    arm = world.arms[robot]
+    visitor = world.robots[robot]
     others = [other.sockets for other in world.robots if other is not visitor]
     shared = np.flatnonzero(np.isin(visitor.sockets, [*chain.from_iterable(others)]))
     rows = np.flatnonzero(np.isin(arm.data.sockets, shared))

@@ -82,7 +82,8 @@ def _stand(arm: Placed, urdf: bytes) -> ET.Element:
     """Return the joint from the world to a robot's root."""
     text = arm.robot.text
     root = find_root(text)
-    in_root, origins = IDENTITY, scan(urdf, arm.name).origins
+    in_root = IDENTITY
+    origins = scan(urdf, arm.name).origins
     for joint in find_chain(text, root, arm.robot.base):
         if joint.actuated:
             raise ModelError(
@@ -102,7 +103,8 @@ def _stand(arm: Placed, urdf: bytes) -> ET.Element:
 
 def _in_one_file(robots: Sequence[Placed]) -> bytes:
     """Return the one file with the calibrated origins of all chains."""
-    first, text = robots[0].robot, robots[0].robot.text
+    first = robots[0].robot
+    text = robots[0].robot.text
     for arm in robots[1:]:
         flange = arm.robot.loaded_with.get("flange")
         ball = arm.robot.loaded_with.get("ball")

@@ -181,7 +181,8 @@ class SolveOptions:
             raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
         filled: dict[str, Any] = {}
         for name, option in option_table().items():
-            value, unset = getattr(self, name), getattr(SolveOptions, name)
+            value = getattr(self, name)
+            unset = getattr(SolveOptions, name)
             mine = option.method in (None, self.method)
             if value is None or (isinstance(value, Sequence) and not value):
                 filled[name] = value if option.default is None or not mine else option.default

@@ -22,7 +22,9 @@ NEARER = (1.0, 0.85, 0.7)
 
 def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
-    robot, calibrated, load = problem.robot, fit.calibrated, fit.calibrated.load
+    robot = problem.robot
+    calibrated = fit.calibrated
+    load = fit.calibrated.load
     train = [m for m in problem.measurements if m.kind == "sockets"]
     if not train:
         return None
@@ -31,7 +33,8 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
         model = extend(robot, calibrated.parameters, rotation_numbers=numbers)
         x = calibrated.values - calibrated.model.nominal
     else:
-        model, x = fit.posterior.model, fit.posterior.x
+        model = fit.posterior.model
+        x = fit.posterior.x
     poses = workspace_samples(model, x, load)
     recorded = list(chain.from_iterable(load.by_socket(robot, m) for m in train))
     joints = joint_effects(model, x, poses, recorded)

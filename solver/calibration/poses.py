@@ -121,7 +121,8 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
         raise PoseError(
             f"{values.shape[-1]} numbers: give x y z, and roll pitch yaw or qx qy qz qw"
         )
-    T, turns = _translations(values[..., :3]), values[..., 3:]
+    T = _translations(values[..., :3])
+    turns = values[..., 3:]
     if turns.shape[-1] == 3:
         for row, rpy in enumerate(turns.reshape(-1, 3)):
             doubt = ROTATION.doubt(rpy)
@@ -165,7 +166,8 @@ def one_payload(payload: Payload | None) -> Payload | None:
 
 def checked(arm: CalibratedRobot, q: ArrayLike) -> np.ndarray:
     """Return joint positions as rows, and say where a joint is outside of its limits."""
-    robot, rows = arm.robot, arm.positions(q, stacked=True)
+    robot = arm.robot
+    rows = arm.positions(q, stacked=True)
     outside = np.argwhere((rows < robot.lower - MARGIN) | (rows > robot.upper + MARGIN))
     for row, i in outside[:1].tolist():
         warnings.warn(

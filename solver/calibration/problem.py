@@ -106,7 +106,8 @@ def problems_of(
     check_left_out(placements, options.leave_out)
     if isinstance(robot, Mapping):
         _check_robots(robot, options)
-        training, held_out = _by_robot(robot, train), _by_robot(robot, test)
+        training = _by_robot(robot, train)
+        held_out = _by_robot(robot, test)
         if missing_robots := [
             name for name, placements_of_robot in training.items() if not placements_of_robot
         ]:
@@ -203,7 +204,8 @@ def _measured(
         raise UsageError("no placement to train on; read some by mukca.read_placements")
     paths = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
-        train, test = as_flange_poses(train), as_flange_poses(test)
+        train = as_flange_poses(train)
+        test = as_flange_poses(test)
     train = options.carrying(train)
     test = options.carrying(test)
     held_out_placements = [p for p in test if p.path is None or p.path.resolve() not in paths]
@@ -249,9 +251,11 @@ def as_list(placements: object) -> list[Placement]:
 
 def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     """Look at all placements; what is held out is looked at here and never by the fit."""
-    options, robot = problem.options, problem.robot
+    options = problem.options
+    robot = problem.robot
     mending = mended(robot, problem.measurements, problem.test, options)
-    survey, place = mending.survey, None
+    survey = mending.survey
+    place = None
     if any(m.kind == "sockets" for m in (*mending.train, *mending.test)):
         place = results.NextPlacement(text=next_placement(robot, survey))
     return replace(

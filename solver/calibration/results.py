@@ -28,16 +28,21 @@ UNKNOWN = (
 
 def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
-    calibrated, options, warnings = fit.calibrated, problem.options, problem.warnings
-    posterior, selected = fit.posterior, fit.selected
+    calibrated = fit.calibrated
+    options = problem.options
+    warnings = problem.warnings
+    posterior = fit.posterior
+    selected = fit.selected
     if selected is not None:
         warnings = (*warnings, UNKNOWN) if posterior is None else warnings
         problem = problem.at_rest(posterior and posterior.moved, selected.movements, calibrated)
-    before, deflection = ball_refitted(problem), calibrated.deflection
+    before = ball_refitted(problem)
+    deflection = calibrated.deflection
     errors = errors_of(problem, fit, before)
     with_errors = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    parameters, names = estimates.known_of(fit, problem, before), problem.robot.joint_names
+    parameters = estimates.known_of(fit, problem, before)
+    names = problem.robot.joint_names
     for m in problem.test:
         beyond = results.beyond_words(parameters.get("curves"), names, m.positions, m.name)
         warnings = (*warnings, *beyond)
@@ -82,19 +87,23 @@ def _samples(
     problem: CalibrationProblem, posterior: Posterior | None
 ) -> tuple[results.PlacementSamples, ...]:
     """Return all samples; those trained on have robust weights, which come socket by socket."""
-    of_balls, of_turns = np.zeros(0), np.zeros(0)
+    of_balls = np.zeros(0)
+    of_turns = np.zeros(0)
     if posterior is not None:
         turned = posterior.data.turned
-        of_balls, of_turns = posterior.weights[~turned], posterior.weights[turned]
+        of_balls = posterior.weights[~turned]
+        of_turns = posterior.weights[turned]
     rows: list[results.PlacementSamples] = []
     for role, measured in problem.placements:
         placement = measured.placement
         count = len(placement.samples)
         of_ball = of_turn = shifts = [None] * count
         if of_balls.size:
-            of_ball, of_balls = measured.as_recorded(of_balls[:count]).tolist(), of_balls[count:]
+            of_ball = measured.as_recorded(of_balls[:count]).tolist()
+            of_balls = of_balls[count:]
             if measured.has_orientations:
-                of_turn, of_turns = of_turns[:count].tolist(), of_turns[count:]
+                of_turn = of_turns[:count].tolist()
+                of_turns = of_turns[count:]
         if measured.moved is not None:
             shifts = list(map(as_point, measured.as_recorded(measured.moved)))
         rows.append(

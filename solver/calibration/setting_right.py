@@ -76,10 +76,12 @@ def mended(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    training, held_out = list(train), list(test)
+    training = list(train)
+    held_out = list(test)
     look = _look(robot, training, options)
     actions = set(actions_of(options)) - set(barred)
-    survey, done = look(training, held_out), list[Diagnostic]()
+    survey = look(training, held_out)
+    done = list[Diagnostic]()
     doubtful = survey.unclear or any(inspection.corrections for inspection in survey.placements)
     if doubtful and actions:
         # what looks like a drift of an arm whose gears have play
@@ -91,7 +93,8 @@ def mended(
             training, done = by_findings(training, inspections, LEAST, of_training)
         mend = partial(set_right, look, actions=actions)
         held_out, actions_held_out = mend(held_out, training, LEAST_HELD_OUT)
-        survey, done = look(training, held_out), [*done, *actions_held_out]
+        survey = look(training, held_out)
+        done = [*done, *actions_held_out]
     effects = _effects_seen(survey, look, training) if actions_of(options) == ALL_ACTIONS else ()
     survey = _with_gain(survey) if effects else survey
     lengths = _followed(named(train, options.distances), training)
@@ -124,7 +127,9 @@ def _look(robot: Robot, train: Sequence[Measurement], options: SolveOptions) -> 
     """Return what looks at placements to train on, and at others held out beside them."""
     stated = named(train, options.distances)
     size = repeatability_of(robot, options.repeatability_mm)
-    zeros, load, mender = bool(options.zeros), options.load, _mender(options)
+    zeros = bool(options.zeros)
+    load = options.load
+    mender = _mender(options)
     surveys: dict[tuple[int, ...], tuple[list[Measurement], Survey]] = {}
 
     def look(training: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
@@ -187,7 +192,8 @@ def set_right(
         minimum: Fewest samples in a socket of a part that is kept.
         actions: What may be done.
     """
-    placements, done = list(measurements), list[Diagnostic]()
+    placements = list(measurements)
+    done = list[Diagnostic]()
     for _ in range(ROUNDS if placements else 0):
         survey = look(reference, placements) if reference else look(placements)
         inspections = survey.placements[len(reference) :]
@@ -240,7 +246,8 @@ def checked(
     robot: Robot, placements: Sequence[Placement], options: SolveOptions, sockets: int
 ) -> tuple[tuple[Measurement, ...], list[MukcaError]]:
     """Return checked placements, and why others are left out, too short or not readable."""
-    measured, errors = list[Measurement](), list[MukcaError]()
+    measured = list[Measurement]()
+    errors = list[MukcaError]()
     for placement in placements:
         try:
             measurement = measure(

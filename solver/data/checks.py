@@ -173,7 +173,8 @@ def _rows_of(placement: Placement) -> np.ndarray:
 
 def _samples_of(placement: Placement, socket: int) -> str:
     """Return the file of a socket's samples, for messages."""
-    path, file = placement.path, f"hole_{socket}.csv"
+    path = placement.path
+    file = f"hole_{socket}.csv"
     if path is not None and path / file in placement.files:
         return str(path / file)
     if placement.samples[0].point is not None:
@@ -197,7 +198,8 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
             "placement.json. Or give --flange-poses to check, solve or validate"
         )
     if meaning == "flange" and len(placement.samples) >= ENOUGH_POSES:
-        ball, none = BallModel(robot, []), np.zeros(0)
+        ball = BallModel(robot, [])
+        none = np.zeros(0)
         q = measured.positions
         R = ball.rotations(none, q).points
         columns = other_columns(robot.joint_names, q)
@@ -241,9 +243,12 @@ def _check_sockets(measured: Measurement, minimum: int) -> None:
 
 def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
     """Refuse joint positions far outside of the limits, and warn of those outside."""
-    positions, lower, upper = placement.positions, robot.lower, robot.upper
+    positions = placement.positions
+    lower = robot.lower
+    upper = robot.upper
     endless = np.isinf(lower) & np.isinf(upper)
-    lower, upper = np.where(endless, -4 * np.pi, lower), np.where(endless, 4 * np.pi, upper)
+    lower = np.where(endless, -4 * np.pi, lower)
+    upper = np.where(endless, 4 * np.pi, upper)
     # whole turns without which all of a column is inside its limits do not matter
     turn = 2 * np.pi * np.array([joint.type != "prismatic" for joint in robot.actuated])
     offset = positions.mean(axis=0) - (lower + upper) / 2

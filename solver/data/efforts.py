@@ -30,7 +30,8 @@ ENOUGH = 8
 
 def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
     """Return how efforts contradict the model's gravity torque, or None where they do not."""
-    efforts, q = placement.efforts, placement.positions
+    efforts = placement.efforts
+    q = placement.positions
     if efforts is None or len(q) < ENOUGH or not robot.bodies:
         return None
     tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
@@ -40,7 +41,8 @@ def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
     of_efforts = float(np.sum(efforts[:, loaded] ** 2))
     if square * of_efforts == 0:
         return None
-    slope, correlation = product / square, product / math.sqrt(square * of_efforts)
+    slope = product / square
+    correlation = product / math.sqrt(square * of_efforts)
     if abs(correlation) < CLEAR or LEAST_SLOPE < slope < LARGEST_SLOPE:
         return None
     reason = "are they in N m"

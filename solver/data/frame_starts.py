@@ -12,7 +12,8 @@ def first_frames(data: Observations, points: np.ndarray) -> tuple[Pose, ...]:
     """Return first poses of the frames by the nominal robot's balls, shape (N, 3) [m]."""
     if not data.frames and not data.located:
         return ()
-    visited, base = _visited(data, points), measured_in_frame(data, WORLD, "")
+    visited = _visited(data, points)
+    base = measured_in_frame(data, WORLD, "")
     check_base(base, visited)
     frames = [_measured(data, k, name) for k, name in enumerate(data.frames)]
     return tuple(place_frames([visited.joined(base), *frames])[1:])
@@ -35,6 +36,7 @@ def _visited(data: Observations, points: np.ndarray) -> FrameObservations:
 def _measured(data: Observations, frame: int, name: str) -> FrameObservations:
     """Return the places whose coordinates in a frame were measured."""
     rows = np.flatnonzero(data.measured_in == frame)
-    numbers, wheres = data.socket_count + rows, data.wheres[rows].tolist()
+    numbers = data.socket_count + rows
+    wheres = data.wheres[rows].tolist()
     balls = FrameObservations(name, numbers, data.points[rows], wheres)
     return measured_in_frame(data, frame, name).joined(balls)

@@ -118,7 +118,8 @@ def kabsch(
 ) -> Pose:
     """Return the pose that brings points closest to others; see :func:`kabsch_rotation`."""
     share = np.full(len(inner), 1 / len(inner)) if weights is None else weights / weights.sum()
-    middle, target = share @ inner, share @ outer
+    middle = share @ inner
+    target = share @ outer
     R = kabsch_rotation(inner - middle, outer - target, share, mirrored=mirrored)
     return Pose(R, target - R @ middle)
 
@@ -179,7 +180,8 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
     while waiting := [i for i, pose in enumerate(poses) if pose is None]:
         shared = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
         best = max(waiting, key=lambda i: int(shared[i].sum()))
-        frame, visited_twice = frames[best], shared[best]
+        frame = frames[best]
+        visited_twice = shared[best]
         if not visited_twice.any():
             raise FrameError(
                 f"frame {frame.name!r}: nothing ties it to the robot; no socket of it was visited "
@@ -194,7 +196,8 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
 
 def _placed(frame: FrameObservations, shared: np.ndarray, world: np.ndarray) -> Pose:
     """Return the pose of a frame by those of its places that are known, after checks."""
-    inner, outer = frame.points[shared], world[shared]
+    inner = frame.points[shared]
+    outer = world[shared]
     wheres = [where for where, is_shared in zip(frame.wheres, shared, strict=True) if is_shared]
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
     if len(inner) > 1 and ratio < SAME:

@@ -65,7 +65,8 @@ def hand_eye(
     tool, frame, angles = _turns(R, M)
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
     offset = t @ frame.T - p
-    distances, weights = np.zeros(len(R)), np.ones(len(R))
+    distances = np.zeros(len(R))
+    weights = np.ones(len(R))
     solution = np.zeros(6)
     for _ in range(REWEIGHTINGS):
         root = np.sqrt(weights)[:, None]
@@ -79,7 +80,9 @@ def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     """Return the rotations of the tool and of the frame, and the angles that they leave."""
     K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
     tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
-    frame, weights, angles = tool, np.ones(len(R)), np.zeros(len(R))
+    frame = tool
+    weights = np.ones(len(R))
+    angles = np.zeros(len(R))
     for _ in range(REWEIGHTINGS):
         frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
         tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))

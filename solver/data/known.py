@@ -70,7 +70,8 @@ class KnownDistance(Known[Label]):
 
     def __str__(self) -> str:
         """Return the words that :func:`parse_known` reads."""
-        (a, i), (b, j) = self.first, self.second
+        a, i = self.first
+        b, j = self.second
         return f"{a}:{i}-{b}:{j}={self.distance!r}+-{self.deviation!r}"
 
 
@@ -97,7 +98,8 @@ class SocketAt(Located[str, Label]):
 
     def __str__(self) -> str:
         """Return the words that :func:`parse_socket_at` reads."""
-        (name, socket), (x, y, z) = self.socket, self.coordinates
+        name, socket = self.socket
+        x, y, z = self.coordinates
         return f"{self.frame}/{name}:{socket}={x!r},{y!r},{z!r}+-{self.deviation!r}"
 
 
@@ -279,7 +281,8 @@ def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> 
     first, second = measured.sockets[:2]
     for frame, socket in places:
         if socket == first and (frame, second) in places:
-            a, b = places[frame, first], places[frame, second]
+            a = places[frame, first]
+            b = places[frame, second]
             return replace(
                 measured,
                 distance=math.dist(a.coordinates, b.coordinates),

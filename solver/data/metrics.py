@@ -95,7 +95,8 @@ def evaluate(
     And predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
     """
     errors = np.linalg.norm(points - targets(points, measured, frames), axis=1)
-    centres, turned = socket_centres(points, measured), None
+    centres = socket_centres(points, measured)
+    turned = None
     if rotations is not None and measured.has_orientations:
         frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
         R = (frame.rotation @ measured.rotations).swapaxes(1, 2)

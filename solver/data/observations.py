@@ -132,7 +132,8 @@ class Observations(Places):
         """Return the observations without some placements and the distances to their sockets."""
         indices = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
         new = {old: i for i, old in enumerate(indices)}
-        rows, places = ~np.isin(self.recorded_at, list(placements)), self.at(indices)
+        rows = ~np.isin(self.recorded_at, list(placements))
+        places = self.at(indices)
         return replace(
             self,
             **vars(places),
@@ -165,7 +166,9 @@ def observations_at(places: Places, arm: RobotRecordings) -> Observations:
     parts: list[dict[str, np.ndarray]] = []
     turns = [m for m in arm.measurements if m.has_orientations]
     for i, m in enumerate((*arm.measurements, *turns)):
-        N, turned, in_socket = len(m.positions), i >= len(arm.measurements), m.kind == "sockets"
+        N = len(m.positions)
+        turned = i >= len(arm.measurements)
+        in_socket = m.kind == "sockets"
         none = np.full(N, -1)
         frame = none if in_socket else np.full(N, places.frames.index(m.frame))
         labels = product([m.name], m.sockets) if in_socket else ()

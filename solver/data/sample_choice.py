@@ -28,7 +28,8 @@ def unwound(placement: Placement, robot: Robot) -> Placement:
 def counted_once(placement: Placement) -> Placement:
     """Return equal samples once; a socket that has no others is left as it is, to be refused."""
     distinct = placement.distinct()
-    counts, before = np.bincount(distinct.sockets), np.bincount(placement.sockets)
+    counts = np.bincount(distinct.sockets)
+    before = np.bincount(placement.sockets)
     same_counts = bool(((counts == 1) & (before > 1)).any())
     return placement if same_counts else distinct
 

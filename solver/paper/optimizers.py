@@ -60,7 +60,10 @@ def gauss_newton(
                 raise NotConverged("gauss-newton found no way down; check the model and the data")
             continue
         change = cost - new_cost
-        x, residuals, jacobian, cost = x + step, new_residuals, new_jacobian, new_cost
+        x = x + step
+        residuals = new_residuals
+        jacobian = new_jacobian
+        cost = new_cost
         iterates.append(x)
         damping = max(damping / 10, 1e-14)
         if change <= TOLERANCE * cost:

@@ -54,8 +54,10 @@ class Problem:
         columns = np.concatenate([linear.points[:, :, None], linear.by_parameters], axis=2)
         parts = [np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])]
         for measured in self.training:
-            total, means = len(measured.positions), list[np.ndarray]()
-            balls, columns = columns[:total], columns[total:]
+            total = len(measured.positions)
+            means = list[np.ndarray]()
+            balls = columns[:total]
+            columns = columns[total:]
             for rows in measured.slices:
                 mean = balls[rows].mean(axis=0)
                 deviations = (balls[rows] - mean) / total**0.5
@@ -128,7 +130,8 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     stands.
     """
     residuals, jacobian = problem.residuals(x)
-    unit, J = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True), jacobian[len(x) :]
+    unit = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    J = jacobian[len(x) :]
     rows = [3 * len(m.positions) + 1 for m in problem.training]
     distances = np.cumsum(rows) - 1
     relative = np.concatenate([_relative_variances(m) for m in problem.training])

@@ -80,7 +80,8 @@ class BallModel:
         Rotations are roll, pitch and yaw.
         """
         assert self.rotation_numbers == "rpy"
-        x, q = ca.SX.sym("x", len(self.free)), ca.SX.sym("q", len(self.robot.actuated))
+        x = ca.SX.sym("x", len(self.free))
+        q = ca.SX.sym("q", len(self.robot.actuated))
         numbers = ca.SX(self._given.ravel())
         numbers[self.free.tolist()] = x
         rows = [numbers[6 * i : 6 * i + 6] for i in range(len(self._given))]
@@ -117,7 +118,8 @@ class BallModel:
         origins = self._numbers(parameters)
         if self.rotation_numbers == "rpy":
             return origins
-        vectors, frames = origins[:, 3:].copy(), self.frames(parameters)
+        vectors = origins[:, 3:].copy()
+        frames = self.frames(parameters)
         origins[:, 3:] = self._origins[:, 3:]
         for i in np.flatnonzero(vectors.any(axis=1)).tolist():
             origins[i, 3:] = angles_near(frames[i, :, 1:4], self._origins[i, 3:])
@@ -136,10 +138,8 @@ class BallModel:
 
         The other model has the same chain and free numbers, with values of shape (n,).
         """
-        before, after = (
-            model.frames(parameters),
-            self.frames(self.parameters_at(model.origins(parameters))),
-        )
+        before = model.frames(parameters)
+        after = self.frames(self.parameters_at(model.origins(parameters)))
         slopes = np.eye(6 * len(before)).reshape(len(before), 6, len(before), 6)
         for i in self._turned.tolist():
             slopes[i, 3:, i, 3:] = np.linalg.solve(after[i, :, 4:], before[i, :, 4:])
@@ -197,7 +197,8 @@ class BallModel:
 
     def _numbers_of_frames(self, parameters: np.ndarray) -> np.ndarray:
         """Return the numbers of all frames; several values are computed of the same in turn."""
-        key, (latest, numbers) = parameters.tobytes(), self._latest
+        key = parameters.tobytes()
+        latest, numbers = self._latest
         if key != latest or not numbers.size:
             numbers = columns_of(self.frames(parameters))
             self._latest = key, numbers
@@ -216,16 +217,20 @@ def _row_function(
 
     To build one takes longer than most of its calls.
     """
-    numbers, q = ca.SX.sym("frames", NUMBERS * len(joints)), ca.SX.sym("q", columns)
-    frames, n = joint_frames(numbers), len(free)
+    numbers = ca.SX.sym("frames", NUMBERS * len(joints))
+    q = ca.SX.sym("q", columns)
+    frames = joint_frames(numbers)
+    n = len(free)
     if kind == "points":
         return RowFunction(kind, [numbers, q], [ca.densify(ball_position(joints, frames, q))])
     links, of_frames, of_q = frames_and_motions(joints, frames, q)
-    motions, (value, p) = [*(of_frames[i] for i in free), *of_q], links[-1]
+    motions = [*(of_frames[i] for i in free), *of_q]
+    value, p = links[-1]
     if kind == "rotations":
         slopes = ca.horzcat(*(motion.turn for motion in motions))
     else:
-        value, slopes = ca.densify(p), ca.horzcat(*(motion.shift(p) for motion in motions))
+        value = ca.densify(p)
+        slopes = ca.horzcat(*(motion.shift(p) for motion in motions))
     if kind == "volume":
         value, slopes = _log_volume([of_frames[i] for i in free], of_q, p)
     return RowFunction(kind, [numbers, q], [value, slopes[:, :n], slopes[:, n:]])
@@ -241,7 +246,8 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     J = ca.horzcat(*(motion.shift(p) for motion in chain))
     turns = ca.horzcat(*(motion.turn for motion in chain))
     g = ca.inv(J @ J.T) @ J
-    turned, shifted = ca.cross(J, g), ca.cross(g, turns)
+    turned = ca.cross(J, g)
+    shifted = ca.cross(g, turns)
     slopes: list[Any] = []
     for motion in (*of_frames, *of_q):
         n = sum(link.joint < motion.joint for link in chain)  # how many of them are before it

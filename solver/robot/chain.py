@@ -77,9 +77,11 @@ def find_root(text: UrdfText) -> str:
             "a robot has one root, so join them by fixed joints"
         )
     for link in sorted(text.links):
-        above, steps = link, 0
+        above = link
+        steps = 0
         while above in parents and steps < len(text.links):  # more would be round a loop
-            above, steps = parents[above][1], steps + 1
+            above = parents[above][1]
+            steps = steps + 1
         if above != roots[0]:
             raise ModelError(f"{text.source}: the joints above {link!r} form a loop")
     return roots[0]
@@ -115,7 +117,8 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
     next one, as the x axis of a modified Denavit-Hartenberg frame, and c is at right angles to
     both. Where there is no normal, the joint beyond counts, or at last the one before, all at zero.
     """
-    rotation, p = np.eye(3), np.zeros(3)
+    rotation = np.eye(3)
+    p = np.zeros(3)
     frames: list[np.ndarray] = []
     lines: list[tuple[np.ndarray, np.ndarray]] = []
     for joint in joints:
@@ -140,7 +143,8 @@ def common_normal(
     line: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray | None:
     """Return the direction across two lines, each a unit vector and a point; None for one line."""
-    (a, p), (a_other, p_other) = line, second
+    a, p = line
+    a_other, p_other = second
     normal = np.cross(a, a_other)
     if np.linalg.norm(normal) < PARALLEL:
         normal = p_other - p
@@ -160,7 +164,8 @@ def _axis(direction: np.ndarray) -> Vector:
 
 
 def _joint(text: UrdfText, name: str) -> Joint:
-    where, written = f"{text.source}: joint {name!r}", text.joints[name]
+    where = f"{text.source}: joint {name!r}"
+    written = text.joints[name]
     kind = written.attributes.get("type", "without a type")
     if kind not in (*_CALIBRATED, "fixed"):
         child = written.read("child", "link")
@@ -172,7 +177,8 @@ def _joint(text: UrdfText, name: str) -> Joint:
         leader = written.read("mimic", "joint")
         raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
     limits = written.first("limit")
-    lower, upper = -math.inf, math.inf
+    lower = -math.inf
+    upper = math.inf
     if kind in ("revolute", "prismatic") and limits and {"lower", "upper"} & {*limits.attributes}:
         lower = numbers(limits.attributes.get("lower", "0"), where, "lower", 1, finite=False)[0]
         upper = numbers(limits.attributes.get("upper", "0"), where, "upper", 1, finite=False)[0]
@@ -199,7 +205,8 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
     index = {joint.child: i for i, joint in enumerate(joints)}
     bodies: list[Body] = []
     for link, element in text.links.items():
-        inertial, where = element.first("inertial"), f"{text.source}: link {link!r}"
+        inertial = element.first("inertial")
+        where = f"{text.source}: link {link!r}"
         if inertial is None:
             continue
         (mass,) = numbers(inertial.read("mass", "value", "0"), where, "mass", 1)

@@ -52,7 +52,8 @@ def in_utf8(data: bytes, source: str) -> bytes:
     declaration = _DECLARATION.match(data)
     if declaration is None:
         return _recoded(data, "utf-8", source)
-    head, body = declaration[0], data[declaration.end() :]
+    head = declaration[0]
+    body = data[declaration.end() :]
     declared = _ENCODING.search(head)
     name = declared[3].decode("ascii", "replace") if declared else "utf-8"
     if wide is not None or name.lower().startswith(_LIKE_UTF8):

@@ -80,7 +80,9 @@ def _chain(
     d1, a2, a3, d4, d5, d6 = sizes
     table = [np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]
     theta, d, a, alpha = np.array(table) + deltas
-    x, y, zero = a * np.cos(theta), a * np.sin(theta), np.zeros(6)
+    x = a * np.cos(theta)
+    y = a * np.sin(theta)
+    zero = np.zeros(6)
     steps = np.column_stack([x, y, d, alpha, zero, theta])
     origins = [Origin(), *map(Origin.of, steps)]
     about_z = [replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None) for joint in moving]
@@ -109,7 +111,8 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
     nominal = np.array([last_frame(robot.joints[:-1], q)[:3, 3] for q in postures])
     believed = np.array([last_frame(controller.joints[:-1], q)[:3, 3] for q in postures])
     if file is None and controller.base != robot.base:
-        nominal, believed = nominal - nominal.mean(axis=0), believed - believed.mean(axis=0)
+        nominal = nominal - nominal.mean(axis=0)
+        believed = believed - believed.mean(axis=0)
     U, _, Vt = np.linalg.svd(nominal.T @ believed)
     R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
     gap = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())

@@ -134,7 +134,8 @@ class InverseKinematics:
             if not moving.size:
                 break
             pose, J = self.ball_and_neck(q[moving])
-            error, slope = (targets[moving] - pose)[:, :rows, None], J[:, :rows]
+            error = (targets[moving] - pose)[:, :rows, None]
+            slope = J[:, :rows]
             JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
             dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error))[:, :, 0]
             longest = np.abs(dq).max(axis=1, keepdims=True).clip(1e-9)
@@ -173,5 +174,6 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
 
     Joints that turn farther stay within -180 to 180 degrees.
     """
-    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    lower = np.maximum(robot.lower, -np.pi)
+    upper = np.minimum(robot.upper, np.pi)
     return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))

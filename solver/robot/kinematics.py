@@ -110,7 +110,8 @@ def link_poses(
 
 @lru_cache(maxsize=64)
 def _link_poses(joints: tuple[Joint, ...], columns: int) -> RowFunction:
-    numbers, q = ca.SX.sym("frames", NUMBERS * len(joints)), ca.SX.sym("q", columns)
+    numbers = ca.SX.sym("frames", NUMBERS * len(joints))
+    q = ca.SX.sym("q", columns)
     links, _, _ = frames_and_motions(joints, joint_frames(numbers), q)
     poses = [ca.SX.eye(4)[:3, :], *(ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in links)]
     return RowFunction("poses", [numbers, q], [ca.vertcat(*poses)])
@@ -147,12 +148,14 @@ def frames_and_motions(
     prismatic joint, and their tilts may follow. Motions are by x y z and the three numbers of the
     rotation of each frame, and by q.
     """
-    turn, p = ca.DM.eye(3), ca.DM.zeros(3)
+    turn = ca.DM.eye(3)
+    p = ca.DM.zeros(3)
     links: list[tuple[Any, Any]] = []
     of_frames: list[Motion] = []
     of_q = dict[int, Motion]()
     for i, (frame, motions) in enumerate(zip(frames, _motions(joints, q), strict=True)):
-        p, axes = p + turn @ frame.p, turn @ frame.axes
+        p = p + turn @ frame.p
+        axes = turn @ frame.axes
         of_frames += [Motion(i, True, turn[:, k], p) for k in range(3)]
         of_frames += [Motion(i, False, axes[:, k], p) for k in range(3)]
         turn = turn @ frame.R

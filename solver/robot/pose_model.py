@@ -218,11 +218,13 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
     target = ca.SX.sym("target", 12)
     prefer = ca.SX.sym("prefer", m)
     R, p = model.frames[joint]
-    (R_tool, p_tool), (R_target, p_target) = _parts(tool), _parts(target)
+    R_tool, p_tool = _parts(tool)
+    R_target, p_target = _parts(target)
     point = p + R @ p_tool
     slopes = model.by_corrected(joint, point)[:, :m]
     shift = p_target - point
-    e, angle = shift, ca.SX(0)
+    e = shift
+    angle = ca.SX(0)
     if goal == "pose":
         turn, angle = _turn(R @ R_tool, R_target)
         e = ca.vertcat(shift, turn)
@@ -237,8 +239,12 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
 
     A joint that passes its limit goes to it and stays there, and the others make up for it.
     """
-    q, J, e, change = step.symbols["q"], step.jacobian, step.error, step.change
-    floor, ceiling = ca.fmax(lower - q, -MAX_STEP), ca.fmin(upper - q, MAX_STEP)
+    q = step.symbols["q"]
+    J = step.jacobian
+    e = step.error
+    change = step.change
+    floor = ca.fmax(lower - q, -MAX_STEP)
+    ceiling = ca.fmin(upper - q, MAX_STEP)
     pull = _pull(q, step.symbols["prefer"], e)
     inside = ca.fmax(ca.fmin(change, ceiling), floor)
     unbound = inside == change

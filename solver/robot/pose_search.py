@@ -74,7 +74,8 @@ class Searches:
         N = len(q)
         # columns are contiguous, since these are computed with
         rows = np.asfortranarray(np.hstack([q, target, posture]))
-        residual, square = np.full((N, 2), np.inf), np.full(N, np.inf)
+        residual = np.full((N, 2), np.inf)
+        square = np.full(N, np.inf)
         stalls = np.zeros(N, dtype=int)
         return cls(np.arange(N), rows, q.copy(), residual, square, q, stalls)
 
@@ -128,7 +129,8 @@ def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.nda
     """Return the steps, shorter where they alternate in sign (Aitken's relaxation)."""
     if not slow.any():
         return change
-    scale, d = np.ones((len(change), 1)), change[slow] - before[slow]
+    scale = np.ones((len(change), 1))
+    d = change[slow] - before[slow]
     moves = (change[slow] * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), TINY)
     scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
     return change * scale

@@ -151,7 +151,8 @@ class PoseSolver:
             rank = np.where(remainder > solutions.left[rows].sum(axis=1), np.inf, rank)
             winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(len(failures))
             some = np.isfinite(rank[winners])
-            into, winners = failures[some], winners[some]
+            into = failures[some]
+            winners = winners[some]
             solutions.positions[into] = retries.positions[winners]
             solutions.left[into] = retries.left[winners]
             solutions.rounds[into] += retries.rounds[winners]
@@ -186,7 +187,9 @@ class PoseSolver:
         target = step.symbols["target"]
         prefer = step.symbols["prefer"]
         tool = step.symbols["tool"]
-        after, longest, stopped = q + step.change, ca.norm_inf(step.change), ca.SX.sym("stopped")
+        after = q + step.change
+        longest = ca.norm_inf(step.change)
+        stopped = ca.SX.sym("stopped")
         beyond = ca.mmax(ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP))
         state = ca.vertcat(inputs, tool, ca.SX.sym("left", 2), stopped)
         posture = ca.if_else(longest < SETTLED, after, prefer)
@@ -196,9 +199,13 @@ class PoseSolver:
 
     def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
         """Return the steps of searches, within the limits."""
-        rows, margin, m = searches.rows, searches.margins, len(self.lower)
+        rows = searches.rows
+        margin = searches.margins
+        m = len(self.lower)
         remainder, change, model = self._free(rows, tool)
-        after, lower, upper = rows[:, :m] + change, self.lower + margin, self.upper - margin
+        after = rows[:, :m] + change
+        lower = self.lower + margin
+        upper = self.upper - margin
         longest = np.abs(change).max(axis=1, initial=0)
         outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():

@@ -23,7 +23,8 @@ def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return :func:`turn` and :func:`turn_rates` of vectors, shapes (..., 3, 3), at once."""
     angles = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
     turns = angles.clip(min=LEAST)
-    first, half = np.sin(turns) / turns, np.sin(turns / 2) / (turns / 2)
+    first = np.sin(turns) / turns
+    half = np.sin(turns / 2) / (turns / 2)
     last = np.where(angles < SMALL, 1 / 6, (1 - first) / np.maximum(angles, SMALL) ** 2)
     K = cross_matrices(vectors)
     squares = K @ K
@@ -65,7 +66,8 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
 def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return Rz(yaw) Ry(pitch) Rx(roll) of numbers, shape (..., 3), as (..., 3, 3)."""
     angles = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
-    (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
+    sr, sp, sy = np.sin(angles)
+    cr, cp, cy = np.cos(angles)
     rows = np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -79,7 +81,9 @@ def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
 def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the axes about which roll, pitch and yaw turn, in columns, shape (..., 3, 3)."""
     _, pitch, yaw = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
-    zero, (sp, sy), (cp, cy) = 0 * yaw, np.sin((pitch, yaw)), np.cos((pitch, yaw))
+    zero = 0 * yaw
+    sp, sy = np.sin((pitch, yaw))
+    cp, cy = np.cos((pitch, yaw))
     rows = np.array([[cy * cp, -sy, zero], [sy * cp, cy, zero], [-sp, zero, zero + 1]])
     return np.moveaxis(rows, (0, 1), (-2, -1))
 
@@ -97,7 +101,8 @@ def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float
     if level < LOCKED and locked_yaw is not None:
         yaw = locked_yaw
     # the roll that is left, so that both together are right where each by itself is hardly told
-    s, c = np.sin(yaw), np.cos(yaw)
+    s = np.sin(yaw)
+    c = np.cos(yaw)
     roll = float(np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1]))
     return roll, pitch, yaw
 

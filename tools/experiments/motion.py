@@ -85,7 +85,8 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
     """Move the arm through phases, and record it; the last row of each phase is kept."""
     names: list[str] = []
     rows: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
-    q, dq = scene.data.qpos, scene.data.qvel
+    q = scene.data.qpos
+    dq = scene.data.qvel
     for phase in phases:
         count = round(phase.duration / TIME_STEP)
         for step in range(1, count + 1):
@@ -197,7 +198,8 @@ class Cell:
         self, point: np.ndarray, fraction: float, generator: np.random.Generator
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
-        q, pose = self.guide(point), pose_above(point)
+        q = self.guide(point)
+        pose = pose_above(point)
         back = _walk(self.truth, q, pose, -1.0)
         on = _walk(self.truth, q, pose, 1.0)
         postures = np.array([*back[::-1], q, *on])  # evenly spaced, over the elbow's range
@@ -217,5 +219,7 @@ class Cell:
         ]
         log = run(self.scene, ImpedanceController(self.model), phases)
         forces = log.forces(*touching)
-        elbow, mean, peak = elbow_angle(self.truth, start), forces.mean(), forces.max()
+        elbow = elbow_angle(self.truth, start)
+        mean = forces.mean()
+        peak = forces.max()
         return log, Motion(elbow=elbow, force=float(mean), peak_force=float(peak))

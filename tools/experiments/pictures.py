@@ -54,8 +54,10 @@ def _camera(scene: Scene) -> Generator[Callable[[np.ndarray, Any], Image.Image]]
     gl.make_current()
     canvas = mujoco.MjrContext(scene.model, mujoco.mjtFontScale.mjFONTSCALE_100)
     mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, canvas)
-    drawn, option = mujoco.MjvScene(scene.model, maxgeom=500), mujoco.MjvOption()
-    frame, everything = mujoco.MjrRect(0, 0, *FRAME), mujoco.mjtCatBit.mjCAT_ALL
+    drawn = mujoco.MjvScene(scene.model, maxgeom=500)
+    option = mujoco.MjvOption()
+    frame = mujoco.MjrRect(0, 0, *FRAME)
+    everything = mujoco.mjtCatBit.mjCAT_ALL
     camera = mujoco.MjvCamera()
     camera.azimuth = OPEN_TO + 180
     pixels = np.empty((*FRAME[::-1], 3), dtype=np.uint8)
@@ -96,13 +98,16 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     below the peg at the hole, or the lines of all trials. A machine that cannot render is a
     PictureError.
     """
-    titles, columns = [model.results.model for model in models], map(_frames, models)
+    titles = [model.results.model for model in models]
+    columns = map(_frames, models)
     pictures = [_side_by_side(titles, frames) for frames in zip(*columns, strict=False)]
     # All share the last one's colours: where nothing moves, nothing is stored.
-    palette, dither = pictures[-1].quantize(COLOURS), Image.Dither.NONE
+    palette = pictures[-1].quantize(COLOURS)
+    dither = Image.Dither.NONE
     first, *images = (picture.quantize(palette=palette, dither=dither) for picture in pictures)
     durations = [round(1e3 * INTERVAL / 2)] * len(images) + [2000]  # [ms]
-    png, gif = io.BytesIO(), io.BytesIO()
+    png = io.BytesIO()
+    gif = io.BytesIO()
     pictures[-1].save(png, "png", optimize=True)
     first.save(
         gif, "gif", save_all=True, append_images=images, duration=durations, loop=0, optimize=True

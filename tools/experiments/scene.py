@@ -28,7 +28,8 @@ BLUE = [0.3, 0.5, 0.7, 1]
 
 def add_visuals(spec: Any, arm: Robot) -> None:
     """Add a pale sky, a lamp, a capsule from each joint to the next, and a drum on each joint."""
-    sky, gradient = mujoco.mjtTexture.mjTEXTURE_SKYBOX, mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    sky = mujoco.mjtTexture.mjTEXTURE_SKYBOX
+    gradient = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}
     spec.add_texture(name="sky", type=sky, builtin=gradient, width=64, height=384, **pale)
     spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
@@ -134,7 +135,8 @@ class Scene:
             motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
             motor.gainprm[0] = 1.0
         add_visuals(spec, arm)
-        top, pale = [0.55, 0, TABLE - 0.01], [0.55, 0.6, 0.65, 1]
+        top = [0.55, 0, TABLE - 0.01]
+        pale = [0.55, 0.6, 0.65, 1]
         _geom(spec.worldbody, "box", [0.45, 0.6, 0.01], pos=top, rgba=pale)
         if hole is None:
             # A pen is fixed like a peg; its tip is one sphere.
@@ -202,7 +204,8 @@ def _add_hole(spec: Any, diameter: float) -> None:
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
     half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)
-    out, half = radius + HOLE_WALL / 2, HOLE_DEPTH / 2
+    out = radius + HOLE_WALL / 2
+    half = HOLE_DEPTH / 2
     for angle in ANGLES:
         place = [out * np.cos(angle), out * np.sin(angle), half]
         turn = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]

@@ -62,7 +62,8 @@ def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> tuple
 
 def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     """Return where the arm is guided to; the peg lies in the tight hole with a little play."""
-    radius, angle = PLAY * generator.uniform() ** 0.5, generator.uniform(-np.pi, np.pi)
+    radius = PLAY * generator.uniform() ** 0.5
+    angle = generator.uniform(-np.pi, np.pi)
     aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
     return cell.guide(point + aside)
 
@@ -85,7 +86,8 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Inserti
         axis = end.translation - goal.translation
         axes += [axis / np.linalg.norm(axis), -axis / np.linalg.norm(axis)]
     for place, fraction in enumerate(stratified(count, generator)):
-        branch, step = place % len(BRANCHES), 1 + place // len(BRANCHES)
+        branch = place % len(BRANCHES)
+        step = 1 + place // len(BRANCHES)
         hole = CENTRE + step * STEP * BRANCHES[branch]
         target = shifted(goal, step * STEP * axes[branch])
         yield insert(cell, hole, target, out, float(fraction), generator)
@@ -110,7 +112,8 @@ def insert(
     log, motion = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
     x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
-    inserted, place = depth > INSERTED_DEPTH, tuple(hole.tolist())
+    inserted = depth > INSERTED_DEPTH
+    place = tuple(hole.tolist())
     result = Insertion.filled(motion, hole=place, inserted=inserted, depth=depth, miss=(x, y, z))
     return Trial(log, result)
 

@@ -88,8 +88,10 @@ def write(request: Request) -> Exported:
 
 def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:
     """Return the model with symbols for its error curves' values and slopes at q, and these."""
-    m, deflection = len(calibrated.robot.actuated), calibrated.deflection
-    d, dd = ca.SX.sym("d", m), ca.SX.sym("dd", m)
+    m = len(calibrated.robot.actuated)
+    deflection = calibrated.deflection
+    d = ca.SX.sym("d", m)
+    dd = ca.SX.sym("dd", m)
     if deflection.curves is None:
         return calibrated.pose_model, d, dd
     model = replace(calibrated, deflection=deflection.without_curves).pose_model
@@ -138,7 +140,8 @@ def _limits(robot: Robot) -> tuple[list[float], list[float]]:
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
     """Return the arguments and the value of one step of the inverse kinematics."""
     step = newton_step(model, place, "pose")
-    (lower, upper), margin = map(ca.DM, _limits(robot)), ca.SX.sym("away")
+    lower, upper = map(ca.DM, _limits(robot))
+    margin = ca.SX.sym("away")
     change = limited_step(step, lower + margin, upper - margin)
     value = ca.vertcat(step.left, change)
     value = ca.substitute(value, step.symbols["tool"], ca.DM(robots.NO_TOOL))

@@ -58,16 +58,20 @@ def dh_table(
     steps: list[Row] = []
     # From the frame on the present line to the URDF's frame of that joint: a turn about the line
     # and a shift along it, so that it may stand on either side of the joint's motion.
-    offset, base, begin = np.eye(4), np.eye(4), 0
+    offset = np.eye(4)
+    base = np.eye(4)
+    begin = 0
     for i in moving:
         upright = _to_axis(joints[i].axis)
         to_line = reduce(np.matmul, pose_of_numbers(origins[begin : i + 1]), offset) @ upright
         if begin == 0:
-            base, offset = to_line, np.eye(4)
+            base = to_line
+            offset = np.eye(4)
         else:
             steps.append(_step(to_line))
             offset = np.linalg.inv(steps[-1].matrix) @ to_line
-        offset, begin = offset @ upright.T, i + 1
+        offset = offset @ upright.T
+        begin = i + 1
     flange = reduce(np.matmul, pose_of_numbers(origins[begin:-1]), offset)
     rows: list[Row] = []
     overs = [*steps, Row()] if standard else [Row(), *steps]
@@ -93,7 +97,8 @@ def _to_axis(axis: Sequence[float]) -> np.ndarray:
 
 def _step(to_line: np.ndarray) -> Row:
     """Return the step from a frame to another line, which is the z axis of ``to_line``."""
-    point, line = to_line[:3, 3], to_line[:3, 2]
+    point = to_line[:3, 3]
+    line = to_line[:3, 2]
     if math.hypot(line[0], line[1]) < math.sin(NEARLY_PARALLEL):
         return _hayati(point, line)
     normal = np.array([-line[1], line[0], 0.0]) / math.hypot(line[0], line[1])
@@ -121,7 +126,8 @@ def write(request: Request) -> Exported:
     robot = request.calibration.robot
     rows, frames = dh_table(robot.joints, request.origins, convention == "standard")
     request.require_ending(".json", ".csv")
-    along, across = "J(q) Rz(theta) Tz(d)", "Tx(a) Rx(alpha) Ry(beta)"
+    along = "J(q) Rz(theta) Tz(d)"
+    across = "Tx(a) Rx(alpha) Ry(beta)"
     row = f"{along} {across}" if convention == "standard" else f"{across} {along}"
     explained = (
         f"{convention.title()}: T = base * product of [{row}] * tool",

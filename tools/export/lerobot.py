@@ -112,9 +112,11 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     zeros: list[Zero] = []
     for joint, name in zip(joints, names, strict=True):
         value = coefficients[name]
-        ticks, why = round(value.value / TICK), ""
+        ticks = round(value.value / TICK)
+        why = ""
         if value.standard_deviation > DECIDED:
-            ticks, why = 0, "not decided by the data, left as it is"
+            ticks = 0
+            why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
         zeros.append(

@@ -163,7 +163,8 @@ def _align(
     request: Request, joints: MjcfJoints, nominal: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return poses of the URDF's base and links that fit the model's axes, and what differs."""
-    actuated, axes = request.calibration.robot.actuated, joints.axes
+    actuated = request.calibration.robot.actuated
+    axes = joints.axes
     turning = np.array([joint.type != "prismatic" for joint in actuated])
     # a turning joint may be anywhere along its axis, a sliding one anywhere at all
     across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
@@ -230,7 +231,8 @@ def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
         edits: list[tuple[int, int, bytes]] = []
         for body, begin in begins.items():
             end = end_of_tag(data, begin)
-            quat, T = np.empty(4), places[body]
+            quat = np.empty(4)
+            T = places[body]
             mujoco.mju_mat2Quat(quat, T[:3, :3].ravel())
             words = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
             attributes = {key: " ".join(map(repr, values)) for key, values in words.items()}

@@ -137,7 +137,8 @@ class Exported:
 
 def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
     """Return the provenance of exports, with the serial number given, or noted."""
-    document, file = calibration.document, Path(calibration.source)
+    document = calibration.document
+    file = Path(calibration.source)
     saved = file.is_file()
     numbers = set(chain.from_iterable(_noted(data.files) for data in document.data))
     known = numbers.pop() if len(numbers) == 1 else "not known"
@@ -180,7 +181,8 @@ def plain(text: str) -> str:
 def redistributed_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:
     """Return origins, shape (6,), of some joints, which take the changes of those before them."""
     origins: dict[str, np.ndarray] = {}
-    change, changed = np.eye(4), False
+    change = np.eye(4)
+    changed = False
     for joint, origin in zip(request.calibration.robot.joints, request.origins, strict=True):
         nominal = np.array(joint.origin.xyz + joint.origin.rpy)
         if joint.name in carried:
@@ -189,7 +191,8 @@ def redistributed_origins(request: Request, carried: Collection[str]) -> dict[st
                 T = change @ pose_of_numbers(origin)
                 angles = angles_near(T[:3, :3], nominal[3:])
                 origins[joint.name] = np.concatenate([T[:3, 3], angles])
-            change, changed = np.eye(4), False
+            change = np.eye(4)
+            changed = False
         elif changed or np.any(origin != nominal):
             change = np.linalg.inv(pose_of_numbers(nominal)) @ change @ pose_of_numbers(origin)
             changed = True
@@ -204,7 +207,8 @@ def after_last_exported(request: Request, carried: Collection[str]) -> list[str]
 
 def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[Loss, ...]:
     """Return what a format leaves out, which cannot change the origins of some joints."""
-    calibrated, robot = request.calibration.calibrated, request.calibration.robot
+    calibrated = request.calibration.calibrated
+    robot = request.calibration.robot
     data = request.calibration.document.data
     recorded = [s.position for s in chain(*(row.samples for row in data))]
     poses = np.array(recorded), workspace(robot, ANYWHERE)
@@ -216,7 +220,8 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         balls = [calibrated.ball(q) for q in poses]
         fitted_places = [kabsch(a, b).apply(a) for a, b in zip(geometric, balls, strict=True)]
         losses.append(_loss(words, fitted_places, balls))
-    exported, nominal = calibrated.geometry, calibrated.model.nominal
+    exported = calibrated.geometry
+    nominal = calibrated.model.nominal
     for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
         values = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
         on_ball = name == robot.ball_joint.name

@@ -149,7 +149,8 @@ def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
 
 def write_urdf(request: Request) -> Exported:
     """Return the URDF; mesh paths are rewritten to be found from where it will stand."""
-    robot, flange = request.calibration.robot, request.flange
+    robot = request.calibration.robot
+    flange = request.flange
     name = str(request.file)
     text = scan(request.calibration.calibrated.urdf(request.file.parent), name)
     text = scan(add_comment(text, request.identity.lines()), name)

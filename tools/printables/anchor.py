@@ -78,7 +78,8 @@ class AnchoredBase(SocketBase):
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
-        low, high = self.face, self.plate[0][1]
+        low = self.face
+        high = self.plate[0][1]
         bridge = rectangle(self._sides, (low, high + 1))
         return union(super().solid(), prism(PLATE, bridge), *self._fingers(PLATE))
 
@@ -102,7 +103,9 @@ class AnchoredBase(SocketBase):
         return -half, half
 
     def _fingers(self, height: float) -> list[Solid]:
-        y, inner, outer = self.face, self.width / 2 + GAP, self._sides[1]
+        y = self.face
+        inner = self.width / 2 + GAP
+        outer = self._sides[1]
         bump = self.width / 2 - GRIP
         finger: Outline = (
             *((inner, y + 1), (inner, y - 20), (bump, y - 23), (bump, y - 26)),

@@ -57,7 +57,8 @@ class BallPart:
 
     def __post_init__(self) -> None:
         check_range("a ball", self.ball, 10, 40)
-        origin, reach = self.mount.origin, self.height - self.mount.origin
+        origin = self.mount.origin
+        reach = self.height - self.mount.origin
         if self.ball > self.mount.widest_ball:
             raise PrintableError(
                 f"a ball of {self.ball:g} mm hides the screws from their key: take at most "

@@ -57,9 +57,11 @@ def _drawing(part: Part) -> bytes:
     notes = rendered("notes.txt.j2", part=part.facts, **values)
     body: Any = to_manifold(part.solid, COARSE)
     low, high = np.reshape(np.array(body.bounding_box()), (2, 3))
-    (wide, _, tall), middle = high - low, MARGIN - low[0]
+    wide, _, tall = high - low
+    middle = MARGIN - low[0]
     front = MARGIN + tall  # where z = 0 is drawn
-    above, x_right = front + MARGIN + high[1], MARGIN + wide
+    above = front + MARGIN + high[1]
+    x_right = MARGIN + wide
     below = above - low[1]
     foot = below + MARGIN + STEP * len(part.spans)
     dimensions = [  # x and y of both ends

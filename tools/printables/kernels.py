@@ -126,7 +126,8 @@ def _shape(solid: Solid) -> Shape:
             move.SetTranslation(_occ("gp_Vec")(*offset))
             return parts[0].Moved(_occ("TopLoc_Location")(move))
         case "leaned", lean, azimuth:
-            about_y, about_z = _turn((0, 1, 0), lean), _turn((0, 0, 1), azimuth)
+            about_y = _turn((0, 1, 0), lean)
+            about_z = _turn((0, 0, 1), azimuth)
             return parts[0].Moved(_occ("TopLoc_Location")(about_z.Multiplied(about_y)))
         case _:
             kinds = {"Add": "Fuse", "Subtract": "Cut", "Intersect": "Common"}

@@ -89,13 +89,15 @@ def bolt_circle(
     check_range("a bolt circle", diameter, 20, 150)
     if not 2 <= count <= 12:
         raise PrintableError(f"{count} bolts: a bolt circle has 2 to 12")
-    size, step = SCREWS[screw], math.sin(math.pi / count)
+    size = SCREWS[screw]
+    step = math.sin(math.pi / count)
     if diameter * step < size.head + 1:
         raise PrintableError(
             f"{count} {screw} on a circle of {diameter:g} mm: their heads touch; take fewer, "
             f"smaller ones, or a circle of {math.ceil((size.head + 1) / step)} mm or more"
         )
-    inner, outer = diameter / 2, diameter / 2 + slot
+    inner = diameter / 2
+    outer = diameter / 2 + slot
     edge = outer + size.head / 2 + RIM
     reach = f" to {2 * outer:g}" if slot else ""
 
@@ -119,7 +121,8 @@ def bolt_circle(
 
 def _slot(angle: float, inner: float, outer: float, radius: float, height: float) -> Solid:
     """Return a slot of rounded ends along a direction, between two distances from the z axis."""
-    c, s = math.cos(angle), math.sin(angle)
+    c = math.cos(angle)
+    s = math.sin(angle)
     ends = [cylinder(radius, height).at(r * c, r * s) for r in (inner, outer)]
     if inner == outer:
         return ends[0]
@@ -171,7 +174,10 @@ def grip(
 
 def _strap_plate(**frame: Any) -> Mount:
     """Return a plate for two crossed straps, or for glue, where no holes are known."""
-    radius, long, thick = 31.0, 22.0, 4.0  # a slot's length is a strap's width
+    # a slot's length is a strap's width
+    radius = 31.0
+    long = 22.0
+    thick = 4.0
     height = radius - 8
     upright = prism(PLATE + 2, rectangle(_middle(thick), _middle(long)))
     level = prism(PLATE + 2, rectangle(_middle(long), _middle(thick)))

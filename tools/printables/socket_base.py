@@ -138,7 +138,8 @@ class SocketBase:
     @cached_property
     def centres(self) -> tuple[Point, ...]:
         """The sockets' centres, seen from above."""
-        half, low = self.distance / 2, -self.distance / math.sqrt(12)
+        half = self.distance / 2
+        low = -self.distance / math.sqrt(12)
         if self.sockets == 2:
             return ((-half, 0.0), (half, 0.0))
         return ((-half, low), (half, low), (0.0, -2 * low))
@@ -163,7 +164,8 @@ class SocketBase:
         """The room of the engraved numbers: one of each socket, then that of the readings."""
         half_height = DIGIT_SCALE * HEIGHT / 2
         drop = self.corner + 1.2 + half_height
-        low, high = -drop - half_height, -drop + half_height
+        low = -drop - half_height
+        high = -drop + half_height
         digits = [(x - 3.0, y + low, x + 3.0, y + high) for x, y in self.centres]
         half_width = max(map(text_width, self.readings)) / 2
         middle = (self.corner + self.plate[1][1]) / 2
@@ -223,7 +225,9 @@ class SocketBase:
 
     def _engravings(self) -> list[Solid]:
         *digits, (x0, y0, x1, y1) = self.text_boxes
-        x, y, step = (x0 + x1) / 2, (y0 + y1) / 2, HEIGHT / 2 + 0.6
+        x = (x0 + x1) / 2
+        y = (y0 + y1) / 2
+        step = HEIGHT / 2 + 0.6
         lines = zip(self.readings, (y + step, y - step), strict=True)
         return [
             *(

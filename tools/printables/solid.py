@@ -87,7 +87,9 @@ def union(*parts: Solid) -> Solid:
 
 def rectangle(x: tuple[float, float], y: tuple[float, float], corner: float = 0.0) -> Outline:
     """Return the rectangle between two values of x and of y, its corners cut off at 45 degrees."""
-    (x0, x1), (y0, y1), c = x, y, corner
+    x0, x1 = x
+    y0, y1 = y
+    c = corner
     if c == 0.0:
         return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
     return (

@@ -53,7 +53,8 @@ class FollowingHand:
     def __init__(self, address: str, robot: Robot, distance: float | None = None) -> None:
         motion_address, self._faults = session_faults(address)
         arm = arm_at(motion_address)
-        names, order = robot.joint_names, slice(None)
+        names = robot.joint_names
+        order = slice(None)
         rows = np.array(arm.motion.configurations)
         match_joints(names, rows.shape[1], "the recording")
         if sorted(arm.joint_names) == sorted(names):
@@ -97,7 +98,8 @@ class FollowingHand:
 
     def follow(self, view: View) -> None:
         """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
-        session, pose = view.session, self.rest
+        session = view.session
+        pose = self.rest
         arrived = self._motion.phase(self._arm.now()) == (len(self._motion.begun), 0.0)
         if not arrived or view.alarm or view.question:
             return
@@ -155,7 +157,8 @@ class FollowingHand:
         """Return the last of the configurations that the hand led to, as faults turn it."""
         if not self._faults:
             return self._led[-1]
-        count, rows = len(self._led), self._session
+        count = len(self._led)
+        rows = self._session
         q = np.concatenate([self._led, rows.positions[count:]])
         labels = np.concatenate([self._labels, rows.sockets[count:]])
         generator = np.random.default_rng(self._seed)  # a fault stays as it was

@@ -120,7 +120,8 @@ class SessionFault:
         kind = re.split(r"[@:]", text)[0]
         if kind not in FLAWS:
             return None
-        unit, match = FLAWS[kind][0].unit or "", _TEXT.fullmatch(text)
+        unit = FLAWS[kind][0].unit or ""
+        match = _TEXT.fullmatch(text)
         default, _ = _KINDS.get(kind, (None, None))
         if not match or match[5] not in (None, unit) or (default is None and not match[5]):
             raise ValueError(
@@ -156,7 +157,8 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
 
 def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
     """Return the configurations near others, shape (N, m), with the balls elsewhere, (N, 3) [m]."""
-    model, nothing = BallModel(robot, []), np.zeros(0)
+    model = BallModel(robot, [])
+    nothing = np.zeros(0)
     for _ in range(6):
         linear = model.linearise(nothing, q)
         back = np.linalg.pinv(linear.by_joints, rcond=0.05)

@@ -210,7 +210,8 @@ def lead(
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
         believed = how.deflection.true_positions(readings, moments, clocks)[:, :m]
         readings = true - (believed - readings)
-    torques, either = moments[:, :m], generator.choice([-1.0, 1.0], readings.shape)
+    torques = moments[:, :m]
+    either = generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     readings = readings + 0.5 * how.play * side
     return how.resolution * np.round(readings / how.resolution) if how.resolution else readings
@@ -224,7 +225,8 @@ def _seated(
     deflection: Deflection,
 ) -> np.ndarray:
     """Return joint positions that put the ball into its seat, though the joints tilt."""
-    model, m = BallModel(arm, []), true.shape[1]
+    model = BallModel(arm, [])
+    m = true.shape[1]
     for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
         tilts = deflection.true_positions(true, *held)[:, m:]
         linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
@@ -248,7 +250,8 @@ def reachable_bases(
     reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
     bases: list[Base] = []
     for _ in range(400):
-        radius, angle = generator.uniform(0.35, 0.65) * reach, generator.uniform(-2.0, 2.0)
+        radius = generator.uniform(0.35, 0.65) * reach
+        angle = generator.uniform(-2.0, 2.0)
         height = generator.uniform(0.0, 0.25) * reach
         centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
         turn = generator.uniform(-np.pi, np.pi)

@@ -34,7 +34,8 @@ def shifts_by(robot: Robot, q: np.ndarray, order: np.ndarray, difference: Apart)
     if difference.part == DRIFT:
         course = order / max(order.max(), 1) - 0.5
         return course[:, None, None] * np.eye(3)
-    model, nominal = BallModel(robot, []), np.zeros(0)
+    model = BallModel(robot, [])
+    nominal = np.zeros(0)
     if difference.part == BALL:
         return -model.rotations(nominal, q).points
     joint = robot.joint_names.index(difference.part)
@@ -88,7 +89,8 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
     A drift is as large as it was seen to be. What else is otherwise in a placement in sockets
     follows from its own samples, about the places of these.
     """
-    samples, moved = (measured.positions, measured.order), np.zeros_like(balls)
+    samples = (measured.positions, measured.order)
+    moved = np.zeros_like(balls)
     shifts = list[np.ndarray]()
     for difference in measured.apart:
         slopes = shifts_by(robot, *samples, difference)
@@ -98,7 +100,8 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
             shifts.append(slopes)
     if not shifts:
         return moved
-    slopes, offsets = np.concatenate(shifts, axis=2), balls - moved
+    slopes = np.concatenate(shifts, axis=2)
+    offsets = balls - moved
     centred = slopes.copy()
     for rows in measured.slices:
         centred[rows] -= slopes[rows].mean(axis=0)

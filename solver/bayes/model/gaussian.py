@@ -56,7 +56,8 @@ class Gaussian:
     @staticmethod
     def independent(parts: Sequence["Gaussian"]) -> "Gaussian":
         """Return the Gaussian of the unknowns of several, part after part."""
-        mean, roots = np.concatenate([part.mean for part in parts]), list[np.ndarray]()
+        mean = np.concatenate([part.mean for part in parts])
+        roots = list[np.ndarray]()
         begin = 0
         for part in parts:
             rows = slice(begin, begin + len(part.mean))
@@ -84,7 +85,8 @@ class Gaussian:
 
     def embedded(self, rows: np.ndarray | slice, size: int) -> "Gaussian":
         """Return the Gaussian of more unknowns, the others being zero."""
-        mean, root = np.zeros(size), np.zeros((size, self.root.shape[1]))
+        mean = np.zeros(size)
+        root = np.zeros((size, self.root.shape[1]))
         mean[rows], root[rows] = self.mean, self.root
         return Gaussian(mean, root)
 

@@ -41,7 +41,8 @@ class Movement:
 
     def course(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
-        rows, t = data.rows_of(self.placement), getattr(data, self.clock)
+        rows = data.rows_of(self.placement)
+        t = getattr(data, self.clock)
         course = np.zeros((len(t), self.waves))
         if not rows.any():
             return course
@@ -94,6 +95,7 @@ def movements_of(data: Observations, placement: str) -> list[Movement]:
 def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:
     """Return the times of the changes of socket, but those that split no socket's samples."""
     order = np.argsort(t, kind="stable")
-    t, sockets = t[order], sockets[order]
+    t = t[order]
+    sockets = sockets[order]
     first = (np.flatnonzero(np.diff(sockets)) + 1).tolist()
     return [float(t[i]) for i in first if {*sockets[:i].tolist()} & {*sockets[i:].tolist()}]

@@ -87,17 +87,21 @@ def student_weights(squares: np.ndarray, nu: float | np.ndarray, axes: int = 3) 
 
 def degrees_of_freedom(squares: np.ndarray) -> float:
     """Return the most plausible nu of errors by (anything in proportion to) e^T C^-1 e, (N,)."""
-    nu, grown, errors = TAILS[:, None], np.zeros(len(TAILS)), squares[None]
+    nu = TAILS[:, None]
+    grown = np.zeros(len(TAILS))
+    errors = squares[None]
     if not squares.any():
         return NU
     for _ in range(SCALE_STEPS):  # EM with one more parameter (Kent, Tyler and Vardi 1994)
         weights = student_weights(errors, nu)
         factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
-        errors, grown = errors * factor[:, None], grown + np.log(factor)
+        errors = errors * factor[:, None]
+        grown = grown + np.log(factor)
     sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
     tried = [len(squares) * log_constant(nu) + log_prior(nu) for nu in TAILS.tolist()]
     plausible = 1.5 * len(squares) * grown - sizes + tried
-    best, aside = int(np.argmax(plausible)), 0.0
+    best = int(np.argmax(plausible))
+    aside = 0.0
     if 0 < best < len(TAILS) - 1:  # the top of the parabola through three
         before, peak, after = plausible[best - 1 : best + 2].tolist()
         aside = 0.5 * (before - after) / (before - 2 * peak + after)

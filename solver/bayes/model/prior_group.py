@@ -128,7 +128,8 @@ class PriorGroup:
 
         All members may differ from it together, and each by itself.
         """
-        ones, width = np.ones(len(self.members)), max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
+        ones = np.ones(len(self.members))
+        width = max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
         return replace(self, width=width, common=width * ones, expected=(noise * ones, 0 * ones))
 
     def updated(
@@ -141,7 +142,8 @@ class PriorGroup:
         """
         P = self.width**2 * self.precision(self.width, mask)
         effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
-        squares, gamma = float(np.sum((P @ x) ** 2)), max(effective, 1e-9)
+        squares = float(np.sum((P @ x) ** 2))
+        gamma = max(effective, 1e-9)
         square = squares / gamma
         if self.typical:
             slope = np.log(self.width / self.typical) / TYPICAL_SPREAD**2

@@ -85,8 +85,10 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     names = set(data.recorded_at[rows].tolist())
     balls: list[int] = np.flatnonzero(data.measured_in == frame).tolist()
     seats = [i for i in balls if data.recorded_at[i] in names]
-    q, ball = data.positions[turned], model.ball
-    R, p = ball.rotations(ball.nominal, q).points, ball.points(ball.nominal, q)
+    q = data.positions[turned]
+    ball = model.ball
+    R = ball.rotations(ball.nominal, q).points
+    p = ball.points(ball.nominal, q)
     where = str(data.wheres[rows[0]]).rpartition(":")[0]
     calibrated = hand_eye(R, p, data.rotations[turned], data.points[seats], where)
     tool = calibrated.tool
