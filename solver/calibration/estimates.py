@@ -82,22 +82,16 @@ def known_of(
     calibrated = fit.calibrated
     if posterior is None or selected is None:
         return {}
-    model = posterior.model
     load = calibrated.load
     exported = calibrated.exported
     recorded = [m.positions for _, m in problem.placements]
-    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
-    beyond = list(zip(*columns, strict=True))[model.geometry : model.scalars]  # none of the curves
     measured = posterior.noises.get("points")
     turns = posterior.noises.get("turns")
     nominal = before or calibrated.with_ball_alone
     models = bayes.Models(nominal.ball, calibrated.geometric_ball, corrected=exported is not None)
     weak = bayes.weakly_identifiable_directions(posterior)
     return {
-        "coefficients": tuple(
-            results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
-            for name, unit, value, deviation in beyond
-        ),
+        "coefficients": _coefficients(posterior),
         "curves": error_curves(posterior),
         "groups": tuple(
             results.PriorWidth.filled(
@@ -131,6 +125,17 @@ def known_of(
             cannot_see=bayes.unobservable(posterior, weak),
         ),
     }
+
+
+def _coefficients(posterior: Posterior) -> tuple[results.Coefficient, ...]:
+    """Return the coefficients beyond the geometry, but those of curves."""
+    model = posterior.model
+    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
+    rows = list(zip(*columns, strict=True))[model.geometry : model.scalars]
+    return tuple(
+        results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
+        for name, unit, value, deviation in rows
+    )
 
 
 def _frames(fit: Fit) -> tuple[results.FramePose, ...]:

@@ -140,7 +140,7 @@ class Annealing:
         """Draw the pose of a sample from its pool, all others held; return the covariance after."""
         k = self.order[t]
         rows = self.rows[k]
-        others = self.updated(covariance, rows[self.chosen[t]], -1)
+        remainder = self.updated(covariance, rows[self.chosen[t]], -1)
         some = self.generator.integers(len(rows), size=DRAWN)
         some[0] = self.chosen[t]
         position = t + self._first
@@ -149,7 +149,7 @@ class Annealing:
         turns[begin : position + 1] = 0
         ways = np.tile(self._way[begin : position + 2], (DRAWN, 1, 1))
         ways[:, position - begin] = self.pools[k][some]
-        variances = self.seen(others, rows[some]).mean_variances
+        variances = self.seen(remainder, rows[some]).mean_variances
         excess = np.log(variances / allowed[:, None]).clip(0)
         cost = _costs(ways, turns, typical) + HARD * excess.sum(axis=0)
         drawn = some[self._draw(cost, temperature)]
@@ -157,7 +157,7 @@ class Annealing:
             return covariance
         self.chosen[t] = drawn
         self._way[position] = self.pools[k][drawn]
-        return self.updated(others, rows[drawn])
+        return self.updated(remainder, rows[drawn])
 
     def _exchange(self, t: int, typical: np.ndarray, temperature: float) -> None:
         """Let a pose change places with one of its socket, or stay."""

@@ -124,8 +124,8 @@ def _structural(robot: Robot, posterior: Posterior) -> list[Change]:
             add("the ball's orientation", {ball: np.eye(6)[k]})
     for joint_index, next_index in pairwise(joints):
         joint = robot.joints[joint_index]
-        others = robot.joints[joint_index + 1 : next_index]
-        if not joint.actuated or any(other.actuated for other in others):
+        joints_between = robot.joints[joint_index + 1 : next_index]
+        if not joint.actuated or any(j.actuated for j in joints_between):
             continue
         against = "the ball" if next_index == ball else robot.joints[next_index].name
         fixed = frames[joint_index + 1 : next_index]

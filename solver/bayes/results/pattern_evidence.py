@@ -90,9 +90,9 @@ class PatternEvidence:
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
         scatter = block_diagonal(C)
-        others: np.ndarray = changes + rows.seats @ rows.seats.T
+        background: np.ndarray = changes + rows.seats @ rows.seats.T
         roots: list[np.ndarray] = [
-            np.linalg.cholesky(n * scatter + others) for n in NOISES.tolist()
+            np.linalg.cholesky(n * scatter + background) for n in NOISES.tolist()
         ]
         self._whiten: list[np.ndarray] = [np.linalg.inv(L) for L in roots]
         self._white: list[np.ndarray] = [W @ y for W in self._whiten]
