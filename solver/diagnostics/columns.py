@@ -241,10 +241,6 @@ def of_columns(
     return candidates
 
 
-def _as_it_is(scene: Scene, _: object) -> Scene:
-    return scene
-
-
 def _candidate(
     hypothesis: ColumnHypothesis, changed: Scene, placement: str | None, before: float
 ) -> Candidate:
@@ -268,9 +264,5 @@ def _candidate(
     form = form.replace("{", "{{").replace("}", "}}")
     kind = OF_COLUMNS[hypothesis.name]
     advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in hypothesis.mistakes)
-    return replace(
-        best,
-        kind=replace(kind, form=form, advice=advice, scene_after=_as_it_is),
-        block=replace(best.block, parameters=[parameters]),
-        log_evidence=best.log_evidence + float(np.log(kind.prior / len(names))),
-    )
+    prior = float(np.log(kind.prior / len(names)))
+    return best.as_cause(replace(kind, form=form, advice=advice), parameters, prior)

@@ -39,6 +39,11 @@ class FaultComparison:
     evidence: float
     """Log Bayes factor of all causes together, over all arms that may be."""
 
+    def beside(self, causes: Sequence[Candidate]) -> "FaultComparison":
+        """Return the comparison with further causes of the same arm."""
+        evidence = np.logaddexp.reduce([self.evidence, *map(self.factor, causes)])
+        return replace(self, causes=[*self.causes, *causes], evidence=float(evidence))
+
     @cached_property
     def best(self) -> Candidate:
         """The most probable cause."""
@@ -83,14 +88,14 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
         first = int(scene.times[place][np.argmax(is_first)])
     if candidate.kind.name == "ball_sample":
         last = first + 1
-    numbers = tuple(number_of(placement, i) for i in range(first, last))
+    numbers = p.get("numbers") or tuple(number_of(placement, i) for i in range(first, last))
     hypothesis = candidate.hypothesis()
     if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
         joint = scene.robot.joint_names.index(p["joint"])
         arms = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
         size = abs(p["offset"]) * float(arms.mean())
         hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
-    return Fault(hypothesis, place, numbers, evidence)
+    return Fault(hypothesis, place, numbers, evidence, p.get("other"))
 
 
 def number_of(placement: Placement, row: int) -> int:

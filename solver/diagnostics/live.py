@@ -16,8 +16,8 @@ from ..robot import Robot
 from .configurations import known_distances
 from .explain import scene_of
 from .fault import Fault, FaultComparison, evidence_of, fault_of
-from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Comparison, Scene
-from .relabelling import Relabelling, Run, forgotten, relabelled, runs_of
+from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
+from .relabelling import FORGOTTEN, Run, forgotten, relabelled, runs_of
 from .robust_fit import ABOUT, FEW, RigidModel
 from .samples import Samples
 
@@ -26,8 +26,6 @@ LEAST = 6
 EVIDENCE, MORE = 2.5, 8.0
 """Log Bayes factor of all faults together against sound samples from which the first is reported,
 and a further one."""
-FORGOTTEN = 0.06
-"""Prior probability of samples with a wrong socket number."""
 DOUBT = -2.0
 """Log Bayes factor of any fault from which samples in other sockets are considered."""
 STEPS, TIMES, CLOSE, LITTLE = 6, 2.0, 16, 1e-3
@@ -76,24 +74,19 @@ class LiveCheck:
         scene, current = self.scene(placements), placements
         while len(faults) < FAULTS:
             comparison = self._compared(scene)
-            if comparison.evidence < DOUBT:
-                break
-            relabellings = self._relabellings(current, comparison)
-            evidence = [comparison.evidence, *(r.fault.evidence for r in relabellings)]
-            if np.logaddexp.reduce(evidence) < (MORE if faults else EVIDENCE):
+            if comparison.evidence > DOUBT:
+                comparison = comparison.beside(self._relabelled(current, comparison))
+            if comparison.evidence < (MORE if faults else EVIDENCE):
                 break
             best = comparison.best
-            other = max(relabellings, key=lambda r: r.fault.evidence, default=None)
-            if other is not None and other.fault.evidence > comparison.factor(best):
-                faults.append(other.fault)
-                current = other.placements
-                scene = self.scene(current)
-                continue
             if best.kind.noise is not None:
                 faults += self._unseated(comparison) or [comparison.fault]
                 break
             faults.append(comparison.fault)
             scene = best.after()
+            if best.kind.name == FORGOTTEN.name:
+                run = Run(best.parameters["rows"], best.parameters["other"])
+                current = [*current[:-1], relabelled(current[-1], run)]
         return tuple(faults)
 
     def _unseated(self, comparison: FaultComparison) -> list[Fault]:
@@ -131,10 +124,10 @@ class LiveCheck:
         first, *others = comparisons[likeliest]
         return FaultComparison(first, others, float(evidence))
 
-    def _relabellings(
+    def _relabelled(
         self, placements: Sequence[Placement], comparison: FaultComparison
-    ) -> list[Relabelling]:
-        """Return samples that may be of another socket, and what they would be evidence of.
+    ) -> list[Candidate]:
+        """Return samples that may be of another socket, as causes.
 
         None are looked for where one small fault leaves nothing more, nor beside another fault,
         which only both together would explain.
@@ -146,18 +139,16 @@ class LiveCheck:
             return []
         *before, placement = placements
         runs = list(runs_of(placement))
-        prior = math.log(FORGOTTEN / max(len(runs), 1))
+        prior = math.log(FORGOTTEN.prior / max(len(runs), 1))
         errors = self._left(placements, arm.x, runs)
         limit = min([TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]])
-        relabellings = list[Relabelling]()
+        causes = list[Candidate]()
         for run in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
             parts = [*before, relabelled(placement, run)]
             scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
             sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
-            fault = forgotten(placement, len(before), run, sound.sigma)
-            evidence = sound.log_evidence + prior - comparison.sound.log_evidence
-            relabellings.append(Relabelling(parts, replace(fault, evidence=evidence)))
-        return relabellings
+            causes.append(forgotten(sound, placement, run, prior))
+        return causes
 
     def _left(
         self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[Run]

@@ -1,13 +1,19 @@
 """Samples that lie in another socket than their numbers say: a change was not told."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 from ...recorder import Placement
-from ..results import Hypothesis
-from .fault import Fault, number_of
+from .fault import number_of
+from .hypotheses import Candidate, kind_of
+
+FORGOTTEN = kind_of(
+    "socket",
+    form="{samples} in socket {other}, not {socket}",
+    advice="was a change of socket forgotten?",
+)
 
 
 class Run(NamedTuple):
@@ -15,14 +21,6 @@ class Run(NamedTuple):
 
     rows: range
     socket: int
-
-
-@dataclass(frozen=True)
-class Relabelling:
-    """Placements with some samples in another socket, and the fault that those are."""
-
-    placements: Sequence[Placement]
-    fault: Fault
 
 
 def runs_of(placement: Placement) -> Iterator[Run]:
@@ -45,18 +43,16 @@ def relabelled(placement: Placement, run: Run) -> Placement:
     return replace(placement, samples=tuple(samples))
 
 
-def forgotten(placement: Placement, index: int, run: Run, noise: float) -> Fault:
-    """Return the fault of a change of socket that was not told."""
-    numbers = tuple(number_of(placement, i) for i in run.rows)
-    first, last = numbers[0], numbers[-1]
-    label = placement.samples[run.rows[0]].socket
-    samples = f"samples {first} to {last} lie" if last != first else f"sample {first} lies"
-    hypothesis = Hypothesis(
-        "socket",
-        1.0,
-        {"placement": placement.name, "sample": run.rows[0], "socket": label, "noise": noise},
-        f"{samples} in socket {run.socket}, not {label}",
-        "was a change of socket forgotten?",
-        "",
-    )
-    return Fault(hypothesis, index, numbers, 0.0, run.socket)
+def forgotten(sound: Candidate, placement: Placement, run: Run, log_prior: float) -> Candidate:
+    """Return a change of socket that was not told, by the scene of relabelled samples."""
+    numbers = [number_of(placement, i) for i in run.rows]
+    samples = f"samples {numbers[0]} to {numbers[-1]} lie"
+    parameters = {
+        "placement": placement.name,
+        "rows": run.rows,
+        "numbers": tuple(numbers),
+        "socket": placement.samples[run.rows[0]].socket,
+        "other": run.socket,
+        "samples": samples if len(numbers) > 1 else f"sample {numbers[0]} lies",
+    }
+    return sound.as_cause(FORGOTTEN, parameters, log_prior)

@@ -138,11 +138,5 @@ def _candidate(changed: Scene, joint: int, rows: np.ndarray, names: dict[str, st
         "samples": len(rows),
         **names,
     }
-    kind = replace(STUCK, scene_after=_as_it_is)
-    prior = float(np.log(kind.prior / changed.q.shape[1] / len(changed.places)))
-    block = replace(best.block, parameters=[parameters])
-    return replace(best, kind=kind, block=block, log_evidence=best.log_evidence + prior)
-
-
-def _as_it_is(scene: Scene, _: object) -> Scene:
-    return scene
+    prior = float(np.log(STUCK.prior / changed.q.shape[1] / len(changed.places)))
+    return best.as_cause(STUCK, parameters, prior)

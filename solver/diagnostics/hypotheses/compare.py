@@ -88,6 +88,15 @@ class Candidate:
         of_samples = self.block.rows.start < self.scene.all_samples.stop
         return {"samples" if of_samples else "distances"}
 
+    def as_cause(self, kind: Kind, parameters: Parameters, log_prior: float) -> "Candidate":
+        """Return what changed a scene that was fitted anew, by its evidence as sound recordings."""
+        return replace(
+            self,
+            kind=replace(kind, scene_after=_as_it_is),
+            block=replace(self.block, parameters=[parameters]),
+            log_evidence=self.log_evidence + log_prior,
+        )
+
     def after(self) -> Scene:
         """Return the scene where it is right, about the centres that follow."""
         kind, block, scene = self.kind, self.block, self.scene
@@ -98,6 +107,10 @@ class Candidate:
         columns, shift = np.split(block.columns[0], [block.unknowns], axis=1)
         term = (block.rows, columns * max(block.widths), shift.sum(axis=1))
         return replace(scene, explained=(*scene.explained, term)).recentred(self.sigma)
+
+
+def _as_it_is(scene: Scene, _: object) -> Scene:
+    return scene
 
 
 class Comparison:
