@@ -30,7 +30,7 @@ from mukca.solver.results import (
 
 pytestmark = pytest.mark.slow
 
-_PARTS = ((0, 400, 4), (1, 400, 10), (2, 400, 4))
+_PARTS = ((0, 400, 6), (1, 400, 10), (2, 400, 8))
 
 
 def test_the_splines_have_the_covariance_of_the_process():
@@ -55,7 +55,7 @@ def test_a_curve_is_its_derivatives_times_its_coefficients():
 def in_sockets():
     """Recordings of an arm with curves, two placements to train on, and its calibration."""
     robot = mukca.load_robot("ur5e")
-    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=20, seed=2, curves=5e-4)
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=15, seed=2, curves=5e-4)
     found = mukca.calibrate(robot, train, test=test)
     assert "curve" in found.document.deflection
     return train, test, found
