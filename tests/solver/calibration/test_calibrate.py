@@ -113,14 +113,6 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session):
     )
 
 
-def test_what_is_trained_on_is_left_out_of_the_test(session, calibration):
-    robot = mukca.load_robot("panda")
-    front, everything = (mukca.read_placements(p) for p in (session / "front", session))
-    again = mukca.calibrate(robot, front[0], test=everything, method="paper")
-    assert [e.role for e in again.errors] == ["train", "test", "test"]
-    assert any("front: trained on, so left out" in line for line in again.document.warnings)
-
-
 @by_table("settings", "words")
 def test_bad_settings_are_told_in_one_line(recordings, settings, words):
     with pytest.raises(mukca.MukcaError) as told:

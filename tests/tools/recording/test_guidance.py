@@ -33,6 +33,12 @@ def coach(panda):
     return PoseSelector(panda, 0.05, goal=1e-6)
 
 
+@pytest.fixture(scope="module")
+def advised(coach, samples):
+    """What is said of most of the samples, and then of all."""
+    return coach.advise(samples[:-3], 1), coach.advise(samples, 1)
+
+
 def test_poses_can_be_reached_by_a_hand(panda):
     centre = np.array([0.5, 0.0, 0.1])
     q = Reach(panda).poses(centre, 30)
@@ -79,11 +85,11 @@ def test_error_curves_are_known_of_types_that_have_them(name, curves, monkeypatc
         assert [(k, len(q)) for q, k in taken] == [(0, 2), (1, 1), (2, 3), (3, 2)]
 
 
-def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples):
+def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples, advised):
     first = coach.advise(samples[:4], 0)
     assert not first.fitted and first.target is not None and not first.leave
     assert coach.advise(samples[:BLOCK], 0).leave
-    whole = coach.advise(samples, 1)
+    whole = advised[-1]
     assert whole.fitted and whole.predicted < first.predicted
     assert whole.mean_error and whole.mean_error < 1.5e-4
     assert whole.distance == pytest.approx(0.05, abs=1e-4)
@@ -111,14 +117,12 @@ def test_the_goal_is_enough_but_not_with_too_few(panda, samples):
     assert done.enough and not done.leave
 
 
-def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(coach, panda, samples):
-    def asked(selector):
-        selector.advise(samples[:-3], 1)
-        return selector.advise(samples, 1)
-
-    beyond = asked(coach)
+def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(panda, samples, advised):
+    beyond = advised[-1]
     assert beyond.exhausted and not beyond.enough
-    near = asked(PoseSelector(panda, 0.05, goal=0.97 * beyond.predicted))
+    selector = PoseSelector(panda, 0.05, goal=0.97 * beyond.predicted)
+    selector.advise(samples[:-3], 1)
+    near = selector.advise(samples, 1)
     assert not near.enough and not near.exhausted
 
 
