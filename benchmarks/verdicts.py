@@ -438,7 +438,8 @@ KINDS = {
     "ball elsewhere": Kind(ball_elsewhere, (1e-3, 3e-3), ("ball_bent",)),
     "zero elsewhere": Kind(zero_elsewhere, (0.01, 0.03), ("zero_lost",)),
 }
-REFUSED = {"degrees": "units", "sign-flipped": "sign", "out of order": "order"}
+REFUSED = {"sign-flipped": "sign", "out of order": "order", "swapped": "swap"}
+REFUSED |= {"reads one angle": "stuck", "are these degrees": "units", "looks off by": "zero"}
 REFUSED |= {"same": "copies", "identical": "copies"}
 """Words of errors by which no calibration was made, and the cause that each names."""
 SET_RIGHT = {"drifted": "drift", "base moved": "base_moved", "ball sits": "ball_bent"}
@@ -497,6 +498,11 @@ class Told:
     """By ``calibrated.urdf`` [m]."""
     held: bool | None = None
     """Whether the stated 68 % interval holds that error; None where none is stated."""
+
+    @property
+    def halved(self) -> bool:
+        """True where a calibration was made, and halves the error."""
+        return 0 < self.now <= self.before / 2
 
 
 def told(i: int) -> Told:
@@ -613,7 +619,7 @@ def answers(found: Sequence[Told]) -> list[str]:
     """Return how often the answer was right, against the true errors before and now."""
     fitted = [t for t in found if t.now]
     used = [t for t in fitted if t.use]
-    halved = [t for t in fitted if t.now <= t.before / 2]
+    halved = [t for t in fitted if t.halved]
     stated = [t.held for t in fitted if t.held is not None]
     worse = sum(t.now > t.before for t in used)
     return [
@@ -636,8 +642,10 @@ def main() -> None:
     chosen = [i for i in numbers if not arguments.kind or case(i)[0] in arguments.kind]
     found = workers.map(told, arguments.only or chosen)
     for i, one in zip(arguments.only or chosen, found, strict=True):
-        if one.judged != "right" or one.wrong_pass or arguments.only:
+        unused = one.halved and not one.use
+        if one.judged != "right" or one.wrong_pass or unused or arguments.only:
             mark = "WRONG PASS" if one.wrong_pass else one.status
+            mark += ", not used" if unused else ""
             print(
                 f"{i} {one.kind} ({one.robot}): {mark}; {one.cause or '-'} "
                 f"{one.judged}; {one.words}"
