@@ -8,6 +8,7 @@ from .columns import Column as Column
 from .columns import ColumnError as ColumnError
 from .columns import match_joints as match_joints
 from .coordinates import match_coordinates as match_coordinates
+from .dataset import distinctly_named as distinctly_named
 from .dataset import find_placements as find_placements
 from .dataset import hole_files as hole_files
 from .dataset import is_placement as is_placement

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from ...recorder import Placement
+from ...recorder import Placement, distinctly_named
 from .. import results
 from ..bayes.model import set_apart
 from ..bayes.selection import FoundMovement
@@ -202,6 +202,8 @@ def _measured(
     """Return the checked placements to train and to test on, and what to warn of."""
     if not train:
         raise UsageError("no placement to train on; read some by mukca.read_placements")
+    distinct = distinctly_named([*train, *test])
+    train, test = distinct[: len(train)], distinct[len(train) :]
     paths = {p.path.resolve() for p in train if p.path is not None}
     if options.flange_poses:
         train = as_flange_poses(train)

@@ -229,8 +229,14 @@ def by_findings(
     least: int,
     actions: Collection[Action],
 ) -> tuple[list[Measurement], list[Diagnostic]]:
-    """Return placements set right by what was seen of each, and what was done."""
+    """Return placements set right by what was seen of each, and what was done.
+
+    Two sockets are taken for one only where another placement says how large the arm is.
+    """
     by_placement = [inspection.corrections for inspection in inspections]
+    pairs = zip(placements, by_placement, strict=True)
+    if not any(len(m.sockets) > 1 and "merge" not in {c.action for c in cs} for m, cs in pairs):
+        actions = {action for action in actions if action != "merge"}
     corrections = [
         [*filter(lambda correction: correction.action in actions, corrections_here)]
         for corrections_here in by_placement

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -16,16 +16,19 @@ from ..data import BALL, DRIFT, PART, Apart, Measurement
 from ..results import Diagnostic
 from .hypotheses import Candidate
 
-Action = Literal["split", "relabel", "leave out", "set apart", "follow"]
-ALL_ACTIONS: tuple[Action, ...] = ("split", "relabel", "leave out", "set apart", "follow")
+Action = Literal["split", "relabel", "merge", "leave out", "set apart", "follow"]
+ALL_ACTIONS: tuple[Action, ...] = get_args(Action)
 ACTIONS: dict[str, Action] = {
     "base_moved": "split",
     "zero_lost": "split",
     "socket": "relabel",
+    "one_socket": "merge",
     "ball_sample": "leave out",
     "ball_bent": "leave out",
     "drift": "follow",
 }
+OF_SAMPLES: tuple[Action, ...] = ("relabel", "merge", "leave out")
+"""Those that change samples one by one."""
 SET_RIGHT, AS_RECORDED = "set_right", "--as-recorded does not"
 """Code of what was set right, and the option that keeps it as it is."""
 PLAY_HINT = "; or it is play: for an arm made of servos say --zeros, by --method auto"
@@ -65,6 +68,11 @@ def correction_of(
     if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
         return None
     seat = p.get("of") or measured.name, p.get("other", 0)
+    if name == "one_socket":
+        socket, *others = measured.sockets
+        samples = enumerate(measured.placement.samples)
+        ranks = tuple(i for i, sample in samples if sample.socket in others)
+        return Correction(diagnostic, "merge", ranks, (measured.name, socket))
     action, ranks = ACTIONS[name], _ranks(finding, measured)
     if name == "drift":
         drift = Apart(DRIFT, p["size"], tuple(p["shift"]))
@@ -130,10 +138,11 @@ def corrected(
         samples: list[Sample | None] = list(measured.placement.samples)
         for correction in corrections_here:
             name, socket = correction.seat
-            for rank in correction.ranks if correction.action in ("relabel", "leave out") else ():
+            for rank in correction.ranks if correction.action in OF_SAMPLES else ():
                 sample = samples[rank]
                 samples[rank] = None
-                if correction.action == "relabel" and name in names and sample is not None:
+                relabels = correction.action in ("relabel", "merge")
+                if relabels and name in names and sample is not None:
                     relabelled = replace(sample, socket=socket)
                     if name == measured.name:
                         samples[rank] = relabelled
@@ -211,6 +220,7 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
     done = {
         "split": "what follows is taken for a placement of its own" + of_frame,
         "relabel": "counted for that socket" if correction.seat[0] in names else "left out",
+        "merge": f"all samples count for socket {correction.seat[1]}",
         "leave out": f"{samples} left out",
         "set apart": "fitted by itself in that placement",
         "follow": "the fit and the errors are without it",

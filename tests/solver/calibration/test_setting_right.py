@@ -71,12 +71,41 @@ def test_as_recorded_sets_nothing_right(panda, moved):
     assert [row.name for row in split.document.placements] == ["front", "front, part 2"]
 
 
+def test_a_ball_that_never_changed_its_socket_tells_of_the_shape(panda, true_panda, placements):
+    """One socket alone does not say how large the arm is: another placement has to."""
+    front, left = placements
+    again = _recorded(true_panda, "front", PLACES["front"], 2)
+    twice = [replace(s, socket=1) for s in again.samples if s.socket == 0]
+    first = [s for s in front.samples if s.socket == 0]
+    rows = [s for pair in zip(first, twice, strict=False) for s in pair]
+    one = replace(front, samples=tuple(replace(s, number=i) for i, s in enumerate(rows, start=1)))
+    found = mukca.calibrate(panda, [one, left], _recorded(true_panda, "left", PLACES["left"], 3))
+    row = found.document.placements[0]
+    assert row.samples == (24,) and found.verdict.use
+    assert "all samples count for socket 0" in str(remarks(found)[0])
+    alone = mukca.calibrate(panda, one, left)
+    assert not remarks(alone) and not alone.verdict.use
+
+
 def test_samples_of_another_socket_are_taken_so(panda, placements):
     samples = [replace(s, socket=1) if s.number in (3, 5) else s for s in placements[0].samples]
     wrong = replace(placements[0], samples=tuple(samples))
     found = mukca.calibrate(panda, wrong, placements[1])
     assert found.document.placements[0].samples == (12, 12)
     assert all("counted for that socket" in one.advice for one in remarks(found)) and remarks(found)
+
+
+def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
+    first, second = (replace(one, name="front") for one in placements)
+    found = mukca.calibrate(panda, first, second)
+    assert [row.name for row in found.document.placements] == ["front", "front (2)"]
+    for day, one in zip("ab", placements, strict=True):
+        write_samples(tmp_path / day / "rec" / "front", one)
+    folders = [tmp_path / day / "rec" / "front" for day in "ab"]
+    names = [one.name for one in mukca.read_placements(*folders)]
+    assert names == ["a/rec/front", "b/rec/front"]
+    found = mukca.calibrate(panda, *(mukca.read_placements(folder) for folder in folders))
+    assert [row.name for row in found.document.placements] == names
 
 
 def test_what_is_left_out_by_hand(panda, placements):
