@@ -45,7 +45,8 @@ def _recorded(folder: Path, joints: int) -> tuple[list[list[float]], list[list[f
 def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     source = random.Random(joints)  # noqa: S311 - poses, no secret
     middle = [ELBOW if joint % 2 else 0.0 for joint in range(joints)]
-    poses, efforts = list[list[float]](), list[list[float]]()
+    poses = list[list[float]]()
+    efforts = list[list[float]]()
     for _ in range(POSES):
         pose = [q + source.uniform(-SPREAD, SPREAD) for q in middle]
         poses.append(pose)
@@ -107,5 +108,6 @@ class FaultInjector:
         sent = [*self._stalled, *sent, *self._held_back]
         self._stalled, self._held_back = [], []
         if self.is_active("stall", moment):
-            self._stalled, sent = sent, []
+            self._stalled = sent
+            sent = []
         return sent

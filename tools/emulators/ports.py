@@ -149,7 +149,8 @@ class SerialPort:
             os.write(self._line, message)
 
     def _receive(self) -> None:
-        before, self._last = self._last, clock.now()
+        before = self._last
+        self._last = clock.now()
         if self._last > before + PAUSE:
             self._received.clear()
         with suppress(OSError):
@@ -195,7 +196,8 @@ class CanPort:
     def _receive(self) -> None:
         if (frame := self._bus.recv(0)) is None:
             return
-        identifier, data = frame.arbitration_id, bytes(frame.data)
+        identifier = frame.arbitration_id
+        data = bytes(frame.data)
         if (identifier, data) in self._sent:  # some buses bring back what was sent
             self._sent.remove((identifier, data))
         else:

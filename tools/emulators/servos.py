@@ -77,7 +77,8 @@ class ServoEmulator(Emulator):
 
     def _receive(self, received: bytearray) -> None:
         """Answer all requests that have come in whole; bytes of no packet are dropped."""
-        head, shortest = bytes(self.TABLE["head"]), self.TABLE["least"]
+        head = bytes(self.TABLE["head"])
+        shortest = self.TABLE["least"]
         while len(received) >= shortest:
             size = self._size(received)
             if not received.startswith(head) or size < shortest:

@@ -42,7 +42,8 @@ class UrEmulator(Emulator):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
         if number % self._every == 0:
-            now, torques = [number / self.arm.rate], state.effort or 6 * (0.0,)
+            now = [number / self.arm.rate]
+            torques = state.effort or 6 * (0.0,)
             values = (now, state.position, torques, [RUNNING], [NORMAL])
             outputs = {
                 name: struct.pack(layout, *numbers)
@@ -60,7 +61,8 @@ class UrEmulator(Emulator):
                 raise ValueError("a package that ends before it begins")
             if len(self._buffer) < size:
                 break
-            package, self._buffer = self._buffer[:size], self._buffer[size:]
+            package = self._buffer[:size]
+            self._buffer = self._buffer[size:]
             self._answer(package[2:3], package[3:])
 
     def _answer(self, kind: bytes, payload: bytes) -> None:

@@ -96,7 +96,8 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     for i, (corners, pixels) in found.items():
         _, turned, (x, y, z) = cv.solvePnP(corners, pixels, matrix, distortion)
         qx, qy, qz, qw = quaternion_of(turn(turned.ravel())[None])[0].tolist()
-        point, R = (float(x[0]), float(y[0]), float(z[0])), (qx, qy, qz, qw)
+        point = (float(x[0]), float(y[0]), float(z[0]))
+        R = (qx, qy, qz, qw)
         samples.append(Sample(rows[i], 0, where=str(files[i]), point=point, orientation=R))
     views = Placement(
         folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(remarks)
@@ -166,7 +167,8 @@ def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tup
         if not success:
             continue
         cells = pixels.reshape(size[1], size[0], 2)
-        first, last = cells[:2, :2].mean(axis=(0, 1)), cells[-2:, -2:].mean(axis=(0, 1))
+        first = cells[:2, :2].mean(axis=(0, 1))
+        last = cells[-2:, -2:].mean(axis=(0, 1))
         darkness = [picture[int(v), int(u)] for u, v in (first, last)]
         turned = (board.columns + board.rows) % 2 == 1 and darkness[0] > darkness[1]
         views[i] = corners.astype(np.float32), pixels[::-1] if turned else pixels

@@ -128,7 +128,8 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
 
 def which_arm(error: ColumnError, question: Question) -> str:
     """Return the message for joints that several columns may be."""
-    joint, column = error.joint, error.columns[0]
+    joint = error.joint
+    column = error.columns[0]
     arm = (
         f"; say which arm, as in --joints '{column.replace(joint, '*')}'" if joint in column else ""
     )

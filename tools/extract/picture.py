@@ -49,7 +49,8 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
 def _band(panel: Panel, number: int, pause: Rest, end: float) -> None:
     """Draw a rest that ends at some time [s]."""
     x = panel.x(end - (pause.end - pause.begin))
-    width, height = max(2.0, panel.x(end) - x), panel.bottom - panel.top
+    width = max(2.0, panel.x(end) - x)
+    height = panel.bottom - panel.top
     colour = "none" if pause.placement is None else f"socket-{pause.socket % SOCKETS}"
     panel.add("rect", x=x, y=panel.top, width=width, height=height, class_=colour)
     panel.text(x, panel.top - 6, str(number), colour)

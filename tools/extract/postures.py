@@ -128,7 +128,8 @@ class FlangePoses:
         on_turn = reference + away
         within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
         distances: np.ndarray = np.linalg.norm(away, axis=1) * (self.near is not None)
-        distance, nearest = float(np.sqrt(np.mean(distances**2))), float(distances.min())
+        distance = float(np.sqrt(np.mean(distances**2)))
+        nearest = float(distances.min())
         return Session(np.where(within, on_turn, q), distance, nearest, self._fit(q))
 
     def _fit(self, q: np.ndarray) -> HandEye | None:
@@ -167,7 +168,8 @@ def joints_of(
     if views.joint_names is None or set(views.joint_names) != set(COLUMNS):
         return views
     posture = None if near is None else np.array(near)
-    flange, robot = FlangePoses(calibration, views, posture, camera), calibration.robot
+    flange = FlangePoses(calibration, views, posture, camera)
+    robot = calibration.robot
     where = flange.where
     if (m := len(robot.joint_names)) > 6:
         raise UsageError(
@@ -260,7 +262,9 @@ def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.n
 
 def _spanned(q: np.ndarray, owner: np.ndarray, root: int, turning: np.ndarray) -> np.ndarray:
     """Return the row of q that the tree from a root takes for each owner, shape (N,)."""
-    rows, distance, added = np.zeros(owner.max() + 1, dtype=int), np.full(len(q), np.inf), root
+    rows = np.zeros(owner.max() + 1, dtype=int)
+    distance = np.full(len(q), np.inf)
+    added = root
     remaining = np.ones(len(q), dtype=bool)
     while True:
         rows[owner[added]] = added

@@ -49,10 +49,13 @@ def _kind(question: Question) -> str:
 
 def read_kept_stream(question: Question) -> Log:
     """Return the states of a kept stream, or of all in a placement's folder, one part each."""
-    path, m = question.path, len(question.joints)
+    path = question.path
+    m = len(question.joints)
     files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
     rows: list[tuple[np.ndarray, ...]] = []
-    notes, last, measured = list[str](), 0, True
+    notes = list[str]()
+    last = 0
+    measured = True
     for file in files if path.is_dir() else [path]:
         stream = read_stream_log(file)
         columns = needed_columns(stream.joints, question)

@@ -83,7 +83,9 @@ def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
     surest, next_best = np.sort(errors, axis=0)[:2]
     sureness = next_best - surest
     N = len(F)
-    numbers, origin, margin = np.zeros(N, dtype=int), np.zeros(N, dtype=int), sureness[0].copy()
+    numbers = np.zeros(N, dtype=int)
+    origin = np.zeros(N, dtype=int)
+    margin = sureness[0].copy()
     remaining = np.arange(N) > 0
     while remaining.any():
         j = int(np.argmax(np.where(remaining, margin, -1.0)))

@@ -43,7 +43,8 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
 
 
 def _files(name: str, document: Document, html: str) -> dict[str, bytes]:
-    page, data = html.encode("utf-8", "replace"), encode(document) + b"\n"
+    page = html.encode("utf-8", "replace")
+    data = encode(document) + b"\n"
     return {f"{name}.html": page, f"{name}.json": data}
 
 

@@ -97,7 +97,8 @@ def _placements(console: Console, report: ReportDocument) -> Table:
     top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
     for i, (row, use) in enumerate(zip(report.placements, report.answers.use.rows, strict=True)):
-        before, after = row.before.mean_absolute_error, row.loaded.mean_absolute_error
+        before = row.before.mean_absolute_error
+        after = row.loaded.mean_absolute_error
         serves = use.answer if asked or use.least is None else mm(use.least)
         cells: list[str | Text] = [
             use.name,

@@ -56,7 +56,9 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     Raises:
         CertificateError: Nothing was held out.
     """
-    held_out, verdict, provenance = report.summary.test, report.verdict, report.provenance
+    held_out = report.summary.test
+    verdict = report.verdict
+    provenance = report.provenance
     if held_out is None:
         raise CertificateError(
             "a certificate rests on held-out placements, and there is none: hold one out by "

@@ -118,7 +118,8 @@ class _Page:
 
     def signatures(self, titles: Sequence[str]) -> None:
         """Draw a line for each signature, beside each other."""
-        gap, height = 12, self.font()
+        gap = 12
+        height = self.font()
         width = (self.pdf.epw - gap * (len(titles) - 1)) / len(titles)
         self.pdf.set_draw_color(0)
         self.pdf.ln(MARGIN)

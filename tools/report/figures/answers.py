@@ -86,7 +86,8 @@ def answers_of(
 def _data_answer(
     result: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
 ) -> types.DataAnswer:
-    placements, names = result.placements, result.predictions.names
+    placements = result.placements
+    names = result.predictions.names
     checks = result.predictions.document.checks
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
@@ -128,7 +129,8 @@ def _data_answer(
 def _worst(
     sample: assessment.SampleErrors, placement: assessment.PlacementReport
 ) -> types.WorstSample:
-    error, mean = sample.error(), placement.calibrated.mean_absolute_error
+    error = sample.error()
+    mean = placement.calibrated.mean_absolute_error
     return types.WorstSample.filled(
         sample,
         where=sample.where or f"{placement.name}, sample {sample.number}",
@@ -152,7 +154,8 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
         )
         rows.append(use)
     limits = {row.name: row.found for row in result.verdict.limits}
-    called, status = [row.called for row in rows], result.verdict.stamp
+    called = [row.called for row in rows]
+    status = result.verdict.stamp
     words = use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
     if result.task is None:
         least = {row.called: row.least for row in rows if row.least is not None}
@@ -201,7 +204,8 @@ def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, sta
 
 def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
     """Return what to train on and to record next: the method's advice, or the farthest place."""
-    placements, names = result.placements, result.predictions.names
+    placements = result.placements
+    names = result.predictions.names
     advice = result.predictions.document.next_placement
     positions = np.array([row.position for row in placements])
     place = as_point(diagnostics.farthest_place(positions))

@@ -62,7 +62,8 @@ def _finder(folder: Path) -> Callable[[str], str]:
 
     def find(fname: str) -> str:
         scheme, _, path = fname.rpartition("://")
-        inside, candidates = Path(*Path(path).parts[1:]), [folder / path]
+        inside = Path(*Path(path).parts[1:])
+        candidates = [folder / path]
         if scheme not in ("", "file"):
             candidates = [
                 up / part for up, part in product(folder.resolve().parents, (path, inside))
@@ -94,7 +95,8 @@ def _link_mesh(frame: int, mesh: Any) -> types.LinkMesh:
     """Return a mesh with the vertices in each cell of a grid merged, the finest with few faces."""
     import trimesh
 
-    thin, cells = mesh, 64
+    thin = mesh
+    cells = 64
     while len(thin.faces) > FACES and cells >= 2:
         grid = np.floor((mesh.vertices - mesh.bounds[0]) * (cells / mesh.extents.max()))
         _, cell = np.unique(grid, axis=0, return_inverse=True)
@@ -115,7 +117,8 @@ SHOWN_SHIFT = 0.05
 
 def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     """Return the skeletons of both models, and meshes where there are any."""
-    robot, calibration = predictions.robot, predictions.calibration
+    robot = predictions.robot
+    calibration = predictions.calibration
     placements = predictions.placements
     measured = [placement.measured for placement in placements]
     owners = np.repeat(
@@ -130,7 +133,8 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     origins = calibration.model.origins(calibration.values)
     calibrated = link_poses(robot.joints, true[rows], origins)
     places = calibrated[..., 3]
-    reach, mean = float(np.abs(places).max()), float(distances.mean())
+    reach = float(np.abs(places).max())
+    mean = float(distances.mean())
     factor = 1.0  # that makes the difference visible, if it can be
     if mean >= 1e-7:
         factor = max(1.0, assessment.nice_above(SHOWN_SHIFT * reach / mean / 2))
@@ -153,7 +157,8 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
 
 def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocument:
     """Return the figures of a report, without plots."""
-    predictions, document = assessment_of_fit.predictions, assessment_of_fit.predictions.document
+    predictions = assessment_of_fit.predictions
+    document = assessment_of_fit.predictions.document
     assessed = {
         name: value for name, value in vars(assessment_of_fit).items() if name != "predictions"
     }

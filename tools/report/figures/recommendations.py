@@ -40,10 +40,12 @@ def steps(result: Assessment) -> list[Step]:
 
 def _steps(result: Assessment) -> Iterator[Step]:
     """Yield steps, the most useful first."""
-    verdict, placements = result.verdict, result.placements
+    verdict = result.verdict
+    placements = result.placements
     if verdict.status == "pass":
         return
-    document, status = result.predictions.document, verdict.status_of
+    document = result.predictions.document
+    status = verdict.status_of
     if status("data_checks") != "pass":
         yield from _leave_out(result)
         text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
@@ -59,14 +61,16 @@ def _steps(result: Assessment) -> Iterator[Step]:
     open_ = not verdict.use or any(row.status in ("fail", "not enough") for row in rows)
     if open_ and held_out > 1 and (farthest := farthest_held_out(result)):
         best, gap = farthest
-        name, short = placements[best].name, whole_name(result.predictions.names[best])
+        name = placements[best].name
+        short = whole_name(result.predictions.names[best])
         text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
         yield _forecast(document, name, text, solve_command(document, moves={name: "train"}))
     yield from _corrected_joints(result)
     if all(row.kind == "points" for row in placements):
         if result.limits.repeatability is None:
             yield _repeatability(document)
-        text, words = "Measure more points, in poses as varied as can be", ""
+        text = "Measure more points, in poses as varied as can be"
+        words = ""
         if not held_out:
             text += ", and hold some of them out by solve --test"
             words = "an error that nothing was fitted to"
@@ -88,7 +92,8 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     if not verdict.use or not missed or any(row.full_status != "pass" for row in missed):
         return
     first = missed[0]
-    before, after = cast("float", first.found), cast("float", first.full)
+    before = cast("float", first.found)
+    after = cast("float", first.full)
     text = "Command corrected joint positions where the limits matter; no rigid URDF keeps them"
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
     file = result.predictions.document.outputs.get("calibration")
@@ -138,7 +143,8 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
             why = "none of the places that were tried for it is within the arm's reach"
         return Step(text, command, f"no forecast: {why}")
     accuracy = document.uncertainty.distance_deviation
-    before, after = accuracy.median, forecasts[name]
+    before = accuracy.median
+    after = forecasts[name]
     # several arms have a workspace each
     workspace = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
     falls = f"falls from {mm(before)} to {mm(after)}"
@@ -148,7 +154,8 @@ def _forecast(document: CalibrationDocument, name: str | None, text: str, comman
 
 def _leave_out(result: Assessment) -> Iterator[Step]:
     """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    predictions, bad = result.predictions, placements_with_errors(result)
+    predictions = result.predictions
+    bad = placements_with_errors(result)
     faulty = {result.placements[i].name for i in bad}
     paired = [p for p in predictions.placements if p.measured.has_distance]
     training = [p.measured for p in paired if p.role == "train"]
@@ -164,7 +171,8 @@ def _leave_out(result: Assessment) -> Iterator[Step]:
         return sum(error.mean_absolute_error for error in errors) / len(judges)
 
     with suppress(MukcaError):
-        before, after = held_out(training), held_out(remaining)
+        before = held_out(training)
+        after = held_out(remaining)
         text = f"Leave out {joined([result.predictions.names[i] for i in bad])}"
         command = solve_command(predictions.document, moves=dict.fromkeys(sorted(faulty)))
         words = f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
@@ -233,7 +241,8 @@ def solve_command(
 
     roles = {whole_name(name): now for name, now in (moves or {}).items()}
     arms = () if document.arms is None else document.arms.arms
-    settings, robots = {**document.settings, **(settings_given or {})}, ["--robot", document.robot]
+    settings = {**document.settings, **(settings_given or {})}
+    robots = ["--robot", document.robot]
     if arms:
         settings = {key: value for key, value in settings.items() if key not in _CHAIN}
         robots = list(
