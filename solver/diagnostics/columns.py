@@ -220,8 +220,7 @@ def of_columns(
     candidates: list[Candidate] = []
     for rows, placement in tried:
         seats = scene.sockets[rows]
-        measured = scene.points[rows] if scene.frames else None
-        some = Samples(scene.q[rows], seats - seats.min(), measured)
+        some = Samples(scene.q[rows], seats - seats.min(), scene.points[rows])
         if not some.is_overdetermined(len(scene.parameters)):
             continue
         if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
@@ -233,8 +232,7 @@ def of_columns(
         for hypothesis in likely:
             q = scene.q.copy()
             q[rows] = hypothesis.apply(some).positions
-            measured = scene.points if scene.frames else None
-            fit = model.fit(Samples(q, scene.sockets, measured).thinned(ABOUT, FEW))
+            fit = model.fit(Samples(q, scene.sockets, scene.points).thinned(ABOUT, FEW))
             if fit.noise < UNEXPLAINED:
                 changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)
                 candidates.append(_candidate(hypothesis, changed, placement, parameters["noise"]))

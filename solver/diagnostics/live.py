@@ -165,6 +165,6 @@ class LiveCheck:
             labels = labels_recorded.copy()
             labels[len(labels_recorded) - len(parts[-1]) + np.array(rows), 1] = socket
             sockets = np.unique(labels @ [MANY, 1], return_inverse=True)[1]
-            fit = self._model.fit(Samples(q, sockets), STEPS, x, linear)
+            fit = self._model.fit(Samples(q, sockets, np.zeros((len(q), 3))), STEPS, x, linear)
             errors.append(float(fit.errors.mean()))
         return errors

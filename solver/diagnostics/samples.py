@@ -25,8 +25,8 @@ class Samples:
     """Shape (N, m)."""
     sockets: np.ndarray
     """Index of each sample's seat, a socket or an instrument's frame, shape (N,)."""
-    measured: np.ndarray | None = None
-    """Balls in their frame as measured, shape (N, 3) [m], zero in sockets; None in sockets only."""
+    measured: np.ndarray
+    """Balls in their frame as measured, shape (N, 3) [m]; zero in sockets."""
 
     @cached_property
     def count(self) -> int:
@@ -60,16 +60,12 @@ class Samples:
             r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows
         ]
         few = np.concatenate(indices)
-        measured = None if self.measured is None else self.measured[few]
-        return Samples(self.positions[few], self.sockets[few], measured)
+        return Samples(self.positions[few], self.sockets[few], self.measured[few])
 
     @cached_property
     def frames(self) -> list[int]:
         """The seats that are frames of instruments."""
-        if self.measured is None:
-            return []
-        measured = self.measured
-        return [k for k, rows in enumerate(self.rows) if measured[rows].any()]
+        return np.unique(self.sockets[self.measured.any(axis=1)]).tolist()
 
     def aligned(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
@@ -79,7 +75,6 @@ class Samples:
         R = np.tile(np.eye(3), (self.count, points.shape[1], 1, 1))
         for k in self.frames:
             rows = self.rows[k]
-            assert self.measured is not None
             R[k] = rotations(points[rows], self.measured[rows], weights[rows])
         return R
 
@@ -96,7 +91,7 @@ class Samples:
 
     def offsets(self, R: np.ndarray) -> np.ndarray:
         """Return R y of the samples by the rotations of their seats, shape (N, ..., 3) [m]."""
-        if self.measured is None:
+        if not self.frames:
             return np.zeros((len(self.sockets), *R.shape[1:-1]))
         return np.einsum("n...ij,nj->n...i", R[self.sockets], self.measured)
 
@@ -118,9 +113,7 @@ class Samples:
 def samples_of(measurements: Sequence[Measurement]) -> Samples:
     """Return the samples of placements, seat after seat."""
     q = np.concatenate([m.positions for m in measurements])
-    any_points = any(m.kind == "points" for m in measurements)
-    measured = measured_points(measurements) if any_points else None
-    return Samples(q, seats_of(measurements)[1], measured)
+    return Samples(q, seats_of(measurements)[1], measured_points(measurements))
 
 
 def medians(points: np.ndarray, samples: Samples) -> np.ndarray:

@@ -65,13 +65,12 @@ def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Sce
     The arm begins as its model has it: a fit to such samples is of no use.
     """
     q = scene.q
-    measured = scene.points if scene.frames else None
     fit = None
     is_free = np.isin(np.arange(len(q)), rows)
     for _ in range(ROUNDS):
         x = np.zeros_like(scene.x) if fit is None else fit.x
         q = _angles(model, x, scene.q, joint, is_free, scene)
-        fit = model.fit(Samples(q, scene.sockets, measured).thinned(ABOUT, FEW))
+        fit = model.fit(Samples(q, scene.sockets, scene.points).thinned(ABOUT, FEW))
     if fit is None or fit.noise > UNEXPLAINED:
         return None
     changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)

@@ -174,7 +174,7 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     balls = BallModel(robot, []).points(np.zeros(0), q)
     distances = np.linalg.norm(balls - balls[0], axis=1)
     sockets = (distances > max(APART, 0.5 * float(distances.max()))).astype(int)
-    arm = RigidModel(robot).fitted(Samples(q, sockets))
+    arm = RigidModel(robot).fitted(Samples(q, sockets, np.zeros((len(q), 3))))
     balls = BallModel(arm, []).points(np.zeros(0), q)
     centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
     generator = np.random.default_rng(seed)
