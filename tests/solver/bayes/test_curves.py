@@ -30,8 +30,6 @@ from mukca.solver.results import (
 
 pytestmark = pytest.mark.slow
 
-_PARTS = ((0, 400, 6), (1, 400, 10), (2, 400, 8))
-
 
 def test_the_splines_have_the_covariance_of_the_process():
     weights = np.array([1, 4, 1]) / 6
@@ -112,19 +110,26 @@ def test_curves_are_compared_where_both_are_known():
     assert agreement(curves(a), None) == ()
 
 
-@pytest.fixture
-def ur10(ur10_points, tmp_path):
-    (tmp_path / "points.csv").write_bytes(ur10_points.read_bytes())
-    return mukca.read_placements(tmp_path)[0]
+@pytest.fixture(scope="module")
+def ur10(ur10_points, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ur10")
+    (folder / "points.csv").write_bytes(ur10_points.read_bytes())
+    return mukca.read_placements(folder)[0]
+
+
+@pytest.fixture(scope="module")
+def of_ur10(ur10):
+    """The calibration by a fourth of the points, held out another fourth."""
+    train, test = some(ur10, slice(0, None, 4)), some(ur10, slice(1, None, 4))
+    return mukca.calibrate(mukca.load_robot("ur10"), train, test=test)
 
 
 def some(points, rows):
     return replace(points, name=str(rows), files=(), samples=points.samples[rows])
 
 
-def test_a_measured_ur10_has_curves(ur10):
-    train, test = some(ur10, slice(0, None, 4)), some(ur10, slice(1, None, 4))
-    found = mukca.calibrate(mukca.load_robot("ur10"), train, test=test)
+def test_a_measured_ur10_has_curves(of_ur10):
+    found = of_ur10
     assert held_out(found) < 0.18e-3
     assert any(note.startswith("curves: kept") for note in found.document.choices or ())
     curves = found.document.curves
@@ -136,10 +141,11 @@ def test_a_measured_ur10_has_curves(ur10):
         )
 
 
-def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, tmp_path):
+def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, of_ur10, tmp_path):
+    """None of the points are those of the earlier one."""
     robot = mukca.load_robot("ur10")
-    old, new, test = (some(ur10, slice(*ends, step)) for *ends, step in _PARTS)
-    mukca.calibrate(robot, old).save(tmp_path / "old")
+    new, test = some(ur10, slice(1, 400, 10)), some(ur10, slice(2, 400, 8))
+    of_ur10.save(tmp_path / "old")
     prior = tmp_path / "old" / "calibration.json"
     alone = mukca.calibrate(robot, new, test=test)
     begun = mukca.calibrate(robot, new, test=test, prior=prior, remounted=("tool",))
