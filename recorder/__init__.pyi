@@ -8,11 +8,9 @@ from .columns import Column as Column
 from .columns import ColumnError as ColumnError
 from .columns import match_joints as match_joints
 from .coordinates import match_coordinates as match_coordinates
-from .dataset import distinctly_named as distinctly_named
 from .dataset import find_placements as find_placements
 from .dataset import hole_files as hole_files
 from .dataset import is_placement as is_placement
-from .dataset import placement_name as placement_name
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
@@ -44,6 +42,8 @@ from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
 from .placement import repeated_rows as repeated_rows
+from .placement_names import distinctly_named as distinctly_named
+from .placement_names import placement_name as placement_name
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .samples import REDO as REDO

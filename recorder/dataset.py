@@ -8,8 +8,7 @@ A *placement* is one position of the socket base, and the folder with the sample
 
 import json
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -18,6 +17,7 @@ from .cells import table_bytes
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
+from .placement_names import distinctly_named, placement_name
 from .points import POINTS, POSES, read_points
 from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
 from .tables import Table, read_table
@@ -118,39 +118,6 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     remarks = [f"{error}; the placement is left out" for error in skipped]
     first, *others = distinctly_named(placements)
     return [replace(first, remarks=(*first.remarks, *remarks)), *others]
-
-
-def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
-    """Return placements of which no two of different folders have one name.
-
-    Those of one name get the names of more folders above theirs, as far as these differ; those that
-    were made in memory get a number.
-    """
-    counts, renamed = Counter[str](), list[Placement]()
-    folders: dict[str, set[Path | None]] = {}
-    for placement in placements:
-        path = placement.path and placement.path.resolve()
-        folders.setdefault(placement.name, set()).add(path)
-    for placement in placements:
-        name = placement.name
-        counts[name] += 1
-        if placement.path is not None and len(folders[name]) > 1:
-            name = _name_among(placement.path, folders[name])
-        elif placement.path is None and counts[name] > 1:
-            name = f"{name} ({counts[name]})"
-        renamed.append(replace(placement, name=name) if name != placement.name else placement)
-    return renamed
-
-
-def _name_among(folder: Path, others: Iterable[Path | None]) -> str:
-    """Return the shortest name of a folder that none of the others has."""
-    parts = folder.resolve().parts[1:]
-    paths = [other.parts[1:] for other in others if other not in (None, folder.resolve())]
-    shortest = next(
-        (n for n in range(2, len(parts)) if all(parts[-n:] != other[-n:] for other in paths)),
-        len(parts),
-    )
-    return "/".join(parts[-shortest:])
 
 
 def read_placement(folder: Path) -> Placement:
@@ -264,11 +231,6 @@ def _require_samples(file: Path) -> None:
             f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are read; "
             "of a log of the arm, mukca extract makes samples"
         )
-
-
-def placement_name(folder: Path) -> str:
-    """Return a placement's name: its folder's name after its parent's."""
-    return "/".join(folder.resolve().parts[-2:]).lstrip("/")
 
 
 def hole_files(placement: Placement) -> dict[str, bytes]:

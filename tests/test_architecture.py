@@ -21,6 +21,7 @@ READING = {
     "dataset",
     "files",
     "placement",
+    "placement_names",
     "samples",
     "tables",
     "turns",

@@ -60,7 +60,7 @@ class Searches:
     best: np.ndarray
     """Joint positions that left least so far, shape (N, m) [rad]."""
     residual: np.ndarray
-    """What these left, shape (N, 2)."""
+    """Residual that these left, shape (N, 2)."""
     square: np.ndarray
     """Least sum of squares so far, shape (N,)."""
     change: np.ndarray
