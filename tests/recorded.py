@@ -1,7 +1,9 @@
 """Recordings of simulated arms: at bases that stand where a test says, or anywhere in reach."""
 
 import numpy as np
+from altered import moved
 
+from mukca import load_robot
 from mukca.recorder import read_keys, set_distance, write_holes
 from mukca.solver.bayes.model import Deflection
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
@@ -39,6 +41,19 @@ def recorded_with_loads(robot, masses, compliance, samples):
     arms = [arm.carrying(mass, arm.ball_joint.origin.xyz) for mass in masses]
     pairs = zip(arms, bases, strict=True)
     return [record(a, b, generator, samples=samples, imperfection=how) for a, b in pairs]
+
+
+def recorded_by_servos(name, seed, count, distance=0.05):
+    """Record an arm of servos, whose zeros are off by up to 5 degrees and whose joints have play.
+
+    The robot, and placements of 20 samples in each socket.
+    """
+    robot, generator = load_robot(name), np.random.default_rng(seed)
+    arm = true_arm(robot, generator, 3e-4, 0.0)
+    zeros = generator.uniform(-0.087, 0.087, len(robot.actuated))
+    play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
+    found = recorded_in_reach(arm, generator, count, distance, samples=20, imperfection=play)
+    return robot, [moved(placement, placement.positions - zeros) for placement in found]
 
 
 def write_sockets(folder, placement):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cases import by_table
+from recorded import recorded_by_servos
 
 from mukca.solver.assessment import Recordings, recording_rows
 from mukca.solver.bayes.inference import estimate
@@ -15,7 +16,7 @@ from mukca.solver.data import RobotRecordings, measure, observe
 from mukca.solver.design import accuracy_by
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.robot import choose_parameters, load_robot
-from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
+from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
 
@@ -107,15 +108,10 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name, joint, change):
 
 
 @pytest.mark.parametrize("distance", [None, 0.055])
-def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance, change):
+def test_servos_zeros_and_play_are_no_mistake_and_hide_none(distance):
     """With zeros off by degrees, which are sought, only a wrong distance is told."""
-    robot, generator = load_robot("koch"), np.random.default_rng(0)
-    arm = perturb(robot, generator, 3e-4, 0.0)
-    zeros = generator.uniform(-0.087, 0.087, len(robot.actuated))
-    play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
-    (base,) = reachable_bases(arm, generator, 1)
-    placement = record(arm, base, generator, samples=20, imperfection=play)
-    measured = measure(change(placement, lambda q: q - zeros), robot, distance)
+    robot, (placement,) = recorded_by_servos("koch", 0, 1)
+    measured = measure(placement, robot, distance)
     seen = inspect_all(robot, [measured], zeros=True)
     assert [f.code for f in seen.diagnostics] == ([] if distance is None else ["scale"])
     true, size = 0.0 if distance is None else 0.1, accuracy_by(robot, [measured], zeros=True).scale

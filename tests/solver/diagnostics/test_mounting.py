@@ -5,22 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cases import by_table
+from recorded import recorded_in_reach, true_arm
 from worlds import realistic_flaws
 
 import mukca
 from mukca.solver.data import STANDARD_LOAD, Load, measure
 from mukca.solver.diagnostics import Given, inspect_all
-from mukca.tools.simulation import perturb, reachable_bases, record
 
 
 @pytest.mark.slow
 @by_table("name", "gravity", "option")
 def test_gravity_that_was_not_said_is_named(name, gravity, option):
     robot, generator = mukca.load_robot(name), np.random.default_rng([0, 5])
-    arm = perturb(robot, generator, 1e-3, 5e-3)
+    arm = true_arm(robot, generator, 1e-3)
     how = replace(realistic_flaws(robot, generator), gravity=gravity)
-    bases = reachable_bases(arm, generator, 2, 0.1)
-    data = [measure(record(arm, b, generator, imperfection=how), robot) for b in bases]
+    placements = recorded_in_reach(arm, generator, 2, 0.1, imperfection=how)
+    data = [measure(placement, robot) for placement in placements]
 
     def told(load):
         found = inspect_all(robot, data, Given(load=load)).shared

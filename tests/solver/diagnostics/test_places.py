@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recorded import recorded_by_servos
 
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
@@ -106,16 +107,8 @@ def test_play_moves_samples_together_and_is_no_moved_base(moved, seeds):
 
 def test_what_may_be_play_is_told_before_the_distance_of_the_sockets():
     """Zeros and play, if not spoken of, make an arm seem 5 % shorter: the distance is right."""
-    robot, generator = load_robot("so101"), np.random.default_rng(301)
-    arm = perturb(robot, generator, 3e-4, 0.0)
-    zeros = generator.uniform(-0.087, 0.087, len(robot.actuated))
-    play = Imperfection(3e-4, play=0.012, resolution=1.5e-3)
-    measured = []
-    for base in reachable_bases(arm, generator, 2, 0.15):
-        placement = record(arm, base, generator, samples=20, imperfection=play)
-        rows = zip(placement.samples, (placement.positions - zeros).tolist(), strict=True)
-        samples = tuple(replace(sample, position=tuple(q)) for sample, q in rows)
-        measured.append(measure(replace(placement, samples=samples), robot, 0.15))
+    robot, placements = recorded_by_servos("so101", 301, 2, 0.15)
+    measured = [measure(placement, robot, 0.15) for placement in placements]
     errors = [
         finding for finding in inspect_all(robot, measured).diagnostics if finding.level == "error"
     ]
