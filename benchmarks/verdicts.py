@@ -560,6 +560,8 @@ def first_cause(calibration: mukca.Calibration) -> str:
     hypotheses = getattr(document, "hypotheses", None)
     if hypotheses is not None:
         name = next((h.name for h in hypotheses), "")
+        if name == "zero" and "placement" in hypotheses[0].parameters:
+            name = "zero_lost"  # in one placement alone
         texts = [c.text for c in document.checks or () if c.code == "set_right"]
         pairs = product(texts, SET_RIGHT.items())
         mended = next((cause for text, (words, cause) in pairs if words in text), "")
