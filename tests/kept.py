@@ -86,7 +86,7 @@ def says(name, html):
 UNLIKE = 6.0
 """Mean absolute difference of grey, 0 to 255, by which a picture no longer shows the same page.
 
-Another font, or letters larger by 4 %, make 5 at most; without one of its sections a page differs
+Letters larger by 4 % make 5 at most; without one of its sections a page differs
 by 8 and more on a narrow screen.
 """
 

@@ -1,6 +1,8 @@
 """How pages look, on wide and narrow screens, light, dark and printed: small grey pictures."""
 
+from base64 import b64encode
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from kept import pictures
 from mukca.tools.cli import main
 
 Image = pytest.importorskip("PIL.Image")
+matplotlib = pytest.importorskip("matplotlib")
 
 pytestmark = pytest.mark.slow
 
@@ -26,28 +29,39 @@ REPORT, SHEET = (64, 192), (16, 24)
 
 
 @pytest.fixture(scope="module")
+def style():
+    """The style of all pictures: one font on every computer, and nothing that turns in 3-D."""
+    font = Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf").read_bytes()
+    source = f"url(data:font/ttf;base64,{b64encode(font).decode()})"
+    face = f"@font-face {{font-family: kept; src: {source}}}"
+    return f"{face} * {{font-family: kept !important}} canvas {{visibility: hidden}}"
+
+
+@pytest.fixture(scope="module")
 def tab(chromium):
-    return chromium.new_context().new_page()
+    return chromium.new_context(bypass_csp=True).new_page()  # pages load no font
 
 
-def looks(tab, file, size):
-    """The whole page in each view, as grey thumbnails without what turns in 3-D."""
+def looks(tab, style, file, size):
+    """The whole page in each view, as grey thumbnails."""
     thumbnails = {}
     for name, ((width, height), medium, colours) in VIEWS.items():
         tab.set_viewport_size({"width": width, "height": height})
         tab.emulate_media(media=medium, color_scheme=colours)
         tab.goto(file.as_uri())
-        picture = tab.screenshot(full_page=True, style="canvas {visibility: hidden}")
+        tab.add_style_tag(content=style)
+        tab.evaluate("document.fonts.load('16px kept')")
+        picture = tab.screenshot(full_page=True)
         picture = Image.open(BytesIO(picture)).convert("L")
         thumbnails[name] = np.asarray(picture.resize(size, Image.Resampling.BOX))
     return thumbnails
 
 
-def test_the_report_looks_as_it_did(tab, auto):
-    pictures("auto", looks(tab, auto / "report.html", REPORT))
+def test_the_report_looks_as_it_did(tab, style, auto):
+    pictures("auto", looks(tab, style, auto / "report.html", REPORT))
 
 
-def test_the_certificate_looks_as_it_did(tab, auto, tmp_path):
+def test_the_certificate_looks_as_it_did(tab, style, auto, tmp_path):
     sheet = tmp_path / "sheet.html"
     main(
         [
@@ -59,4 +73,4 @@ def test_the_certificate_looks_as_it_did(tab, auto, tmp_path):
             str(sheet),
         ]
     )
-    pictures("certificate", looks(tab, sheet, SHEET))
+    pictures("certificate", looks(tab, style, sheet, SHEET))
