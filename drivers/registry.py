@@ -101,9 +101,9 @@ def open_driver(
         DriverError: There is no such driver, a package that it needs is missing, it cannot
             connect, or the robot has other joints than the model.
     """
-    name = driver
+    name = str(driver)
     if address is None:
-        name, _, address = driver.partition(":")
+        name, _, address = name.partition(":")
     infos = DRIVERS  # to look for plug-ins takes a while
     if name not in infos:
         infos = {info.name: info for info in reversed(list_drivers())}

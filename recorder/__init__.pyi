@@ -1,4 +1,5 @@
 # keep: write_holes
+from .arrays import numbers_of as numbers_of
 from .cells import number_of as number_of
 from .cells import read_text as read_text
 from .cells import seconds_of as seconds_of

@@ -7,11 +7,13 @@ A *placement* is one position of the socket base, and the folder with the sample
 """
 
 import json
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
+from typing import cast
 
 from .cells import table_bytes
 from .files import EmptyRecordingError, RecordingError
@@ -105,6 +107,10 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     """
     if not paths:
         raise RecordingError("no placement is given; name at least one folder of recordings")
+    objects = cast("tuple[object, ...]", paths)
+    strangers = [path for path in objects if not isinstance(path, str | os.PathLike)]
+    if strangers:
+        raise RecordingError(f"{strangers[0]!r:.60}: no path; name the folders one by one")
     placements, skipped = list[Placement](), list[RecordingError]()
     for folder in find_placements(map(Path, paths)):
         try:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import numbers_of
 from .columns import ColumnError, Match, match_joints, missing_joints
 from .files import RecordingError
 from .samples import Sample
@@ -18,6 +19,8 @@ SOCKETS = 2
 """Number of sockets of a base by default."""
 SAME_ROW = 1e-6
 """Samples that differ by less are one that was written twice [rad], [m]."""
+LAST_SOCKET = 999
+"""Largest number of a socket."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
 
@@ -92,23 +95,34 @@ class Placement:
             distance: Between the centres of sockets 0 and 1 [m]; None where it is not known.
 
         Raises:
-            RecordingError: Arrays whose shapes do not fit each other.
+            RecordingError: No samples, shapes that do not fit each other, a number that is none, or
+                a socket that is no number from 0 to 999.
         """
-        q, seats = np.asarray(positions, dtype=float), np.asarray(sockets)
-        tau = 0 * q if efforts is None else np.asarray(efforts, dtype=float)
+        where = f"placement {name!r}"
+        q = numbers_of(positions, f"{where}: positions")
+        seats = numbers_of(sockets, f"{where}: sockets")
+        tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
         names = None if joint_names is None else tuple(joint_names)
         fit = q.ndim == 2 and seats.shape == q.shape[:1] and tau.shape == q.shape
         if not fit or (names is not None and len(names) != q.shape[1]):
             raise RecordingError(
-                f"placement {name!r}: positions of shape {q.shape}, sockets of {seats.shape}, "
+                f"{where}: positions of shape {q.shape}, sockets of {seats.shape}, "
                 f"efforts of {tau.shape} and {len(names or ())} joint names do not fit: give "
                 "(samples, joints), (samples,), (samples, joints) and a name for each joint"
+            )
+        if not len(q):
+            raise RecordingError(f"{where}: no samples")
+        if ((seats != np.floor(seats)) | (seats < 0) | (seats > LAST_SOCKET)).any():
+            raise RecordingError(
+                f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
+                f"from 0 to {LAST_SOCKET}"
             )
         samples = tuple(
             Sample(tuple(row), int(seat), None if efforts is None else tuple(effort))
             for row, seat, effort in zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
         )
-        return cls(name, samples, names, distance)
+        metres = None if distance is None else float(numbers_of(distance, f"{where}: distance"))
+        return cls(str(name), samples, names, metres)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)

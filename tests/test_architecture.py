@@ -15,6 +15,7 @@ ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 FOLDERS = sorted({file.parent for file in FILES})
 READING = {
+    "arrays",
     "cells",
     "columns",
     "coordinates",

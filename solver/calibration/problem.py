@@ -101,6 +101,8 @@ def problems_of(
     robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
+    train = train if isinstance(train, Mapping) else as_list(train)
+    test = test if isinstance(test, Mapping) else as_list(test)
     parts = chain.from_iterable(map(_each, (train, test)))
     placements = list(chain.from_iterable(map(as_list, parts)))
     check_left_out(placements, options.leave_out)
@@ -131,8 +133,9 @@ def problems_of(
         return problems
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
-    options.check_payloads([*as_list(train), *as_list(test)])
-    return {"": _with_lone_sockets(_prepare(robot, as_list(train), as_list(test), options))}
+    training, held_out = as_list(train), as_list(test)
+    options.check_payloads([*training, *held_out])
+    return {"": _with_lone_sockets(_prepare(robot, training, held_out, options))}
 
 
 def _each(placements: Recordings) -> Iterable[object]:

@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import DEFAULT_DISTANCE, Placement
+from ...recorder import DEFAULT_DISTANCE, Placement, numbers_of
 from ..robot import BallModel, Robot
 from .efforts import with_plausible_efforts
 from .instrument import check_orientations, other_columns
@@ -26,7 +26,8 @@ ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""
 SAME_ROW, COPIED = 1e-6, 0.5
 """Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
-_LONGEST_BASE = 1.0
+_SHORTEST_BASE, _LONGEST_BASE = 5e-3, 1.0
+"""Balls have a diameter, and arms a reach [m]."""
 _FAR_OUTSIDE = 1.0
 """Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
 _BARELY_OUTSIDE = math.radians(5)
@@ -63,6 +64,7 @@ def measure(
         load: What efforts are held against; None to take them as they are.
     """
     ordered = placement.for_joints(robot.joint_names)
+    numbers_of(ordered.positions, f"placement {placement.name!r}: positions")
     if not placement.files and placement.order_note(robot.joint_names):
         joints = ", ".join(robot.joint_names or ())
         names = ", ".join(placement.joint_names or ())
@@ -125,7 +127,7 @@ def check_distance(distance: float, where: str = "") -> float:
             f"{where}distance {distance}: the distance between the sockets' centres is a positive "
             "number of metres, for example 0.05"
         )
-    if metres > _LONGEST_BASE:
+    if not _SHORTEST_BASE <= metres <= _LONGEST_BASE:
         raise MeasurementError(
             f"{where}distance {distance!r}: metres are expected, for example 0.05"
         )

@@ -136,6 +136,9 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:
 
 
 def _write(file: Path, content: bytes) -> None:
+    file = file.resolve()  # a link stays one
+    if file.exists() and not file.is_file():
+        raise OutputError(f"{file}: is no file; choose another")
     handle, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
     try:
         with os.fdopen(handle, "wb") as stream:

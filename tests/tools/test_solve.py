@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from cases import by_table
 from full_disk import full_disk
+from stored import STORED
 
 import mukca
 
@@ -195,6 +196,32 @@ def test_as_a_module_and_to_a_closed_pipe(session):
         ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0 and "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("more", ["", " --json"])
+def test_an_output_that_is_full_is_told_in_one_line(session, more):
+    command = f"{sys.executable} -m mukca check front --robot panda{more} > /dev/full"
+    result = subprocess.run(
+        ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
+    )
+    *_, last = result.stderr.splitlines()
+    assert (result.returncode, last) == (
+        1,
+        "mukca check: what it says cannot be written: No space left on device",
+    )
+    closed = command.replace("/dev/full", "&-").replace("> &-", ">&-")
+    assert not subprocess.run(["bash", "-c", closed], cwd=session, check=False).returncode
+
+
+def test_a_link_that_is_written_to_stays_a_link(session, tmp_path, run):
+    link, target = tmp_path / "link.csv", tmp_path / "target.csv"
+    target.touch()
+    link.symlink_to(target)
+    words = ["poses", str(STORED / "1.0" / "calibrated"), "front/hole_0.csv"]
+    status, *_ = run(*words, "--out", str(link), "--force")
+    assert status == 0 and link.is_symlink() and target.read_text().count("\n") > 3
+    status, _, err = run(*words, "--out", "/dev/full", "--force")
+    assert status == 2 and "/dev/full: is no file; choose another" in err
 
 
 def test_the_help_loads_nothing_heavy():

@@ -1,5 +1,7 @@
 """What a person tries first on a calibration, a robot and a placement works, or says what does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cases import by_table
@@ -89,6 +91,41 @@ def test_a_placement_is_made_of_arrays(panda, placements):
     assert by_both[0].parameters == by_both[1].parameters
     with pytest.raises(mukca.MukcaError, match="do not fit"):
         mukca.Placement.of_arrays("mine", one.positions, one.sockets[:-1])
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda q, s: (np.where(np.arange(7) == 1, np.nan, q), s), r"positions\[0, 1\]: nan"),
+        (lambda q, s: (q + 1j, s), "complex"),
+        (lambda q, s: (q[:0], s[:0]), "no samples"),
+        (lambda q, s: (q, s - 1), "sockets are -1 to 0"),
+        (lambda q, s: (q, s + 10**12), "from 0 to 999"),
+        (lambda q, s: (q, s + 0.5), "whole numbers"),
+        (lambda q, s: (q, ["left"] * len(s)), "sockets: real numbers are expected"),
+    ],
+)
+def test_arrays_that_are_no_samples_are_refused(placements, change, told):
+    one = placements[0]
+    with pytest.raises(mukca.MukcaError, match=told):
+        mukca.Placement.of_arrays("mine", *change(one.positions, one.sockets))
+
+
+def test_what_is_no_path_nor_number_is_refused(panda, placements):
+    for paths in (["front"], None):
+        with pytest.raises(mukca.MukcaError, match="no path; name the folders one by one"):
+            mukca.read_placements(paths)
+    with pytest.raises(mukca.MukcaError, match="no driver is called 'None'"):
+        mukca.open_driver(None)
+    one = placements[0]
+    first = replace(one.samples[0], position=(np.nan,) * 7)
+    with pytest.raises(mukca.MukcaError, match="nan is no number"):
+        mukca.calibrate(panda, replace(one, samples=(first, *one.samples[1:])))
+
+
+def test_placements_may_come_one_by_one(panda, placements):
+    found = mukca.calibrate(panda, (p for p in placements[:1]), method="paper")
+    assert found.parameters == mukca.calibrate(panda, placements[0], method="paper").parameters
 
 
 def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda):

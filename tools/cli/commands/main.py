@@ -6,6 +6,7 @@
 
 import argparse
 import difflib
+import errno
 import importlib
 import os
 import re
@@ -49,6 +50,8 @@ VERBS: dict[str, Verb] = {
         r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(?:often: (.*?)\n)?(.*?)(?=^# |\Z)", _PAGES
     )
 }
+UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
+"""Errors of a standard output that is full, or gone."""
 EXAMPLES = 2
 """Examples that ``--help`` shows."""
 
@@ -81,6 +84,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if "_ARGCOMPLETE" in os.environ and find_spec("argcomplete"):
         complete(os.environ.get("COMP_LINE", ""))
+    if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
@@ -95,7 +100,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 2
         arguments = parser.parse_args(words)
         terminal = Terminal(json=bool(getattr(arguments, "json", False)))
-        return run_verb(arguments, terminal)
+        status = run_verb(arguments, terminal)
+        sys.stdout.flush()
+        return status
     except MukcaError as error:
         line = " ".join(str(error).split())
         for argument, word in TYPED.items():
@@ -107,8 +114,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"mukca {verb}: interrupted\n")
         return 130
     except BrokenPipeError:  # the reader went away, as with `| head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _write_nowhere()
         return 141
+    except OSError as error:
+        if error.filename is not None or error.errno not in UNWRITABLE:
+            raise
+        _write_nowhere()
+        sys.stderr.write(f"mukca {verb}: what it says cannot be written: {error.strerror}\n")
+        return 1
+
+
+def _write_nowhere() -> None:
+    """Let standard output lead nowhere, so that nothing fails at the end of the program."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def complete(line: str) -> None:

@@ -240,7 +240,7 @@ def table_of_placements(errors: "calibration.Errors") -> list[str]:
         lines.append(f"  and {plural(len(errors) - MOST_ROWS, 'placement')} with smaller errors")
     for role, summary in (("train", errors.summary.train), ("test", errors.summary.test)):
         if summary is not None:
-            removed = f"-{100 * summary.removed_when_loaded:.1f} %"
+            removed = f"{-100 * summary.removed_when_loaded:+.1f} %"
             lines.append(_line("= mean", roles[role], removed, _cells(summary, two=two)))
     return lines
 

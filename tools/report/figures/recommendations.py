@@ -51,7 +51,8 @@ def _steps(result: Assessment) -> Iterator[Step]:
         text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
         words = "figures that can be believed"
         folders = list(dict.fromkeys(row.folder for row in document.data))
-        same = as_options({key: document.settings.get(key) for key in ("distance", "zeros")})
+        keys = ("distance", "known", "zeros")
+        same = as_options({key: document.settings.get(key) for key in keys})
         command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
         yield Step(text, command, words)
     if {status("scale"), status("distance_given")} != {"pass"}:
