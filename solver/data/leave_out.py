@@ -84,6 +84,11 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
                 raise LeaveOutError(f"--leave-out {item.words}: {problem}")
             names = ", ".join(placement.name for placement in placements)
             raise LeaveOutError(f"--leave-out {item.words}: no such placement; there are: {names}")
+        folders = {str(placement.path or placement.name) for placement in matches}
+        if len(folders) > 1:
+            names = ", ".join(sorted(folders))
+            problem = f"{item.placement} is ambiguous; there are: {names}"
+            raise LeaveOutError(f"--leave-out {item.words}: {problem}")
         for placement in matches:
             for part in item.parts:
                 if not any(map(part.holds, placement.samples)):

@@ -104,6 +104,8 @@ def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
     folders = [tmp_path / day / "rec" / "front" for day in "ab"]
     names = [one.name for one in mukca.read_placements(*folders)]
     assert names == ["a/rec/front", "b/rec/front"]
+    with pytest.raises(mukca.MukcaError, match="front is ambiguous; there are: "):
+        mukca.calibrate(panda, mukca.read_placements(*folders), leave_out=["front:0:2"])
     found = mukca.calibrate(panda, *(mukca.read_placements(folder) for folder in folders))
     assert [row.name for row in found.document.placements] == names
 

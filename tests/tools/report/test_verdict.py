@@ -392,6 +392,8 @@ def test_another_placement_is_recorded_beside_the_others(document, report):
         row["files"] = [str(front.parent / folder / Path(file).name) for file in row["files"]]
         (step,) = report(document)["todo"]
         assert step["command"].endswith(f" --out {front.parent / out}")
+    row["files"] = [Path(file).name for file in row["files"]]  # of a solve in the placement itself
+    assert report(document)["todo"][0]["command"].endswith(" --out ../another")
 
 
 def test_each_step_says_what_it_should_bring(extended, report):

@@ -197,8 +197,9 @@ def record_command(document: CalibrationDocument) -> str:
 def _folder_beside(document: CalibrationDocument) -> Path:
     """Return a folder for another placement, beside the recordings and of another name."""
     folders = [Path(row.folder) for row in document.data if row.files]
-    parent = folders[0].parent if folders else Path("recordings")
-    names = {folder.name for folder in folders}
+    first = folders[0] if folders else Path("recordings", "first")
+    parent = first.parent if first.name else Path("..")  # of "." the parent is "." itself
+    names = {folder.resolve().name for folder in folders}
     tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
     return parent / next(name for name in tries if name not in names)
 
