@@ -1,7 +1,7 @@
 """``mukca check``: recordings by themselves."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,9 @@ _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravi
 
 POINTS = "points that an instrument measured"
 
+SIZE_LOST, DISTANCE = 0.05, "scale"
+"""Standard deviation of the arm's size, as a share, from which a fit gave it up to meet a distance,
+and the code of findings on distances."""
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
@@ -72,6 +75,11 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     if not broken:
         premises = settings.load, lengths, settings.deviation
         accuracy = design.accuracy_by(robot, placements, *premises, zeros=bool(settings.zeros))
+    if accuracy is not None and (accuracy.scale.deviation or 0.0) > SIZE_LOST:
+        findings = tuple(map(_surely, findings))
+        shared = list(map(_surely, shared))
+        broken = any(finding.level == "error" for finding in findings)
+        accuracy = None if broken else accuracy
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey)
@@ -108,6 +116,11 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         },
     )
     return verdict.exit_status
+
+
+def _surely(finding: "results.Diagnostic") -> "results.Diagnostic":
+    """Return a finding as an error if it is of a distance, which the fit could not meet."""
+    return replace(finding, level="error") if finding.code == DISTANCE else finding
 
 
 def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
