@@ -105,7 +105,8 @@ def problems_of(
     test = test if isinstance(test, Mapping) else as_list(test)
     parts = chain.from_iterable(map(_each, (train, test)))
     placements = list(chain.from_iterable(map(as_list, parts)))
-    check_left_out(placements, options.leave_out)
+    several = isinstance(robot, Mapping)
+    check_left_out(placements if several else distinctly_named(placements), options.leave_out)
     if isinstance(robot, Mapping):
         _check_robots(robot, options)
         training = _by_robot(robot, train)

@@ -84,7 +84,7 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
                 raise LeaveOutError(f"--leave-out {item.words}: {problem}")
             names = ", ".join(placement.name for placement in placements)
             raise LeaveOutError(f"--leave-out {item.words}: no such placement; there are: {names}")
-        folders = {str(placement.path or placement.name) for placement in matches}
+        folders = {str(p.path.resolve() if p.path else p.name) for p in matches}
         if len(folders) > 1:
             names = ", ".join(sorted(folders))
             problem = f"{item.placement} is ambiguous; there are: {names}"

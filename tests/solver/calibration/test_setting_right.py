@@ -97,7 +97,8 @@ def test_samples_of_another_socket_are_taken_so(panda, placements):
 
 def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
     first, second = (replace(one, name="front") for one in placements)
-    found = mukca.calibrate(panda, first, second)
+    found = mukca.calibrate(panda, first, second, leave_out=["front (2):0:1"])
+    assert found.document.placements[1].samples == (11, 12)
     assert [row.name for row in found.document.placements] == ["front", "front (2)"]
     for day, one in zip("ab", placements, strict=True):
         write_samples(tmp_path / day / "rec" / "front", one)
@@ -106,6 +107,10 @@ def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
     assert names == ["a/rec/front", "b/rec/front"]
     with pytest.raises(mukca.MukcaError, match="front is ambiguous; there are: "):
         mukca.calibrate(panda, mukca.read_placements(*folders), leave_out=["front:0:2"])
+    ways = (folders[0], folders[0] / ".." / "front")
+    twice = [mukca.read_placements(way)[0] for way in ways]
+    with pytest.raises(mukca.MukcaError, match="the same placement"):  # and not ambiguous
+        mukca.calibrate(panda, twice, leave_out=["front:0:1"])
     found = mukca.calibrate(panda, *(mukca.read_placements(folder) for folder in folders))
     assert [row.name for row in found.document.placements] == names
 

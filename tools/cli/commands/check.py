@@ -65,21 +65,12 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     placements_read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
     # as solve begins, all placements trained on
     problem = calibration.problems_of(robot, placements_read, (), settings)[""]
-    placements, survey, findings = problem.measurements, problem.survey, problem.checks
+    placements, survey = problem.measurements, problem.survey
     terminal.warn(*problem.warnings)
-    lengths = settings.distances
+    findings, accuracy = _by_a_fit(problem, settings)
     of_one = set(chain.from_iterable(inspection.diagnostics for inspection in survey.placements))
     shared = [finding for finding in findings if finding not in of_one]
-    broken = any(finding.level == "error" for finding in findings)
-    accuracy = None
-    if not broken:
-        premises = settings.load, lengths, settings.deviation
-        accuracy = design.accuracy_by(robot, placements, *premises, zeros=bool(settings.zeros))
-    if accuracy is not None and (accuracy.scale.deviation or 0.0) > SIZE_LOST:
-        findings = tuple(map(_surely, findings))
-        shared = list(map(_surely, shared))
-        broken = any(finding.level == "error" for finding in findings)
-        accuracy = None if broken else accuracy
+    broken = _are_broken(findings)
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey)
@@ -87,7 +78,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
     readings = max((m.distance_readings for m in in_sockets), default=1)
-    causes, tied = survey.hypotheses, bool(lengths)
+    causes, tied = survey.hypotheses, bool(settings.distances)
     recordings = assessment.Recordings(
         placements, (), scale, assumed=assumed, readings=readings, tied=tied, causes=causes
     )
@@ -118,9 +109,30 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     return verdict.exit_status
 
 
-def _surely(finding: "results.Diagnostic") -> "results.Diagnostic":
-    """Return a finding as an error if it is of a distance, which the fit could not meet."""
-    return replace(finding, level="error") if finding.code == DISTANCE else finding
+def _are_broken(findings: "Sequence[results.Diagnostic]") -> bool:
+    return any(finding.level == "error" for finding in findings)
+
+
+def _by_a_fit(
+    problem: "calibration.CalibrationProblem", settings: SolveOptions
+) -> "tuple[tuple[results.Diagnostic, ...], design.Accuracy | None]":
+    """Return what was seen, and the accuracy by a fit; None where something bars it.
+
+    A distance is an error where the fit gave the arm's size up to meet it.
+    """
+    findings = problem.checks
+    if _are_broken(findings):
+        return findings, None
+    premises = settings.load, settings.distances, settings.deviation
+    zeros = bool(settings.zeros)
+    accuracy = design.accuracy_by(problem.robot, problem.measurements, *premises, zeros=zeros)
+    if accuracy is None or (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
+        return findings, accuracy
+    judged = tuple(
+        replace(finding, level="error") if finding.code == DISTANCE else finding
+        for finding in findings
+    )
+    return judged, None if _are_broken(judged) else accuracy
 
 
 def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
