@@ -48,30 +48,30 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     for path in paths:
         if path.name in _FILES and path.is_file():
             folders.append(path.parent)
-            continue
-        if not path.exists():
-            if path.suffix == ".csv":
-                raise RecordingError(f"{path}: no such file")
-            advice = "a placement is a folder of recordings"
-            _, _, path_after_name = str(path).partition(":")
-            if path_after_name and Path(path_after_name).exists():
-                advice = f"of one robot write {path_after_name}"
-            raise RecordingError(f"{path}: no such folder; {advice}")
-        if not path.is_dir():
-            raise RecordingError(
-                f"{path}: not a folder; name the placement's folder, {path.absolute().parent}"
-            )
-        if is_placement(path):
+        elif not path.is_dir():
+            raise RecordingError(f"{path}: {_no_folder(path)}")
+        elif is_placement(path):
             folders.append(path)
-            continue
-        inside = placements_in(path)
-        if not inside:
+        elif inside := placements_in(path):
+            folders += inside
+        else:
             raise RecordingError(
                 f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
                 f"hole_1.csv, or {POINTS}, or {POSES}, or folders that hold them"
             )
-        folders.extend(inside)
     return folders
+
+
+def _no_folder(path: Path) -> str:
+    """Return what to do about a path that is no folder."""
+    if path.exists():
+        return f"not a folder; name the placement's folder, {path.absolute().parent}"
+    if path.suffix == ".csv":
+        return "no such file"
+    _, _, path_after_name = str(path).partition(":")
+    if path_after_name and Path(path_after_name).exists():
+        return f"no such folder; of one robot write {path_after_name}"
+    return "no such folder; a placement is a folder of recordings"
 
 
 def placements_in(folder: Path) -> list[Path]:
@@ -138,29 +138,23 @@ def read_placement(folder: Path) -> Placement:
     holes = _holes(folder)
     files = [folder / name for name in _FILES if (folder / name).exists()]
     files += [file for _, file in holes[:1]]
+    if not files:
+        raise RecordingError(f"{folder}: no recording in this folder")
     if len(files) > 1:
         raise RecordingError(
             f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
-    if files and files[0].name in (POINTS, POSES):
-        placement = read_points(files[0], placement_name(folder))
-    elif files and files[0].name == SAMPLES:
-        placement = _read_recorded(folder)
-    else:
+    if holes:
         placement = _read_holes(folder, holes)
-    keys = read_keys(folder / METADATA)
-    return replace(
-        placement,
-        distance=None if placement.samples[0].point else keys.distance,
-        distance_assumed=keys.distance_assumed,
-        readings=keys.readings,
-        frame=keys.frame,
-        poses_of=keys.poses_of or placement.poses_of,
-        kept_alarms=keys.kept_alarms,
-        payload=keys.payload,
-        robot_name=keys.robot_name,
-        place=keys.place or placement.place,
-    )
+    elif files[0].name == SAMPLES:
+        placement = _read_recorded(files[0])
+    else:
+        placement = read_points(files[0], placement_name(folder))
+    keys = vars(read_keys(folder / METADATA))
+    stated = {key: value for key, value in keys.items() if value is not None}
+    if placement.samples[0].point:
+        stated.pop("distance", None)
+    return replace(placement, **stated)
 
 
 def _holes(folder: Path) -> list[tuple[int, Path]]:
@@ -172,14 +166,13 @@ def _holes(folder: Path) -> list[tuple[int, Path]]:
     )
 
 
-def _read_recorded(folder: Path) -> Placement:
-    file = folder / SAMPLES
+def _read_recorded(file: Path) -> Placement:
     content = read_samples(file)
     if not content.live:
         raise EmptyRecordingError(f"{file}: holds no sample")
     torn = f"{file}: the last line was torn off by a crash and is not read"
     return Placement(
-        name=placement_name(folder),
+        name=placement_name(file.parent),
         samples=content.live,
         joint_names=content.joint_names,
         files=(file,),
@@ -188,8 +181,6 @@ def _read_recorded(folder: Path) -> Placement:
 
 
 def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
-    if not holes:
-        raise RecordingError(f"{folder}: no recording in this folder")
     tables, skipped = list[tuple[int, Table]](), list[EmptyRecordingError]()
     for socket, file in holes:
         _require_samples(file)

@@ -1,6 +1,7 @@
 """``placement.json``: robot, joints, socket distance and sessions, beside the samples."""
 
 import json
+import math
 import os
 import re
 from collections.abc import Callable, Generator, Mapping
@@ -61,22 +62,24 @@ class Metadata:
 
     def fixed(self) -> dict[str, Any]:
         """The keys that must be the same each time that the placement is recorded on."""
-        return {
+        keys = {
             "robot": self.robot,
             "joints": list(self.joints),
-            **({} if self.distance is None else {"distance": self.distance}),
+            "distance": self.distance,
             "sockets": self.sockets,
-            **({"robot_name": self.robot_name} if self.robot_name else {}),
+            "robot_name": self.robot_name or None,
         }
+        return {key: value for key, value in keys.items() if value is not None}
 
     def added_to(self, stored: dict[str, Any]) -> dict[str, Any]:
         """Return the file's new contents: the earlier ones, and this start of the recorder."""
+        contents = stored | self.fixed()
+        if self.measured:
+            contents["distance_measured"] = True
+        if self.readings_changed:
+            contents[READINGS_CHANGED] = True
         session = {"started": _now(), "version": __version__, **self.session}
-        return {
-            **stored,
-            **self.fixed(),
-            **({"distance_measured": True} if self.measured else {}),
-            **({READINGS_CHANGED: True} if self.readings_changed else {}),
+        return contents | {
             "units": list(self.units),
             "model_sha256": stored.get("model_sha256", self.model_sha256),
             "sessions": [*_entries(stored, "sessions"), session],
@@ -108,36 +111,37 @@ def read_keys(file: Path) -> PlacementKeys:
             payload is no mass, or a name has other characters than letters, digits, and ``. _ -``.
     """
     metadata = read_metadata(file)
-    distance, payload = metadata.get("distance"), metadata.get("payload")
-    if distance is not None and not (_is_number(distance) and 0 < distance < float("inf")):
+    distance = metadata.get("distance")
+    if not (distance is None or _is_length(distance)):
         raise RecordingError(f"{file}: distance {distance!r}: expected a positive number of metres")
-    if payload is not None and not (_is_number(payload) and 0 <= payload <= PAYLOAD.largest):
+    payload = metadata.get("payload")
+    if not (payload is None or (_is_number(payload) and 0 <= payload <= PAYLOAD.largest)):
         raise RecordingError(f"{file}: payload {payload!r}: expected kilograms, zero or more")
     names = {key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")}
     for key, name in names.items():
-        if name is not None and not (isinstance(name, str) and _NAME.fullmatch(name)):
+        if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
             raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
-    # mukca record once wrote the default like a measured distance.
-    assumed = distance == DEFAULT_DISTANCE and metadata.get("distance_measured") is not True
-    alarms = tuple(str(words) for words in _entries(metadata, KEPT_ALARMS))
-    length = None if distance is None else float(distance)
-    readings = _readings(metadata)
-    mass = None if payload is None else float(payload)
-    return PlacementKeys(
-        length, assumed, **names, kept_alarms=alarms, readings=readings, payload=mass
-    )
-
-
-def _readings(metadata: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return the readings of the distance by somebody [m]."""
-    entries = [entry.get("distance") for entry in _entries(metadata, "readings") if entry]
-    lengths = [d for d in entries if isinstance(d, int | float) and 0 < d < float("inf")]
     measured = metadata.get("distance_measured") is True
-    return tuple(map(float, lengths or ([metadata["distance"]] if measured else [])))
+    entries = [entry.get("distance") for entry in _entries(metadata, "readings") if entry]
+    readings = list(filter(_is_length, entries)) or ([distance] if measured else [])
+    return PlacementKeys(
+        distance=None if distance is None else float(distance),
+        # mukca record once wrote the default like a measured distance.
+        distance_assumed=distance == DEFAULT_DISTANCE and not measured,
+        **names,
+        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
+        readings=tuple(map(float, readings)),
+        payload=None if payload is None else float(payload),
+    )
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_length(value: Any) -> bool:
+    """Tell whether a value is a positive number."""
+    return _is_number(value) and 0 < value < math.inf
 
 
 def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:

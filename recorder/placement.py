@@ -152,6 +152,18 @@ class Placement:
         """The folder that it was read from."""
         return self.files[0].parent if self.files else None
 
+    @property
+    def where(self) -> Path | str:
+        """The folder that it was read from, for messages; its name where it was made in memory."""
+        return self.path or self.name
+
+    def with_positions(self, positions: NDArray[np.float64]) -> "Placement":
+        """Return the placement with other joint positions, shape (samples, joints) [rad]."""
+        rows: list[list[float]] = positions.tolist()
+        pairs = zip(self.samples, rows, strict=True)
+        samples = tuple(replace(sample, position=tuple(row)) for sample, row in pairs)
+        return replace(self, samples=samples)
+
     def for_joints(self, joint_names: Sequence[str]) -> "Placement":
         """Return the placement with its joints in the order in which a robot model has them.
 
@@ -194,11 +206,11 @@ class Placement:
         remarks = list(self.remarks)
         if len(samples) < len(picked):
             remarks.append(
-                f"{self._file}: {len(picked) - len(samples)} lines without joint positions are "
-                "left out"
+                f"{self.first_file}: {len(picked) - len(samples)} lines without joint positions "
+                "are left out"
             )
         if match.note:
-            remarks.append(f"{self._file}: {match.note}")
+            remarks.append(f"{self.first_file}: {match.note}")
         return replace(
             self, samples=tuple(samples), joint_names=tuple(joint_names), remarks=tuple(remarks)
         )
@@ -209,7 +221,8 @@ class Placement:
         return match.note if match else ""
 
     @property
-    def _file(self) -> Path | str:
+    def first_file(self) -> Path | str:
+        """The first of its files, for messages; its name where it was made in memory."""
         return self.files[0] if self.files else self.name
 
     def _match(self, joint_names: tuple[str, ...]) -> Match | None:
@@ -217,21 +230,21 @@ class Placement:
         try:
             match = None if columns is None else match_joints(columns, joint_names)
         except ColumnError as error:
-            raise RecordingError(f"{self._file}: {error}; keep those of one arm") from None
+            raise RecordingError(f"{self.first_file}: {error}; keep those of one arm") from None
         if match is not None:
             return match
         absent = missing_joints(columns or (), joint_names)
         if columns is not None and len(absent) < len(joint_names):
             lacking = f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
+            named = len(joint_names) - len(absent)
             raise RecordingError(
-                f"{self._file}: the header names {len(joint_names) - len(absent)} of the robot's "
-                f"{len(joint_names)} joints; {lacking}. Name all of them, "
-                "or none (columns then go by order)"
+                f"{self.first_file}: the header names {named} of the robot's {len(joint_names)} "
+                f"joints; {lacking}. Name all of them, or none (columns then go by order)"
             )
         count = len(self.samples[0].position)
         if columns is not None and count == len(joint_names):
             raise RecordingError(
-                f"{self._file}: no column holds the positions of the robot's joints "
+                f"{self.first_file}: no column holds the positions of the robot's joints "
                 f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
             )
         if count != len(joint_names):
@@ -261,8 +274,8 @@ class Placement:
         lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
         some = ", ".join(lines[:LISTED]) + ", .." * (len(lines) > LISTED)
         remark = (
-            f"{self._file}: {len(copies)} of {len(self.samples)} samples repeat another one and do "
-            f"not count{f' (lines {some})' if all(lines) else ''}"
+            f"{self.first_file}: {len(copies)} of {len(self.samples)} samples repeat another one "
+            f"and do not count{f' (lines {some})' if all(lines) else ''}"
         )
         return replace(self, samples=samples, remarks=(*self.remarks, remark))
 

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from .cells import comment_line
 from .columns import ANGLES, LENGTHS, Column, ColumnError
 from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
@@ -53,9 +55,9 @@ def read_points(file: Path, name: str) -> Placement:
     samples: list[Sample] = []
     for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
         where = table.where(i)
-        turned = unit_quaternion(turn, form, where) if turn else None
-        sample = Sample(positions[i], 0, where=where, point=(x, y, z), orientation=turned)
-        sample = replace(sample, turn=tuple(turn))
+        sample = Sample(positions[i], 0, where=where, point=(x, y, z), turn=tuple(turn))
+        if turn:
+            sample = replace(sample, orientation=unit_quaternion(turn, form, where))
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
         samples.append(replace(sample, **clock_times))
     comment = comment_line(file).lower()
@@ -118,16 +120,21 @@ def unit_quaternion(
     Raises:
         RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
     """
-    return _unit(_quaternion(list(turn), tuple(form), where), where)
-
-
-def _quaternion(turn: list[float], form: tuple[str, ...], where: str) -> list[float]:
-    """Return the quaternion of a rotation vector [rad], of roll, pitch, yaw, or of a matrix."""
-    if len(turn) == 4:
-        return turn
-    if form == RPY:
-        return _of_rpy(*turn)
-    return _of_vector(turn) if len(turn) == 3 else _of_matrix(turn, where)
+    quaternion = list(turn)
+    if tuple(form) == RPY:
+        quaternion = _of_rpy(*turn)
+    elif len(turn) == 3:
+        quaternion = _of_vector(turn)
+    elif len(turn) == 9:
+        quaternion = _of_matrix(turn, where)
+    length = math.hypot(*quaternion)
+    if abs(length - 1) > _ROUNDED:
+        raise RecordingError(
+            f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
+            "1; are these its four columns, and not degrees or a rotation vector?"
+        )
+    qx, qy, qz, qw = (value / length for value in quaternion)
+    return qx, qy, qz, qw
 
 
 def _of_rpy(roll: float, pitch: float, yaw: float) -> list[float]:
@@ -143,54 +150,27 @@ def _of_rpy(roll: float, pitch: float, yaw: float) -> list[float]:
     ]
 
 
-def _of_vector(vector: list[float]) -> list[float]:
+def _of_vector(vector: Sequence[float]) -> list[float]:
     """Return the quaternion of a rotation vector [rad]."""
     angle = math.hypot(*vector)
     share = math.sin(angle / 2) / angle if angle else 0.5
     return [*(share * value for value in vector), math.cos(angle / 2)]
 
 
-def _of_matrix(rotation: list[float], where: str) -> list[float]:
+def _of_matrix(rotation: Sequence[float], where: str) -> list[float]:
     """Return the quaternion of a rotation's nine numbers, row by row."""
     a, b, c, d, e, f, g, h, i = rotation
-    # the outer product of the quaternion with itself, times 4; its largest column is the surest
-    columns = [
-        [1 + a - e - i, b + d, c + g, h - f],
-        [b + d, 1 - a + e - i, f + h, c - g],
-        [c + g, f + h, 1 - a - e + i, d - b],
-        [h - f, c - g, d - b, 1 + a + e + i],
-    ]
-    longest = max(range(4), key=lambda k: columns[k][k])
-    length = math.hypot(*columns[longest]) or 1.0
-    quaternion = [value / length for value in columns[longest]]
-    pairs = zip(_matrix_of(*quaternion), rotation, strict=True)
-    if max(abs(value - number) for value, number in pairs) > 2 * _ROUNDED:
+    # four times the outer product of the quaternion with itself; its largest column is the surest
+    squares = np.array(
+        [
+            [1 + a - e - i, b + d, c + g, h - f],
+            [b + d, 1 - a + e - i, f + h, c - g],
+            [c + g, f + h, 1 - a - e + i, d - b],
+            [h - f, c - g, d - b, 1 + a + e + i],
+        ]
+    )
+    largest = squares[squares.diagonal().argmax()]
+    quaternion = largest / np.linalg.norm(largest)
+    if np.abs(squares - 4 * np.outer(quaternion, quaternion)).max() > 4 * _ROUNDED:
         raise RecordingError(f"{where}: r11 to r33 are no rotation; are these its rows?")
-    return quaternion
-
-
-def _matrix_of(x: float, y: float, z: float, w: float) -> list[float]:
-    """Return the nine numbers of a unit quaternion's rotation, row by row."""
-    return [
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - z * w),
-        2 * (x * z + y * w),
-        2 * (x * y + z * w),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - x * w),
-        2 * (x * z - y * w),
-        2 * (y * z + x * w),
-        1 - 2 * (x * x + y * y),
-    ]
-
-
-def _unit(quaternion: list[float], where: str) -> tuple[float, float, float, float]:
-    """Return a quaternion of unit length."""
-    length = math.hypot(*quaternion)
-    if abs(length - 1) > _ROUNDED:
-        raise RecordingError(
-            f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
-            "1; are these its four columns, and not degrees or a rotation vector?"
-        )
-    qx, qy, qz, qw = (value / length for value in quaternion)
-    return qx, qy, qz, qw
+    return quaternion.tolist()

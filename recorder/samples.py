@@ -92,18 +92,17 @@ class SampleFile:
 
 def header_line(joint_names: Sequence[str]) -> bytes:
     """Return the first line of the file."""
-    return _line(
-        [*_LEADING, *(f"{kind}.{name}" for kind, name in product(_PER_JOINT, joint_names))]
-    )
+    by_joint = [f"{kind}.{name}" for kind, name in product(_PER_JOINT, joint_names)]
+    return _line([*_LEADING, *by_joint])
 
 
 def capture_line(sample: Sample) -> bytes:
     """Return the line that records a capture; every number reads back exactly."""
     blanks = [""] * len(sample.position)
     leading = [CAPTURE, sample.number, sample.socket, sample.time, sample.stamp, sample.states]
-    return _line(
-        [*leading, *sample.position, *(sample.spread or blanks), *(sample.effort or blanks)]
-    )
+    spread = sample.spread or blanks
+    effort = sample.effort or blanks
+    return _line([*leading, *sample.position, *spread, *effort])
 
 
 def mark_line(event: str, sample: Sample, time: float) -> bytes:
@@ -136,9 +135,8 @@ def read_samples(file: Path) -> SampleFile:
     if not lines:
         raise RecordingError(f"{file}: no header line; nothing was recorded")
     header = lines[0]
-    joint_names = tuple(
-        name.removeprefix("position.") for name in header if name.startswith("position.")
-    )
+    positions = [name for name in header if name.startswith("position.")]
+    joint_names = tuple(name.removeprefix("position.") for name in positions)
     if not joint_names or _line(header) != header_line(joint_names):
         raise RecordingError(
             f"{file}:1: not the header of a recording; expected the columns "

@@ -62,14 +62,10 @@ class Table:
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
-        aside = {column.index for column in reserved}
-        return [
-            column
-            for column in self.columns
-            if column.index not in aside
-            and not (self.header and column.aside)
-            and not self.is_text(column.index)
-        ]
+        columns = [column for column in self.columns if column not in reserved]
+        if self.header:
+            columns = [column for column in columns if not column.aside]
+        return [column for column in columns if not self.is_text(column.index)]
 
     def numbers(self, columns: Sequence[Column], *, gaps: bool = False) -> list[tuple[float, ...]]:
         """Return the numbers of some columns in radians and metres, row by row.
@@ -81,18 +77,18 @@ class Table:
         Raises:
             RecordingError: A cell is no finite number; the message names line and column.
         """
-        scales = [scale_of(column) for column in columns]
+        scales = [(column.index, scale_of(column)) for column in columns]
         rows: list[tuple[float, ...]] = []
         for line, cells in zip(self.lines, self.rows, strict=True):
             row: list[float] = []
-            for column, scale in zip(columns, scales, strict=True):
-                value = number_of(cells[column.index])
-                if value is None or not math.isfinite(value):
-                    if not gaps:
-                        words = _no_number(cells[column.index], column.index)
-                        raise RecordingError(f"{self.file}:{line}: {words}")
-                    value = math.nan
-                row.append(value * scale)
+            for i, scale in scales:
+                value = number_of(cells[i])
+                if value is not None and math.isfinite(value):
+                    row.append(value * scale)
+                elif gaps:
+                    row.append(math.nan)
+                else:
+                    raise RecordingError(f"{self.file}:{line}: {_no_number(cells[i], i)}")
             rows.append(tuple(row))
         return rows
 
@@ -142,11 +138,12 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
     records = named_states(records) or records
-    first, below = records[0], [row for _, row in records[1 : 1 + _LOOKED_AT]]
+    first, *others = records
     units: tuple[str, ...] = ()
+    below = [row for _, row in others[:_LOOKED_AT]]
     header = _header(file, *first, below, set(names))
     if header:
-        records = records[1:]
+        records = others
         if records and _are_units(records[0][1]):
             units = tuple(cell.strip() for cell in records.pop(0)[1])
     if not records:
@@ -156,12 +153,11 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     width = len(header or records[0][1])
     rows = [(line, _fitting(file, line, row, width)) for line, row in records]
     lines, cells = zip(*rows, strict=True)
-    notes: tuple[str, ...] = ()
-    if header and any(cell.isdecimal() for cell in header):
-        notes = (
-            f"{file}:{first[0]}: {','.join(header):.40} are taken for names, not for a sample",
-        )
-    return Table(file, header, lines, cells, units, notes)
+    notes: list[str] = []
+    if header and any(map(str.isdecimal, header)):
+        words = f"{','.join(header):.40} are taken for names, not for a sample"
+        notes.append(f"{file}:{first[0]}: {words}")
+    return Table(file, header, lines, cells, units, tuple(notes))
 
 
 def _header(
@@ -176,16 +172,13 @@ def _header(
             f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
             "numbers by commas, as in 0.1,-1.5,2"
         )
-    numbers = [cell for cell in header if number_of(cell) is not None]
-    if numbers and not _counted(numbers):
-        return None
+    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
     if not numbers:
-        beneath = [row[: len(header)] for row in below] or [[]]
+        beneath = [row[: len(header)] for row in below]
         return header if not below or any(map(_has_number, beneath)) else None
-    under = [
-        [row[i] for i in range(len(row)) if header[i : i + 1] and header[i] in numbers]
-        for row in below
-    ]
+    if not _counted([header[i] for i in numbers]):
+        return None
+    under = [[row[i] for i in numbers if i < len(row)] for row in below]
     return header if under and all(any(map(_is_decimal, cells)) for cells in under) else None
 
 

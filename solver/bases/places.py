@@ -17,8 +17,8 @@ def places_alone(
     recordings = robots[robot]
     visited = dict[tuple[str, int], tuple[str, int]]()
     for m in recordings.measurements:
-        for socket in m.sockets if m.kind == "sockets" else ():
-            visited[base_name(m, len(robots)), socket] = (m.name, socket)
+        for name, socket in m.labels:
+            visited[base_name(m, len(robots)), socket] = (name, socket)
     sockets = [k for k, label in enumerate(places.labels) if label in visited]
     part = places.at(sockets)
     names = (*places.frames, robots[0].base_frame)

@@ -1,6 +1,7 @@
 """Priors of an arm's elasticity by calibrations of others of its type (``--type-prior``)."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files as resources
 from itertools import chain
 from pathlib import Path
@@ -30,16 +31,10 @@ def shared_effects() -> list[Effect]:
 def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
     """Return the expected elasticity of each robot's type, by extension."""
     joint_names = [robot.joint_names for robot in robots]
-    types = list(
-        chain.from_iterable(_types_for(file, joint_names) for file in files if file != "none")
-    )
-    other_tilts = {robot.joint_names: tilts_about_other_axes(robot) for robot in robots}
-    types = [
-        _without_tilts(elasticity, other_tilts.get(elasticity.joint_names, ()))
-        for elasticity in types
-    ]
-    pooled = {elasticity.joint_names: elasticity for elasticity in _pooled(types)}
-    return [_expected(pooled.get(joints)) for joints in joint_names]
+    types = list[results.TypeElasticity]()
+    for file in files:
+        types += _types_for(file, joint_names) if file != "none" else ()
+    return [_expected(robot, types) for robot in robots]
 
 
 def tilts_about_other_axes(robot: Robot) -> list[str]:
@@ -48,18 +43,6 @@ def tilts_about_other_axes(robot: Robot) -> list[str]:
         return []
     effects = [effect for effect in shared_effects() if effect.across]
     return list(chain(*(effect.coefficient_names(robot.joint_names) for effect in effects)))
-
-
-def _without_tilts(
-    elasticity: results.TypeElasticity, names: Collection[str]
-) -> results.TypeElasticity:
-    """Return a type without some tilts, if they are about the axes of frames."""
-    if elasticity.tilt_axes == "link":
-        return elasticity
-    coefficients = tuple(
-        coefficient for coefficient in elasticity.coefficients if coefficient.name not in names
-    )
-    return structs.replace(elasticity, coefficients=coefficients)
 
 
 def _types_for(
@@ -88,9 +71,11 @@ def _types_for(
 def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
     types = [t for t in chain.from_iterable(map(_types, files)) if t.coefficients]
-    by_frame = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "frame"])
-    by_link = _pooled([elasticity for elasticity in types if elasticity.tilt_axes == "link"])
-    return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=(*by_frame, *by_link))
+    groups = defaultdict[tuple[str, tuple[str, ...]], list[results.TypeElasticity]](list)
+    for elasticity in sorted(types, key=lambda elasticity: elasticity.tilt_axes):
+        groups[elasticity.tilt_axes, elasticity.joint_names].append(elasticity)
+    pooled = tuple(map(_pooled, groups.values()))
+    return results.ElasticityDocument(format=results.ELASTICITY_FORMAT, types=pooled)
 
 
 def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
@@ -104,54 +89,50 @@ def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
     joints = document.model.joint_names
     effects = [effect for effect in shared_effects() if effect.name in document.deflection]
     names = set(chain.from_iterable(effect.coefficient_names(joints) for effect in effects))
-    coefficients = tuple(
-        coefficient for coefficient in document.coefficients or () if coefficient.name in names
-    )
-    axes = "frame" if document.rotation_numbers == "rpy" else "link"
     elasticity = results.TypeElasticity(
-        joint_names=joints, arms=1, coefficients=coefficients, tilt_axes=axes
+        joint_names=joints,
+        arms=1,
+        coefficients=tuple(c for c in document.coefficients or () if c.name in names),
+        tilt_axes="frame" if document.rotation_numbers == "rpy" else "link",
     )
     return (elasticity,)
 
 
-def _pooled(types: Sequence[results.TypeElasticity]) -> list[results.TypeElasticity]:
-    """Return one for each type: the means of its coefficients."""
-    pooled: list[results.TypeElasticity] = []
-    for joints in dict.fromkeys(elasticity.joint_names for elasticity in types):
-        of_arm = [elasticity for elasticity in types if elasticity.joint_names == joints]
-        coefficients = list(chain.from_iterable(elasticity.coefficients for elasticity in of_arm))
-        names = dict.fromkeys(coefficient.name for coefficient in coefficients)
-        by_name = {name: list[results.Coefficient]() for name in names}
-        for coefficient in coefficients:
-            by_name[coefficient.name].append(coefficient)
-        means = tuple(map(_mean, by_name.values()))
-        arms = sum(elasticity.arms for elasticity in of_arm)
-        pooled.append(structs.replace(of_arm[0], arms=arms, coefficients=means, source=None))
-    return pooled
+def _pooled(types: Sequence[results.TypeElasticity]) -> results.TypeElasticity:
+    """Return the elasticity of all arms of a type."""
+    means = _means(chain.from_iterable(elasticity.coefficients for elasticity in types))
+    arms = sum(elasticity.arms for elasticity in types)
+    return structs.replace(types[0], arms=arms, coefficients=means, source=None)
 
 
-def _mean(coefficients: Sequence[results.Coefficient]) -> results.Coefficient:
-    weights = (
-        np.array([max(coefficient.standard_deviation, LEAST) for coefficient in coefficients]) ** -2
-    )
-    mean = float(weights @ [coefficient.value for coefficient in coefficients] / weights.sum())
-    return structs.replace(
-        coefficients[0], value=mean, standard_deviation=float(weights.sum() ** -0.5)
-    )
+def _means(coefficients: Iterable[results.Coefficient]) -> tuple[results.Coefficient, ...]:
+    """Return coefficients of one name as their mean, each weighted by its precision."""
+    by_name = defaultdict[str, list[results.Coefficient]](list)
+    for coefficient in coefficients:
+        by_name[coefficient.name].append(coefficient)
+    means = list[results.Coefficient]()
+    for same in by_name.values():
+        deviations = np.array([coefficient.standard_deviation for coefficient in same])
+        weights = np.maximum(deviations, LEAST) ** -2
+        mean = float(weights @ [coefficient.value for coefficient in same] / weights.sum())
+        deviation = float(weights.sum() ** -0.5)
+        means.append(structs.replace(same[0], value=mean, standard_deviation=deviation))
+    return tuple(means)
 
 
-def _expected(elasticity: results.TypeElasticity | None) -> dict[str, Expected]:
-    """Return the expected coefficients of a type and their deviations, by extension."""
-    if elasticity is None:
-        return {}
-    by_name = {
-        coefficient.name: (coefficient.value, coefficient.standard_deviation)
-        for coefficient in elasticity.coefficients
-    }
+def _expected(robot: Robot, types: Sequence[results.TypeElasticity]) -> dict[str, Expected]:
+    """Return the expected coefficients of a robot's type and their deviations, by extension."""
+    other_tilts = tilts_about_other_axes(robot)
+    coefficients = list[results.Coefficient]()
+    for elasticity in types:
+        if elasticity.joint_names == robot.joint_names:
+            names = other_tilts if elasticity.tilt_axes == "frame" else ()
+            coefficients += [c for c in elasticity.coefficients if c.name not in names]
+    by_name = {c.name: (c.value, c.standard_deviation) for c in _means(coefficients)}
     expected: dict[str, Expected] = {}
     for effect in shared_effects():
-        names = effect.coefficient_names(elasticity.joint_names)
-        if all(name in by_name for name in names):
+        names = effect.coefficient_names(robot.joint_names)
+        if by_name.keys() >= set(names):
             values, deviations = np.array([by_name[name] for name in names]).T
             expected[effect.name] = values, deviations
     return expected

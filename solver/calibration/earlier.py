@@ -4,8 +4,9 @@ import base64
 import zlib
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import chain, product
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,9 +43,8 @@ def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
     """Return the posterior of an earlier calibration of an arm, as a prior."""
     document = results.read_calibration(file)
-    joints = document.model.joint_names, robot.joint_names
-    if joints[0] != joints[1]:
-        theirs, ours = map(", ".join, joints)
+    theirs, ours = map(", ".join, (document.model.joint_names, robot.joint_names))
+    if theirs != ours:
         raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
     posterior = posterior_of(document, str(file))
     model = posterior.model
@@ -56,12 +56,11 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
     covariance = slopes @ posterior.covariance[: model.size, : model.size] @ slopes.T
     prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
-    first = model.parameters[0].joint if model.parameters else ""
-    shifts = {
-        p.name
-        for p in model.parameters
-        if (p.of_ball and "tool" in remounted) or (p.joint == first and "base" in remounted)
-    }
+    shifts: set[str] = set()
+    for parameter in model.parameters:
+        of_base = parameter.joint == model.parameters[0].joint
+        if (parameter.of_ball and "tool" in remounted) or (of_base and "base" in remounted):
+            shifts.add(parameter.name)
     if document.rotation_numbers == "rpy":
         shifts |= set(tilts_about_other_axes(robot))
     return prior.without(shifts)
@@ -80,17 +79,29 @@ def stored_posterior(
     covariance = posterior.covariance if alone else arm.covariance
     size = arm.model.size
     first = len(covariance) - arm.centres.size
-    in_sockets = [m for m in recordings.measurements if m.kind == "sockets"]
-    labels = chain.from_iterable(product([m.name], m.sockets) for m in in_sockets)
+    labels = chain.from_iterable(m.labels for m in recordings.measurements)
     indices = [arm.data.labels.index(name) for name in labels]
     of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
-    sigma = submatrix(covariance, rows)
-    triangle = sigma[np.tril_indices(len(sigma))].astype("<f8")
-    text = base64.b64encode(zlib.compress(triangle.tobytes())).decode()
     noises = {kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()}
     places = tuple(map(as_point, arm.centres[indices]))
+    text = _packed(submatrix(covariance, rows))
     return results.StoredPosterior(covariance=text, noises=noises, centres=places)
+
+
+def _packed(matrix: np.ndarray) -> str:
+    """Return a symmetric matrix as text."""
+    triangle = matrix[np.tril_indices(len(matrix))].astype("<f8")
+    return base64.b64encode(zlib.compress(triangle.tobytes())).decode()
+
+
+def _unpacked(text: str, count: int) -> np.ndarray:
+    """Return a symmetric matrix of text, shape (count, count); ValueError, zlib.error for none."""
+    size = count * (count + 1) // 2
+    content = zlib.decompressobj().decompress(base64.b64decode(text), 8 * size + 1)
+    matrix = np.zeros((count, count))
+    matrix[np.tril_indices(count)] = np.frombuffer(content, "<f8").reshape(size)
+    return matrix + np.tril(matrix, -1).T
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
@@ -127,27 +138,16 @@ def _stored(
     )
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
-    data = observe(
-        arm,
-        lengths=arm.options.distances,
-        sockets_at=arm.options.located,
-        require_scale=False,
-    )
+    options = arm.options
+    data = observe(arm, lengths=options.distances, sockets_at=options.located, require_scale=False)
     count = model.scalars + 6 * len(data.frames) + 3 * data.socket_count
     try:
-        unpacker = zlib.decompressobj()
-        packed = base64.b64decode(stored.covariance)
-        size = count * (count + 1) // 2
-        triangle = np.frombuffer(unpacker.decompress(packed, 8 * size + 1), "<f8")
-        covariance = np.zeros((count, count))
-        covariance[np.tril_indices(count)] = triangle.reshape(size)
+        covariance = _unpacked(stored.covariance, count)
     except (ValueError, zlib.error):
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
-    covariance += np.tril(covariance, -1).T
     training = [part for part in document.data if part.role == "train"]
     rows = list(chain.from_iterable(part.by_socket for part in training))
     weights = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
-    frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
     posterior = Posterior(
         model,
         data,
@@ -161,10 +161,10 @@ def _stored(
         document.log_evidence or 0.0,
         (x,),
     )
+    frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
     poses = tuple(frames[name] for name in data.frames)
-    return replace(
-        posterior, covariance=restored_covariance(posterior, data, poses, _scales(document))
-    )
+    restored = restored_covariance(posterior, data, poses, _scales(document))
+    return replace(posterior, covariance=restored)
 
 
 def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
@@ -180,17 +180,17 @@ def _problem_of(document: results.CalibrationDocument, source: str) -> Calibrati
     robot = results.calibrated_robot(document, source).robot
     offset_by_joint = {zero.joint: zero.offset for zero in document.later_zeros}
     zeros = [offset_by_joint.get(joint, 0.0) for joint in robot.joint_names]
-    stored_options = {
-        name: value for name, value in document.settings.items() if name in option_table()
-    }
-    options = replace(SolveOptions(**stored_options), accept_distorted=True)
+    known_names = document.settings.keys() & option_table().keys()
+    stored: dict[str, Any] = {name: document.settings[name] for name in known_names}
+    stored["accept_distorted"] = True
     if document.arms is not None:  # what ties it to the others is in its posterior
-        options = replace(options, known=(), sockets_at=())
-    options = options.validated()
+        stored |= {"known": (), "sockets_at": ()}
+    options = SolveOptions(**stored).validated()
     train: list[Measurement] = []
-    for data in (data for data in document.data if data.role == "train"):
-        placement = replace(data.shifted(zeros).placement(robot.joint_names), files=())
-        measured = measure(placement, robot, options.distance, sockets=1)
-        train.append(spaced(measured, data.name, options.located))
+    for part in document.data:
+        if part.role == "train":
+            placement = replace(part.shifted(zeros).placement(robot.joint_names), files=())
+            measured = measure(placement, robot, options.distance, sockets=1)
+            train.append(spaced(measured, part.name, options.located))
     effects = rare_in(document.deflection, robot.joint_names)
     return CalibrationProblem(robot, train, document.load, options=options, effects=effects)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..bayes.selection import Prior, Selected, select_models
 from ..data import WORLD, RobotRecordings, observations_at, places_of
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
-from ..robot import Parameter, choose_parameters
+from ..robot import choose_parameters
 from .options import SolveOptions
 
 
@@ -41,12 +41,10 @@ class Fit:
         """Posterior of the robot; None where it has none, or its covariance is not finite."""
         if self.selected is None:
             return None
-        posterior_of_arm = self.selected.full.arm
-        return posterior_of_arm if _is_covariance(posterior_of_arm.covariance) else None
-
-
-def _is_covariance(matrix: np.ndarray) -> bool:
-    return bool(np.isfinite(matrix).all() and (np.diag(matrix) >= 0).all())
+        posterior = self.selected.full.arm
+        variances = np.diag(posterior.covariance)
+        usable = np.isfinite(posterior.covariance).all() and (variances >= 0).all()
+        return posterior if usable else None
 
 
 def fit_robots(
@@ -71,12 +69,8 @@ def fit_robots(
         A fit for each robot; those of several share one :attr:`Fit.world`.
     """
     options = options.validated()
-    parameters = [
-        choose_parameters(recordings.robot, options.free, options.fix) for recordings in robots
-    ]
     if options.method == "paper":
-        pairs = zip(robots, parameters, strict=True)
-        return [_fit_by_paper(*pair, options) for pair in pairs]
+        return [_fit_by_paper(recordings, options) for recordings in robots]
     begin = time.perf_counter()
     places = places_of(
         robots,
@@ -91,12 +85,12 @@ def fit_robots(
         alone, sockets = places_alone(places, robots, i)
         selected = select_models(
             recordings,
-            parameters[i],
+            choose_parameters(recordings.robot, options.free, options.fix),
             observations_at(alone, recordings),
             without=options.without,
             zeros=bool(options.zeros),
             prior=types[i] if types else None,
-            progress=partial(_with_name, progress, recordings.name),
+            progress=lambda word, name=recordings.name: progress(f"{word} {name}".strip()),
         )
         frame = places.frames.index(recordings.base_frame) if i else WORLD
         visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
@@ -111,20 +105,17 @@ def fit_robots(
     ]
 
 
-def _with_name(progress: Callable[[str], None], name: str, word: str) -> None:
-    progress(f"{word} {name}".strip())
-
-
-def _fit_by_paper(
-    recordings: RobotRecordings, parameters: Sequence[Parameter], options: SolveOptions
-) -> Fit:
+def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
     """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper`."""
     assert options.regularization is not None and options.max_iterations is not None
-    optimizer = str(options.optimizer)
-    regularization = options.regularization
-    train = recordings.measurements
     robot = recordings.robot
-    problem = build_problem(robot, train, parameters=parameters, regularization=regularization)
+    problem = build_problem(
+        robot,
+        recordings.measurements,
+        parameters=choose_parameters(robot, options.free, options.fix),
+        regularization=options.regularization,
+    )
+    optimizer = str(options.optimizer)
     begin = time.perf_counter()
     solution = solve(problem, optimizer, options.max_iterations)
     seconds = time.perf_counter() - begin
@@ -137,12 +128,13 @@ def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
     posterior = selected.full.arm
     model = posterior.model
     deflection = posterior.deflection.beyond_zeros
-    nominal = (arm.robot, model.parameters)
     values = with_joint_offsets(posterior)
     exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
-    calibrated = CalibratedRobot(*nominal, values, deflection, arm.load, exported)
+    calibrated = CalibratedRobot(
+        arm.robot, model.parameters, values, deflection, arm.load, exported
+    )
     iterates = tuple(
-        CalibratedRobot(*nominal, model.values(x), model.deflection(x), arm.load)
+        replace(calibrated, values=model.values(x), deflection=model.deflection(x), exported=None)
         for x in posterior.iterates
     )
     return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected)

@@ -1,7 +1,7 @@
 """One URDF with several robots, each where a calibration has it."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
@@ -58,22 +58,13 @@ def _renamed(tree: ET.Element, prefix: str) -> ET.Element:
     """Return a model with a prefix before the names of its links, joints and materials."""
     links = {e.get("name") for e in tree.findall("link")}
     joints = {e.get("name") for e in tree.findall("joint")}
-    owners: Mapping[str, set[str | None]] = {
-        "name": set(),
-        "link": links,
-        "reference": links | joints,
-        "joint": joints,
-    }
+    materials = {e.get("name") for e in tree.iter("material")}
+    named = {"link": links, "joint": joints, "material": materials}
+    references = {"link": links, "joint": joints, "reference": links | joints}
     for element in tree.iter():
-        if element is tree:
-            continue
-        names = {"link": links, "joint": joints}.get(element.tag, set())
-        for key, names_of_owner in owners.items():
+        for key, names in {"name": named.get(element.tag, set()), **references}.items():
             value = element.get(key)
-            of_material = element.tag == "material" and key == "name"
-            if value and (
-                value in names_of_owner or of_material or (key == "name" and value in names)
-            ):
+            if value and value in names:
                 element.set(key, f"{prefix}_{value}")
     return tree
 
@@ -104,7 +95,7 @@ def _stand(arm: Placed, urdf: bytes) -> ET.Element:
 def _in_one_file(robots: Sequence[Placed]) -> bytes:
     """Return the one file with the calibrated origins of all chains."""
     first = robots[0].robot
-    text = robots[0].robot.text
+    text = first.text
     for arm in robots[1:]:
         flange = arm.robot.loaded_with.get("flange")
         ball = arm.robot.loaded_with.get("ball")

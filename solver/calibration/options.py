@@ -1,6 +1,6 @@
 """Options of a calibration: a new one is one more field of both classes."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 from .. import data
 from ..bayes.model.effects import EXTENSIONS
 from .option import Method, Option, UsageError
-from .payloads import carrying, check_payloads, read_payloads, written
+from .payloads import Payloads
 
 if TYPE_CHECKING:
-    from ...recorder import Placement
     from ..data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
@@ -202,31 +201,21 @@ class SolveOptions:
             options,
             known=tuple(data.read_known(options.known)),
             sockets_at=tuple(options.located),
-            payload=written(options.payloads),
+            payload=options.payloads.words,
             type_prior=tuple(map(str, options.type_prior)),
             prior=None if options.prior is None else str(options.prior),
         )
 
     @property
-    def payloads(self) -> dict[str, float]:
-        """Mass at the ball by the placement's name [kg], by an empty name of all others."""
-        return read_payloads(self.payload)
-
-    def carrying(
-        self, placements: "Iterable[Placement]", *, others: bool = False
-    ) -> "list[Placement]":
-        """Return placements with the payloads that are stated of them, or of all ``others``."""
-        return carrying(placements, self.payloads, others=others)
-
-    def check_payloads(self, placements: "Iterable[Placement]") -> None:
-        """Refuse a payload of a placement that is not there."""
-        check_payloads(placements, self.payloads)
+    def payloads(self) -> Payloads:
+        """Masses at the ball of all placements."""
+        return Payloads.read(self.payload)
 
     @property
     def load(self) -> "Load":
         """Gravity and payload, which pull at the joints."""
         x, y, z = data.STANDARD_LOAD.gravity if self.gravity is None else self.gravity
-        return data.Load((x, y, z), self.payloads.get("", 0.0))
+        return data.Load((x, y, z), self.payloads.of_others)
 
     @property
     def distances(self) -> "list[KnownDistance]":

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, product
+from itertools import chain
 from typing import cast
 
 import numpy as np
@@ -17,11 +17,10 @@ from ..data import (
     as_flange_poses,
     check_distinct,
     check_left_out,
-    without,
 )
 from ..diagnostics import Survey, next_placement, single_socket_diagnostics, where_of
-from ..robot import Robot, choose_parameters
-from .model_warnings import check_zeros, held_as_exact, locked_angles, weightless
+from ..robot import Robot
+from .model_warnings import check_zeros, model_warnings
 from .options import SolveOptions, UsageError
 from .setting_right import NOTHING_SEEN, checked, mended
 
@@ -61,23 +60,21 @@ class CalibrationProblem(RobotRecordings):
 
         Where a placement that is held out differs throughout follows from its own samples.
         """
+        checks = list(self.checks)
         by_name = {m.name: m for m in self.measurements}
-        diagnostics = (
-            results.Diagnostic(
-                "warning",
-                "movement" if movement.kept else "moved",
-                where_of([by_name[movement.placement]]),
-                _movement_text(by_name[movement.placement], movement),
-                STEADY,
-            )
-            for movement in movements
-        )
-        ends = np.cumsum([len(m.positions) for m in self.measurements])
-        parts = [None] * len(ends) if shifts is None else np.split(shifts, ends)[: len(ends)]
-        train = (replace(m, moved=shift) for m, shift in zip(self.measurements, parts, strict=True))
-        checks = (*self.checks, *diagnostics)
-        test = tuple(_set_apart(m, calibrated) for m in self.test)
-        return replace(self, checks=checks, measurements=tuple(train), test=test)
+        for movement in movements:
+            measured = by_name[movement.placement]
+            code = "movement" if movement.kept else "moved"
+            text = _movement_text(measured, movement)
+            where = where_of([measured])
+            checks.append(results.Diagnostic("warning", code, where, text, STEADY))
+        train = self.measurements
+        if shifts is not None:  # orientations come last
+            ends = np.cumsum([len(m.positions) for m in train])
+            parts = zip(train, np.split(shifts, ends), strict=False)
+            train = [replace(m, moved=shift) for m, shift in parts]
+        test = [_set_apart(m, calibrated) for m in self.test]
+        return replace(self, checks=tuple(checks), measurements=tuple(train), test=tuple(test))
 
 
 def _set_apart(measured: Measurement, calibrated: results.CalibratedRobot) -> Measurement:
@@ -101,47 +98,39 @@ def problems_of(
     robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
-    train = train if isinstance(train, Mapping) else as_list(train)
-    test = test if isinstance(test, Mapping) else as_list(test)
-    parts = chain.from_iterable(map(_each, (train, test)))
-    placements = list(chain.from_iterable(map(as_list, parts)))
-    several = isinstance(robot, Mapping)
-    check_left_out(placements if several else distinctly_named(placements), options.leave_out)
     if isinstance(robot, Mapping):
-        _check_robots(robot, options)
-        training = _by_robot(robot, train)
-        held_out = _by_robot(robot, test)
-        if missing_robots := [
-            name for name, placements_of_robot in training.items() if not placements_of_robot
-        ]:
-            names = ", ".join(robot)
-            raise UsageError(
-                f"{missing_robots[0]}: no placement to train on; the robots are {names}"
-            )
-        parts = chain(training.values(), held_out.values())
-        placements = list(chain.from_iterable(parts))
-        options.check_payloads(placements)
-        problems = {
-            name: replace(
-                _prepare(robot_of_name, training[name], held_out[name], options), name=name
-            )
-            for name, robot_of_name in robot.items()
-        }
-        # The same samples given to two arms would fit both, so refuse them.
-        check_distinct(
-            list(chain.from_iterable((*p.measurements, *p.test) for p in problems.values()))
-        )
-        return problems
+        return _problems_of_robots(robot, train, test, options)
     if isinstance(train, Mapping) or isinstance(test, Mapping):
         raise UsageError("placements by the names of robots need robots by name, too")
-    training, held_out = as_list(train), as_list(test)
-    options.check_payloads([*training, *held_out])
+    training = as_list(train)
+    held_out = as_list(test)
+    placements = [*training, *held_out]
+    check_left_out(distinctly_named(placements), options.leave_out)
+    options.payloads.check(placements)
     return {"": _with_lone_sockets(_prepare(robot, training, held_out, options))}
 
 
-def _each(placements: Recordings) -> Iterable[object]:
-    """Return the placements of each robot."""
-    return placements.values() if isinstance(placements, Mapping) else [placements]
+def _problems_of_robots(
+    robots: Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
+) -> dict[str, CalibrationProblem]:
+    """Return what there is to fit to several robots."""
+    _check_robots(robots, options)
+    training = _by_robot(robots, train)
+    held_out = _by_robot(robots, test)
+    placements = list(chain(*training.values(), *held_out.values()))
+    check_left_out(placements, options.leave_out)
+    options.payloads.check(placements)
+    problems: dict[str, CalibrationProblem] = {}
+    for name, robot in robots.items():
+        if not training[name]:
+            names = ", ".join(robots)
+            raise UsageError(f"{name}: no placement to train on; the robots are {names}")
+        problem = _prepare(robot, training[name], held_out[name], options)
+        problems[name] = replace(problem, name=name)
+    # The same samples given to two arms would fit both, so refuse them.
+    rows = chain.from_iterable(problem.placements for problem in problems.values())
+    check_distinct([measured for _, measured in rows])
+    return problems
 
 
 def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
@@ -159,13 +148,14 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
     """Return each robot's placements: as given by name, or as each of them says."""
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
+    pairs: list[tuple[str | None, Placement]] = []
     if isinstance(placements, Mapping):
-        groups = ((name, as_list(group)) for name, group in placements.items())
-        pairs = list(chain.from_iterable(product([name], group) for name, group in groups))
+        for name, group in placements.items():
+            pairs += [(name, placement) for placement in as_list(group)]
     else:
-        pairs = [(p.robot_name, p) for p in as_list(placements)]
+        pairs += [(placement.robot_name, placement) for placement in as_list(placements)]
     for name, placement in pairs:
-        where = placement.path or placement.name
+        where = placement.where
         if name is None:
             raise UsageError(
                 f"{where}: which robot recorded it? Write NAME:{where}; the robots are {listing}"
@@ -187,7 +177,7 @@ def _prepare(
     """Return a robot's recordings, checked, looked at, and split where a base moved."""
     if not isinstance(robot, Robot):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise UsageError(f"{robot!r:.60}: no robot; load it by mukca.load_robot")
-    check_zeros(robot, choose_parameters(robot, options.free, options.fix), options)
+    check_zeros(robot, options)
     return _inspected(_measured(robot, train, test, options))
 
 
@@ -206,39 +196,28 @@ def _measured(
     """Return the checked placements to train and to test on, and what to warn of."""
     if not train:
         raise UsageError("no placement to train on; read some by mukca.read_placements")
-    distinct = distinctly_named([*train, *test])
+    distinct = options.payloads.carried_by(distinctly_named([*train, *test]))
+    if options.flange_poses:
+        distinct = as_flange_poses(distinct)
     train, test = distinct[: len(train)], distinct[len(train) :]
     paths = {p.path.resolve() for p in train if p.path is not None}
-    if options.flange_poses:
-        train = as_flange_poses(train)
-        test = as_flange_poses(test)
-    train = options.carrying(train)
-    test = options.carrying(test)
-    held_out_placements = [p for p in test if p.path is None or p.path.resolve() not in paths]
-    warnings = [
-        f"{p.path}: trained on, so left out of the test"
-        for p in test
-        if p not in held_out_placements
-    ]
-    sockets = 1 if options.method == "auto" else 2
-    measured = [p for p in (*train, *test) if p.samples and p.samples[0].point is not None]
+    trained_on = [p for p in test if p.path is not None and p.path.resolve() in paths]
+    warnings = [f"{p.path}: trained on, so left out of the test" for p in trained_on]
+    measured = [p for p in distinct if p.samples and p.samples[0].point is not None]
     if measured and options.method == "paper":
         raise UsageError(
-            f"{measured[0].path or measured[0].name}: measured points; --method paper knows "
-            "sockets only, --method auto knows both"
+            f"{measured[0].where}: measured points; --method paper knows sockets only, "
+            "--method auto knows both"
         )
-    training, errors = checked(robot, without(train, options.leave_out), options, sockets)
-    held_out, errors_held_out = checked(
-        robot, without(held_out_placements, options.leave_out), options, sockets
-    )
+    training, errors = checked(robot, train, options)
+    held_out, errors_held_out = checked(robot, [p for p in test if p not in trained_on], options)
     if not training:
         raise next(iter(errors), UsageError("--leave-out: no placement is left to train on"))
     warnings += [f"{error}; it is left out" for error in (*errors, *errors_held_out)]
-    check_distinct([*training, *held_out])
-    warnings += held_as_exact(robot, options)
-    warnings += locked_angles(robot, options)
-    warnings += weightless(robot, [*training, *held_out], options)
-    warnings += list(chain.from_iterable(m.warnings for m in (*training, *held_out)))
+    data = (*training, *held_out)
+    check_distinct(data)
+    warnings += model_warnings(robot, data, options)
+    warnings += chain.from_iterable(m.warnings for m in data)
     return CalibrationProblem(
         robot, training, options.load, options=options, test=held_out, warnings=tuple(warnings)
     )
@@ -248,28 +227,27 @@ def as_list(placements: object) -> list[Placement]:
     """Return placements as a list; one stands for itself, and a path is refused."""
     several = isinstance(placements, Iterable) and not isinstance(placements, str)
     items: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
-    placements_only = [item for item in items if isinstance(item, Placement)]
-    if len(placements_only) < len(items):
-        stranger = next(item for item in items if not isinstance(item, Placement))
-        raise UsageError(f"{stranger!r:.60}: no placement; read it by mukca.read_placements")
-    return placements_only
+    checked_items: list[Placement] = []
+    for item in items:
+        if not isinstance(item, Placement):
+            raise UsageError(f"{item!r:.60}: no placement; read it by mukca.read_placements")
+        checked_items.append(item)
+    return checked_items
 
 
 def _inspected(problem: CalibrationProblem) -> CalibrationProblem:
     """Look at all placements; what is held out is looked at here and never by the fit."""
-    options = problem.options
-    robot = problem.robot
-    mending = mended(robot, problem.measurements, problem.test, options)
+    mending = mended(problem.robot, problem.measurements, problem.test, problem.options)
     survey = mending.survey
     place = None
     if any(m.kind == "sockets" for m in (*mending.train, *mending.test)):
-        place = results.NextPlacement(text=next_placement(robot, survey))
+        place = results.NextPlacement(text=next_placement(problem.robot, survey))
     return replace(
         problem,
         measurements=mending.train,
         test=mending.test,
         checks=(*mending.done, *survey.diagnostics),
-        options=replace(options, known=mending.known),
+        options=replace(problem.options, known=mending.known),
         survey=survey,
         hypotheses=survey.hypotheses,
         next_placement=place,

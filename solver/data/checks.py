@@ -31,6 +31,8 @@ _SHORTEST_BASE, _LONGEST_BASE = 5e-3, 1.0
 _FAR_OUTSIDE = 1.0
 """Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
 _BARELY_OUTSIDE = math.radians(5)
+_ENDLESS = 6 * math.pi
+"""No joint without limits winds up its cables farther [rad]."""
 
 
 class MeasurementError(MukcaError):
@@ -88,12 +90,15 @@ def measure(
             f"{placement.distance} m"
         )
     source = "given" if length is not None else "recording" if recorded is not None else "default"
-    where = f"{placement.path or placement.name}: " if source == "recording" else ""
+    where = f"{placement.where}: " if source == "recording" else ""
     used = check_distance(length or placement.distance or DEFAULT_DISTANCE, where)
     before = () if recorded is None else placement.readings or (recorded,)
     readings = agreeing(used, [*typed_readings, *(d for d in before if d not in typed_readings)])
     measured = Measurement(ordered, used, source, readings, warnings=tuple(warnings))
-    _check_sockets(measured, sockets)
+    if measured.kind == "points":
+        _check_points(measured)
+    else:
+        _check_sockets(measured, sockets)
     with order_said([placement], robot.joint_names):
         _check_poses(measured, robot, poses_of)
     return measured
@@ -141,8 +146,7 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
         if (rows := _rows_of(b).tobytes()) in by_samples:
             a = by_samples[rows]
             raise MeasurementError(
-                f"{a.path or a.name} and {b.path or b.name} are the same placement; "
-                "name each only once"
+                f"{a.where} and {b.where} are the same placement; name each only once"
             )
         by_samples[rows] = b
     for first, copy in copied_sockets(by_samples.values()):
@@ -175,21 +179,20 @@ def _rows_of(placement: Placement) -> np.ndarray:
 
 def _samples_of(placement: Placement, socket: int) -> str:
     """Return the file of a socket's samples, for messages."""
-    path = placement.path
     file = f"hole_{socket}.csv"
-    if path is not None and path / file in placement.files:
-        return str(path / file)
+    if placement.path is not None and placement.path / file in placement.files:
+        return str(placement.path / file)
     if placement.samples[0].point is not None:
-        return str(placement.files[0] if placement.files else placement.name)
-    return f"{path or placement.name} socket {socket}"
+        return str(placement.first_file)
+    return f"{placement.where} socket {socket}"
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
     """Refuse orientations of something else, or that do not turn as the robot does."""
-    placement = measured.placement
     if not measured.has_orientations:
         return
-    where = placement.files[0] if placement.files else measured.name
+    placement = measured.placement
+    where = placement.first_file
     if placement.poses_of != meaning:
         reason = "does not tell what its poses are"
         if placement.poses_of is not None:
@@ -209,36 +212,37 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         check_orientations(R, measured.quaternions, str(where), mended)
 
 
+def _check_points(measured: Measurement) -> None:
+    """Refuse measured points that are too few, or of one configuration."""
+    where = measured.placement.first_file
+    N = len(measured.positions)
+    if N < LEAST_POINTS:
+        raise TooFewError(
+            f"{where}: {N} measured points; at least {LEAST_POINTS} are needed, 50 are advised"
+        )
+    if not np.ptp(measured.positions, axis=0).any():
+        raise TooFewError(f"{where}: all {N} points are of one configuration; move the arm")
+
+
 def _check_sockets(measured: Measurement, minimum: int) -> None:
-    where = measured.placement.path or measured.name
-    if measured.kind == "points":
-        where = next(iter(measured.placement.files), measured.name)
-        if sum(measured.counts) < LEAST_POINTS:
-            raise TooFewError(
-                f"{where}: {sum(measured.counts)} measured points; at least {LEAST_POINTS} are "
-                "needed, 50 are advised"
-            )
-        if not np.ptp(measured.positions, axis=0).any():
-            raise TooFewError(
-                f"{where}: all {sum(measured.counts)} points are of one configuration; move the arm"
-            )
-        return
+    """Refuse too few sockets, or samples in them, and samples given twice."""
+    where = measured.placement.where
     if len(measured.sockets) < minimum:
         raise TooFewError(
             f"{where}: only socket {measured.sockets[0]} has samples; the distance between two "
             "sockets sets the scale, so record hole_0.csv and hole_1.csv, or tie it by --known"
         )
     for socket, rows in zip(measured.sockets, measured.by_socket, strict=True):
-        samples = [s for s in measured.placement.samples if s.socket == socket]
-        if not np.ptp(rows, axis=0).any() and len(samples) > 1:
+        first = next(s for s in measured.placement.samples if s.socket == socket)
+        if len(rows) < 2:
             raise TooFewError(
-                f"{samples[0].where or where}: all {len(samples)} samples of socket {socket} are "
-                "the same configuration; guide the arm to another one for each"
-            )
-        if len(samples) < 2:
-            raise TooFewError(
-                f"{samples[0].where or where}: one sample in socket {socket}; at least 2 are "
+                f"{first.where or where}: one sample in socket {socket}; at least 2 are "
                 f"needed, better {SAMPLES_ADVISED}"
+            )
+        if not np.ptp(rows, axis=0).any():
+            raise TooFewError(
+                f"{first.where or where}: all {len(rows)} samples of socket {socket} are "
+                "the same configuration; guide the arm to another one for each"
             )
     check_distinct([measured])
 
@@ -246,18 +250,9 @@ def _check_sockets(measured: Measurement, minimum: int) -> None:
 def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> None:
     """Refuse joint positions far outside of the limits, and warn of those outside."""
     positions = placement.positions
-    lower = robot.lower
-    upper = robot.upper
-    endless = np.isinf(lower) & np.isinf(upper)
-    lower = np.where(endless, -4 * np.pi, lower)
-    upper = np.where(endless, 4 * np.pi, upper)
-    # whole turns without which all of a column is inside its limits do not matter
-    turn = 2 * np.pi * np.array([joint.type != "prismatic" for joint in robot.actuated])
-    offset = positions.mean(axis=0) - (lower + upper) / 2
-    turns = np.rint(offset / (2 * np.pi)).clip(-3, 3)
-    back = positions - turns * turn
-    inside = np.all((lower <= back) & (back <= upper), axis=0) & (abs(turns) < 3)
-    positions = np.where(inside, back, positions)
+    endless = np.isinf(robot.lower) & np.isinf(robot.upper)
+    lower = np.where(endless, -_ENDLESS, robot.lower)
+    upper = np.where(endless, _ENDLESS, robot.upper)
     excess = np.maximum(lower - positions, positions - upper)
     row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
     joint = robot.actuated[int(column)]
@@ -268,12 +263,13 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     )
     if excess[row, column] > _FAR_OUTSIDE:
         turned = -positions[:, column]
-        if np.all((lower[column] <= turned) & (turned <= upper[column])):
+        if lower[column] <= turned.min() and turned.max() <= upper[column]:
             raise MeasurementError(
                 f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
             )
-        degrees = "are these degrees? a header of JOINT [deg] is read as such"
-        guess = degrees if abs(positions).max() > 2 * np.pi else "is it another robot?"
+        guess = "is it another robot?"
+        if abs(positions).max() > 2 * np.pi:
+            guess = "are these degrees? a header of JOINT [deg] is read as such"
         raise MeasurementError(
             f"{text}; angles are radians ({guess}), in the order of the chain's joints"
         )

@@ -51,8 +51,8 @@ def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
             "is their sign turned (option `effort` of the driver), or does the arm hang (--gravity)"
         )
     return (
-        f"{placement.path or placement.name}: efforts are {slope:.3g} times the model's gravity "
-        f"torque (correlation {correlation:.3f}); {reason}? The model's torque takes their place"
+        f"{placement.where}: efforts are {slope:.3g} times the model's gravity torque "
+        f"(correlation {correlation:.3f}); {reason}? The model's torque takes their place"
     )
 
 

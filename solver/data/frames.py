@@ -6,11 +6,12 @@ from what they share: a socket, or a ball that was measured.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
 from ...errors import MukcaError
-from ..robot import Origin, matrix_rpy, rpy_of, turn
+from ..robot import Origin, cross_matrices, matrix_rpy, rpy_of, turn
 
 MAX_ERROR = 0.25
 """A point cannot be this far from its place by the nominal model [m]: no arm deviates so, nor does
@@ -73,11 +74,8 @@ class Pose:
 
         d(turn x p) = -[p]x d(turn), with p = rotation @ point.
         """
-        x, y, z = (points @ self.rotation.T).T
         slopes = np.zeros((len(points), 3, 6))
-        slopes[:, 0, 1], slopes[:, 0, 2] = z, -y
-        slopes[:, 1, 0], slopes[:, 1, 2] = -z, x
-        slopes[:, 2, 0], slopes[:, 2, 1] = y, -x
+        slopes[:, :, :3] = -cross_matrices(points @ self.rotation.T)
         slopes[:, :, 3:] = np.eye(3)
         return slopes
 
@@ -94,7 +92,7 @@ IDENTITY = Pose(np.eye(3), np.zeros(3))
 def kabsch_rotation(
     inner: np.ndarray,
     outer: np.ndarray,
-    weights: np.ndarray | None = None,
+    weights: np.ndarray | float = 1.0,
     *,
     mirrored: bool = False,
 ) -> np.ndarray:
@@ -103,8 +101,7 @@ def kabsch_rotation(
     ``inner`` is turned into ``outer``, both of shape (N, 3), with weights of shape (N,);
     ``mirrored`` asks for the best reflection instead, which no rigid motion can be.
     """
-    w = np.ones(len(inner)) if weights is None else weights
-    U, _, Vt = np.linalg.svd((w[:, None] * inner).T @ outer)
+    U, _, Vt = np.linalg.svd((np.reshape(weights, (-1, 1)) * inner).T @ outer)
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1 if mirrored else 1)
     return Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
 
@@ -112,12 +109,13 @@ def kabsch_rotation(
 def kabsch(
     inner: np.ndarray,
     outer: np.ndarray,
-    weights: np.ndarray | None = None,
+    weights: np.ndarray | float = 1.0,
     *,
     mirrored: bool = False,
 ) -> Pose:
     """Return the pose that brings points closest to others; see :func:`kabsch_rotation`."""
-    share = np.full(len(inner), 1 / len(inner)) if weights is None else weights / weights.sum()
+    weights = np.broadcast_to(weights, len(inner))
+    share = weights / weights.sum()
     middle = share @ inner
     target = share @ outer
     R = kabsch_rotation(inner - middle, outer - target, share, mirrored=mirrored)
@@ -135,11 +133,10 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
     Each round is :func:`kabsch`, with weights that fall with the distance left: a point that is far
     off hardly counts. Points have shape (N, 3) [m].
     """
-    weights = np.ones(len(inner))
-    pose = IDENTITY
-    for _ in range(REWEIGHTINGS):
-        pose = kabsch(inner, outer, weights, mirrored=mirrored)
+    pose = kabsch(inner, outer, mirrored=mirrored)
+    for _ in range(REWEIGHTINGS - 1):
         weights = robust_weights(np.sum((pose.apply(inner) - outer) ** 2, axis=1))
+        pose = kabsch(inner, outer, weights, mirrored=mirrored)
     return pose
 
 
@@ -171,34 +168,39 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
 
     Frame after frame is placed, the one that shares most with those placed already first.
     """
-    count = 1 + max(int(frame.numbers.max(initial=-1)) for frame in frames)
-    world = np.full((count, 3), np.nan)
-    poses: list[Pose | None] = [IDENTITY, *([None] * (len(frames) - 1))]
-    world[frames[0].numbers] = frames[0].points
-    for i, frame in enumerate(frames):
-        poses[i] = poses[i] if len(frame.numbers) else IDENTITY  # nothing depends on it
-    while waiting := [i for i, pose in enumerate(poses) if pose is None]:
-        shared = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
-        best = max(waiting, key=lambda i: int(shared[i].sum()))
+    world = _places_of(frames[0], frames)
+    poses = {0: IDENTITY}
+    # nothing depends on a frame without places
+    poses |= {i: IDENTITY for i, frame in enumerate(frames) if not len(frame.numbers)}
+    while waiting := [i for i in range(len(frames)) if i not in poses]:
+        known = {i: ~np.isnan(world[frames[i].numbers, 0]) for i in waiting}
+        best = max(waiting, key=lambda i: int(known[i].sum()))
         frame = frames[best]
-        visited_twice = shared[best]
-        if not visited_twice.any():
+        if not known[best].any():
             raise FrameError(
                 f"frame {frame.name!r}: nothing ties it to the robot; no socket of it was visited "
                 "by an arm whose place is known, nor a ball of such an arm measured in it"
             )
-        pose = _placed(frame, visited_twice, world[frame.numbers])
-        poses[best] = pose
-        new = frame.numbers[~visited_twice]
-        world[new] = pose.apply(frame.points[~visited_twice])
-    return [pose for pose in poses if pose is not None]
+        poses[best] = _placed(frame, world)
+        new = ~known[best]
+        world[frame.numbers[new]] = poses[best].apply(frame.points[new])
+    return [poses[i] for i in range(len(frames))]
 
 
-def _placed(frame: FrameObservations, shared: np.ndarray, world: np.ndarray) -> Pose:
+def _places_of(frame: FrameObservations, frames: Sequence[FrameObservations]) -> np.ndarray:
+    """Return a frame's places by the numbers of several frames, shape (L, 3) [m], or NaN."""
+    count = 1 + max(int(frame.numbers.max(initial=-1)) for frame in frames)
+    places = np.full((count, 3), np.nan)
+    places[frame.numbers] = frame.points
+    return places
+
+
+def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
     """Return the pose of a frame by those of its places that are known, after checks."""
-    inner = frame.points[shared]
-    outer = world[shared]
-    wheres = [where for where, is_shared in zip(frame.wheres, shared, strict=True) if is_shared]
+    known = ~np.isnan(world[frame.numbers, 0])
+    inner = frame.points[known]
+    outer = world[frame.numbers[known]]
+    wheres = list(compress(frame.wheres, known))
     ratio = _spread(inner) / max(_spread(outer), 1e-9)
     if len(inner) > 1 and ratio < SAME:
         raise FrameError(
@@ -221,32 +223,28 @@ def _placed(frame: FrameObservations, shared: np.ndarray, world: np.ndarray) -> 
                 f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "
                 "swap two axes, or change the sign of one"
             )
+    advice = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"
+    _check_near(misfit, wheres, f", {advice}")
+    return pose
+
+
+def _check_near(misfit: np.ndarray, wheres: Sequence[str], words: str) -> None:
+    """Refuse places that are far from the nominal model's balls [m]; ``words`` end the message."""
     worst = int(np.argmax(misfit))
     if misfit[worst] > MAX_ERROR:
-        raise FrameError(
-            f"{wheres[worst]}: {misfit[worst]:.3g} m from where the nominal model has the ball, by "
-            f"the other places of frame {frame.name!r}; a wrong line, unit or frame"
-        )
-    return pose
+        distance = f"{misfit[worst]:.3g} m from where the nominal model has the ball"
+        raise FrameError(f"{wheres[worst]}: {distance}{words}")
 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
     """See that sockets measured in a robot's own base are near where the nominal robot was."""
-    visited_again = np.isin(measured.numbers, visited.numbers)
-    if not visited_again.any():
+    if not np.isin(measured.numbers, visited.numbers).any():
         return
-    places = dict(zip(visited.numbers.tolist(), visited.points, strict=True))
-    world = np.full(measured.points.shape, np.nan)
-    world[visited_again] = [places[number] for number in measured.numbers[visited_again].tolist()]
-    _placed(replace(measured, name=visited.name), visited_again, world)
-    distances = np.linalg.norm(measured.points - world, axis=1)
-    worst = int(np.nanargmax(distances))
-    if distances[worst] > MAX_ERROR:
-        raise FrameError(
-            f"{measured.wheres[worst]}: {distances[worst]:.3g} m from where the nominal model "
-            "has the ball; coordinates in the base frame have its origin and axes as the URDF's "
-            "base link does"
-        )
+    world = _places_of(visited, [visited, measured])
+    _placed(replace(measured, name=visited.name), world)
+    distances = np.linalg.norm(measured.points - world[measured.numbers], axis=1)
+    axes = "coordinates in the base frame have its origin and axes as the URDF's base link does"
+    _check_near(np.nan_to_num(distances), measured.wheres, f"; {axes}")
 
 
 def _spread(points: np.ndarray) -> float:

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..robot import rotation_vectors
+from ..robot import cross_matrices, rotation_vectors
 from .frames import REWEIGHTINGS, FrameError, Pose, robust_weights
 
 ALONG_ONE_AXIS = 1e-3
@@ -18,14 +18,13 @@ BETTER = 0.25
 
 
 def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
-    """Return the rotations of unit quaternions x, y, z, w, shape (..., 4), as (..., 3, 3)."""
-    x, y, z, w = np.moveaxis(quaternions, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    """Return the rotations of unit quaternions x, y, z, w, shape (..., 4), as (..., 3, 3).
+
+    R = I + 2 w K + 2 K^2, with K v = (x, y, z) x v.
+    """
+    K = cross_matrices(quaternions[..., :3])
+    w = quaternions[..., 3, None, None]
+    return np.eye(3) + 2 * w * K + 2 * K @ K
 
 
 @dataclass(frozen=True)
@@ -66,14 +65,13 @@ def hand_eye(
     rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
     offset = t @ frame.T - p
     distances = np.zeros(len(R))
-    weights = np.ones(len(R))
-    solution = np.zeros(6)
+    places = np.zeros(6)
     for _ in range(REWEIGHTINGS):
-        root = np.sqrt(weights)[:, None]
+        root = np.sqrt(robust_weights(distances**2))[:, None]
         flat = (rows * root[..., None]).reshape(-1, 6)
-        solution = np.linalg.lstsq(flat, (offset * root).ravel(), rcond=1e-6)[0]
-        distances, weights = _weighed(rows @ solution - offset)
-    return HandEye(Pose(tool, solution[:3]), Pose(frame, solution[3:]), angles, distances)
+        places = np.linalg.lstsq(flat, (offset * root).ravel(), rcond=1e-6)[0]
+        distances = np.linalg.norm(rows @ places - offset, axis=1)
+    return HandEye(Pose(tool, places[:3]), Pose(frame, places[3:]), angles, distances)
 
 
 def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -81,27 +79,22 @@ def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
     tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
     frame = tool
-    weights = np.ones(len(R))
     angles = np.zeros(len(R))
     for _ in range(REWEIGHTINGS):
+        weights = robust_weights(angles**2)
         frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
         tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
-        rotations_left = rotation_vectors(R @ tool @ (frame @ M).swapaxes(1, 2))
-        angles, weights = _weighed(rotations_left)
+        errors = R @ tool @ (frame @ M).swapaxes(1, 2)
+        angles = np.linalg.norm(rotation_vectors(errors), axis=1)
     return tool, frame, angles
-
-
-def _weighed(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sizes of errors, shape (N, 3), and weights that fall with them."""
-    sizes = np.linalg.norm(errors, axis=1)
-    return sizes, robust_weights(sizes**2)
 
 
 def other_columns(names: Sequence[str], q: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """Yield mistakes in columns of joint positions, shape (N, m), in words, and those mended."""
     for j, name in enumerate(names):
-        words = f"joint {j + 1} ({name}) looks sign-flipped: with -q they fit"
-        yield words, q * np.where(np.arange(len(names)) == j, -1.0, 1.0)
+        mended = q.copy()
+        mended[:, j] *= -1
+        yield f"joint {j + 1} ({name}) looks sign-flipped: with -q they fit", mended
     for pair in combinations(range(len(names)), 2):
         mended = q.copy()
         mended[:, pair] = q[:, pair[::-1]]

@@ -7,22 +7,15 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import (
-    LENGTHS,
-    Column,
-    RecordingError,
-    match_coordinates,
-    read_text,
-    table_of,
-)
+from ...recorder import number_of
 from .frames import FrameError
+from .length_table import read_lengths
 from .lengths import metres
 from .measurements import Measurement
 from .metrics import CALIPER_DEVIATION
@@ -41,7 +34,6 @@ Frame = TypeVar("Frame")
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
 LARGEST_DEVIATION = 1.0
 """No coordinates are measured worse than this [m]."""
-_HEADER = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
 _SOCKET = re.compile(r"(.+):(\d+)")
 _WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
 _FRAME = re.compile(r"[\w.-]+(:base)?")
@@ -111,8 +103,8 @@ def distance_covariance(lengths: Sequence[Known[int]]) -> np.ndarray:
     """
     covariance = common_covariance(lengths, lengths)
     for i, length in enumerate(lengths):
-        covariance[i, i] = length.deviation**2
-        covariance[i, i] += min(SEAT_DEVIATION, length.deviation) ** 2 * length.on_base
+        seat = min(SEAT_DEVIATION, length.deviation) if length.on_base else 0.0
+        covariance[i, i] = length.deviation**2 + seat**2
     return covariance
 
 
@@ -135,14 +127,16 @@ _KNOWN = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^+]+?)(?:\+-(.+))?")
 def parse_known(text: str) -> KnownDistance:
     """Return the distance in words like ``left:0-right:0=0.175+-0.0001`` (metres)."""
     match = _KNOWN.fullmatch(text.strip())
-    form = "expected A:0-B:0=0.175+-0.0001: placement, socket, distance and deviation in metres"
-    if match is None:
-        raise KnownError(f"known distance {text!r}: {form}")
     try:
+        if match is None:
+            raise ValueError
         distance = metres(match[5])
         deviation = CALIPER_DEVIATION if match[6] is None else metres(match[6])
     except ValueError:
-        raise KnownError(f"known distance {text!r}: {form}") from None
+        raise KnownError(
+            f"known distance {text!r}: expected A:0-B:0=0.175+-0.0001: placement, socket, "
+            "distance and deviation in metres"
+        ) from None
     if not (0 < distance < 20 and 0 < deviation < math.inf):
         raise KnownError(f"known distance {text!r}: distance and deviation are positive metres")
     return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
@@ -153,12 +147,17 @@ def find_socket(
 ) -> int:
     """Return the index of the socket that a user names; the folder's own name is enough."""
     name, socket = end
-    fits = [i for i, (n, s) in enumerate(labels) if s == socket and name in (n, n.split("/")[-1])]
+    fits = [i for i, (n, s) in enumerate(labels) if s == socket and is_called(n, name)]
     if len(fits) != 1:
         listing = ", ".join(f"{n}:{s}" for n, s in labels)
         kind = "is ambiguous" if fits else "is not there"
         raise error(f"{where}socket {name}:{socket} {kind}; sockets: {listing}")
     return fits[0]
+
+
+def is_called(placement: str, name: str) -> bool:
+    """Tell whether a user names a placement so: in full, or by its folder's own name."""
+    return name in (placement, placement.split("/")[-1])
 
 
 def read_sockets_at(sources: str | Path | Iterable[str | Path | SocketAt]) -> list[SocketAt]:
@@ -197,61 +196,33 @@ def parse_socket_at(words: str) -> SocketAt:
             f"{words!r} is neither a file nor FRAME/PLACEMENT:0=X,Y,Z+-DEVIATION in metres"
         )
     frame, socket, *numbers = match.groups()
-    return _socket_at(words, frame, socket, numbers, [1.0] * 4)
+    values = [number_of(number) for number in numbers]
+    return _socket_at(words, frame, socket, [math.nan if x is None else x for x in values])
 
 
 def _rows(file: Path) -> list[SocketAt]:
-    try:
-        text = re.sub("#.*", "", read_text(file))
-        if not text.strip():
-            raise FrameError(f"{file}: empty; expected a CSV file with the header {_HEADER}")
-        table = table_of(text, file)
-        columns = match_coordinates(table.columns, COLUMNS[2:])
-    except RecordingError as error:
-        raise FrameError(str(error)) from None
-    texts = [[c for c in table.columns if c.name.lower() == name] for name in COLUMNS[:2]]
-    if columns is None or [len(some) for some in texts] != [1, 1]:
-        raise FrameError(f"{file}:1: expected a CSV file with the header {_HEADER}")
-    scales = [unit_of(file, column, FrameError) for column in columns]
+    """Return the coordinates in a file."""
     rows: list[SocketAt] = []
     line_of: dict[tuple[str, str], int] = {}
-    for line, cells in zip(table.lines, table.rows, strict=True):
-        where = f"{file}:{line}"
-        frame, socket = (cells[some[0].index].strip() for some in texts)
-        if (frame, socket) in line_of:
+    for line, (frame, socket), values in read_lengths(file, COLUMNS[:2], COLUMNS[2:], FrameError):
+        first = line_of.setdefault((frame, socket), line)
+        if first != line:
             raise FrameError(
-                f"{where}: socket {socket} is twice in frame {frame!r}, as in line "
-                f"{line_of[frame, socket]}"
+                f"{file}:{line}: socket {socket} is twice in frame {frame!r}, as in line {first}"
             )
-        line_of[frame, socket] = line
-        rows.append(_socket_at(where, frame, socket, [cells[c.index] for c in columns], scales))
+        rows.append(_socket_at(f"{file}:{line}", frame, socket, values))
     return rows
 
 
-def unit_of(file: Path, column: Column, error: type[MukcaError]) -> float:
-    """Return the unit [m] of a column, which its header must name."""
-    if column.unit not in LENGTHS:
-        text = f"unit {column.unit!r}" if column.unit else "no unit"
-        name = column.name
-        raise error(f"{file}:1: column {name} has {text}; write {name} [mm] or [m]")
-    return LENGTHS[column.unit]
-
-
-def _socket_at(
-    where: str, frame: str, socket: str, numbers: Sequence[str], scales: Sequence[float]
-) -> SocketAt:
+def _socket_at(where: str, frame: str, socket: str, values: Sequence[float]) -> SocketAt:
     match = _SOCKET.fullmatch(socket)
     if match is None:
         raise FrameError(f"{where}: socket {socket!r}: expected PLACEMENT:0")
     if not _FRAME.fullmatch(frame):
         raise FrameError(f"{where}: frame {frame!r} is no name: letters, digits, and . _ -")
-    try:
-        values = [float(n) * scale for n, scale in zip(numbers, scales, strict=True)]
-    except ValueError:
-        values = [math.nan]
-    if not all(map(math.isfinite, values)) or values[3] <= 0:
-        raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
     x, y, z, deviation = values
+    if not all(map(math.isfinite, values)) or deviation <= 0:
+        raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
     if deviation > LARGEST_DEVIATION:
         raise FrameError(f"{where}: a deviation of {deviation:g} m tells nothing; check its unit")
     return SocketAt(frame, (match[1], int(match[2])), (x, y, z), deviation, where)
@@ -261,13 +232,17 @@ def in_placements(
     sockets_at: Sequence[SocketAt], train: Sequence[str], test: Sequence[str]
 ) -> list[SocketAt]:
     """Return the coordinates of sockets in placements to train on; a fit is told of no others."""
+    in_training: list[SocketAt] = []
     for socket in sockets_at:
-        if not any(_is(name, socket) for name in (*train, *test)):
+        name = socket.socket[0]
+        if any(is_called(placement, name) for placement in train):
+            in_training.append(socket)
+        elif not any(is_called(placement, name) for placement in test):
             raise FrameError(
-                f"{socket.where}: no placement is called {socket.socket[0]!r}; there are: "
+                f"{socket.where}: no placement is called {name!r}; there are: "
                 f"{', '.join((*train, *test))}"
             )
-    return [socket for socket in sockets_at if any(map(partial(_is, socket=socket), train))]
+    return in_training
 
 
 def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
@@ -277,12 +252,12 @@ def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> 
     """
     if not measured.has_distance or measured.distance_source != "default":
         return measured
-    places = {(o.frame, o.socket[1]): o for o in sockets_at if _is(name, o)}
+    here = [socket for socket in sockets_at if is_called(name, socket.socket[0])]
+    places = {(socket.frame, socket.socket[1]): socket for socket in here}
     first, second = measured.sockets[:2]
-    for frame, socket in places:
-        if socket == first and (frame, second) in places:
-            a = places[frame, first]
-            b = places[frame, second]
+    for (frame, number), a in places.items():
+        b = places.get((frame, second))
+        if number == first and b is not None:
             return replace(
                 measured,
                 distance=math.dist(a.coordinates, b.coordinates),
@@ -290,7 +265,3 @@ def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> 
                 distance_deviation=math.hypot(a.deviation, b.deviation),
             )
     return measured
-
-
-def _is(placement: str, socket: SocketAt) -> bool:
-    return socket.socket[0] in (placement, placement.split("/")[-1])

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 
 from ...errors import MukcaError
 from ...recorder import Placement, Sample
+from .known import is_called
 
-_WORDS = re.compile(r"(?P<placement>.+?)(?::(?P<socket>\d+)(?::(?P<samples>\d[\d,-]*))?)?")
+_WORDS = re.compile(r"(.+?)(?::(\d+)(?::(\d[\d,-]*))?)?")
+"""Placement, socket and samples."""
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
 EXAMPLE = "write PLACEMENT, PLACEMENT:SOCKET or PLACEMENT:SOCKET:SAMPLES, as in left:1:3,5-7"
 
@@ -27,15 +29,14 @@ class LeftOut:
     numbers: tuple[tuple[int, int], ...] = ()
     """First and last of samples, as the screen and ``check`` number them; none for all."""
 
-    @property
-    def parts(self) -> "list[LeftOut]":
-        """Each of the ranges of samples by itself."""
-        return [replace(self, numbers=(ends,)) for ends in self.numbers] or [self]
+    def refusal(self, problem: str) -> LeaveOutError:
+        """Return the error that says why it cannot be left out."""
+        return LeaveOutError(f"--leave-out {self.words}: {problem}")
 
     def names(self, placement: Placement) -> bool:
         """Tell whether it is of a placement, by its name, its folder's name or its path."""
-        short = placement.name.split("/")[-1]
-        return self.placement.rstrip("/") in (placement.name, short, str(placement.path or ""))
+        name = self.placement.rstrip("/")
+        return is_called(placement.name, name) or name == str(placement.path or "")
 
     def holds(self, sample: Sample) -> bool:
         """Tell whether it holds a sample of its placement."""
@@ -51,26 +52,29 @@ def parse_left_out(words: str) -> LeftOut:
     match = _WORDS.fullmatch(words)
     if match is None:
         raise LeaveOutError(f"--leave-out {words}: {EXAMPLE}")
-    numbers = list[tuple[int, int]]()
-    for part in match["samples"].split(",") if match["samples"] else ():
+    placement, socket, samples = match.groups()
+    numbers: list[tuple[int, int]] = []
+    for part in samples.split(",") if samples else ():
         ends = _RANGE.fullmatch(part)
-        if ends is None or int(ends[2] or ends[1]) < int(ends[1]):
+        first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (1, 0)
+        if last < first:
             raise LeaveOutError(f"--leave-out {words}: samples {part!r}; {EXAMPLE}")
-        numbers.append((int(ends[1]), int(ends[2] or ends[1])))
-    socket = None if match["socket"] is None else int(match["socket"])
-    return LeftOut(words, match["placement"], socket, tuple(numbers))
+        numbers.append((first, last))
+    return LeftOut(words, placement, None if socket is None else int(socket), tuple(numbers))
 
 
 def without(placements: Sequence[Placement], left_out: Iterable[str]) -> list[Placement]:
     """Return placements without what is left out by hand; one that is empty by it is none."""
-    remaining = list(placements)
-    for item in map(parse_left_out, left_out):
-        for i, placement in enumerate(remaining):
-            if item.names(placement):
-                samples = tuple(s for s in placement.samples if not item.holds(s))
-                remaining[i] = replace(placement, samples=samples)
-    pairs = zip(remaining, placements, strict=True)
-    return [placement for placement, before in pairs if placement.samples or not before.samples]
+    items = [parse_left_out(words) for words in left_out]
+    remaining: list[Placement] = []
+    for placement in placements:
+        of_placement = [item for item in items if item.names(placement)]
+        samples = tuple(
+            s for s in placement.samples if not any(item.holds(s) for item in of_placement)
+        )
+        if samples or not placement.samples:
+            remaining.append(replace(placement, samples=samples))
+    return remaining
 
 
 def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> None:
@@ -80,18 +84,17 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
         if not matches:
             name, _, numbers = item.placement.partition(":")
             if any(replace(item, placement=name).names(placement) for placement in placements):
-                problem = f"{numbers!r} is no socket with samples of {name}; {EXAMPLE}"
-                raise LeaveOutError(f"--leave-out {item.words}: {problem}")
+                raise item.refusal(f"{numbers!r} is no socket with samples of {name}; {EXAMPLE}")
             names = ", ".join(placement.name for placement in placements)
-            raise LeaveOutError(f"--leave-out {item.words}: no such placement; there are: {names}")
+            raise item.refusal(f"no such placement; there are: {names}")
         folders = {str(p.path.resolve() if p.path else p.name) for p in matches}
         if len(folders) > 1:
             names = ", ".join(sorted(folders))
-            problem = f"{item.placement} is ambiguous; there are: {names}"
-            raise LeaveOutError(f"--leave-out {item.words}: {problem}")
+            raise item.refusal(f"{item.placement} is ambiguous; there are: {names}")
         for placement in matches:
-            for part in item.parts:
+            for ends in item.numbers or [()]:
+                part = replace(item, numbers=(ends,) if ends else ())
                 if not any(map(part.holds, placement.samples)):
-                    numbers = "".join(f" {a}-{b}" if b > a else f" {a}" for a, b in part.numbers)
-                    names = f"{placement.name} has no samples{numbers} in socket {item.socket}"
-                    raise LeaveOutError(f"--leave-out {item.words}: {names}")
+                    numbers = "-".join(map(str, dict.fromkeys(ends)))
+                    samples = f"samples {numbers}".rstrip()
+                    raise item.refusal(f"{placement.name} has no {samples} in socket {item.socket}")

@@ -43,12 +43,10 @@ def agreed_length(readings: Sequence[float]) -> float:
 
     The last one stands where no two agree.
     """
-    ordered = sorted(readings)
-    pairs = [(b - a, a, b) for a, b in pairwise(ordered)]
-    gap, a, b = min(pairs, default=(AGREEING + 1, 0.0, 0.0))
-    return round((a + b) / 2, 7) if gap <= AGREEING else readings[-1]
+    a, b = min(pairwise(sorted(readings)), key=lambda pair: pair[1] - pair[0], default=(0.0, 1.0))
+    return round((a + b) / 2, 7) if b - a <= AGREEING else readings[-1]
 
 
 def agreeing(length: float, readings: Sequence[float]) -> int:
     """Return how many readings agree with a length [m]."""
-    return sum(bool(abs(reading - length) <= AGREEING) for reading in readings)
+    return sum(abs(reading - length) <= AGREEING for reading in readings)

@@ -105,6 +105,12 @@ class Measurement:
         """The numbers of the sockets that have samples."""
         return tuple(np.unique(self.placement.sockets).tolist())
 
+    @property
+    def labels(self) -> tuple[tuple[str, int], ...]:
+        """The placement's name and the number of each socket; none for points."""
+        sockets = self.sockets if self.kind == "sockets" else ()
+        return tuple((self.name, socket) for socket in sockets)
+
     @cached_property
     def counts(self) -> tuple[int, ...]:
         """Number of samples in each socket."""
@@ -163,6 +169,10 @@ class Measurement:
         clocks = np.column_stack([self.order, self.clock("time"), self.clock("temperature")])
         return np.nan_to_num(clocks - clocks[np.argmin(self.order)])
 
+    def called(self, name: str) -> "Measurement":
+        """Return the placement by another name."""
+        return replace(self, placement=replace(self.placement, name=name))
+
     def only(self, rows: np.ndarray) -> "Measurement":
         """Return the placement with some of its samples, by their :attr:`order`."""
         ranks: list[int] = rows.tolist()
@@ -174,12 +184,8 @@ class Measurement:
 
         They may be those of each sample, in the order of recording, shape (N, m).
         """
-        shifted = (self.placement.positions + offsets).tolist()
-        samples = tuple(
-            replace(sample, position=tuple(position))
-            for sample, position in zip(self.placement.samples, shifted, strict=True)
-        )
-        return replace(self, placement=replace(self.placement, samples=samples))
+        positions = self.placement.positions + offsets
+        return replace(self, placement=self.placement.with_positions(positions))
 
     @property
     def has_distance(self) -> bool:

@@ -60,7 +60,8 @@ def fit_frames(training: Sequence[tuple[np.ndarray, Measurement]]) -> dict[str, 
             by_frame.setdefault(measured.frame, []).append((measured.points, points))
     poses: dict[str, Pose] = {}
     for frame, parts in by_frame.items():
-        poses[frame] = fit_pose(*(np.concatenate(side) for side in zip(*parts, strict=True)))
+        measured_points, balls = map(np.concatenate, zip(*parts, strict=True))
+        poses[frame] = fit_pose(measured_points, balls)
     return poses
 
 
@@ -95,19 +96,20 @@ def evaluate(
     And predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
     """
     errors = np.linalg.norm(points - targets(points, measured, frames), axis=1)
-    centres = socket_centres(points, measured)
     turned = None
     if rotations is not None and measured.has_orientations:
         frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
         R = (frame.rotation @ measured.rotations).swapaxes(1, 2)
-        turned = float(np.linalg.norm(rotation_vectors(rotations @ R), axis=1).mean())
-    distance = _distance_error(centres, measured)
+        angles = np.linalg.norm(rotation_vectors(rotations @ R), axis=1)
+        turned = float(angles.mean())
+    distance = _distance_error(points, measured)
     return Metrics(float(errors.mean()), float(errors.max()), distance, turned)
 
 
-def _distance_error(centres: np.ndarray, measured: Measurement) -> float | None:
+def _distance_error(points: np.ndarray, measured: Measurement) -> float | None:
     if not measured.has_distance:
         return None
+    centres = socket_centres(points, measured)
     return float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
 
 
@@ -127,8 +129,7 @@ def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]
     """Return inconsistency and distortion, the first two terms of Eq. (5) [m^2]."""
     frames = fit_frames([(points, measured)])
     squares = float(np.sum((points - targets(points, measured, frames)) ** 2))
-    centres = socket_centres(points, measured)
-    return squares / len(points), (_distance_error(centres, measured) or 0.0) ** 2
+    return squares / len(points), (_distance_error(points, measured) or 0.0) ** 2
 
 
 def found_deviation(points: np.ndarray, measured: Measurement) -> float:

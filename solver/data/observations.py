@@ -1,10 +1,8 @@
 """The samples of one robot, and the places where they were recorded."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from itertools import product
-from operator import itemgetter
 from typing import Any, Literal
 
 import numpy as np
@@ -13,11 +11,6 @@ from .known import WORLD, KnownDistance, SocketAt
 from .metrics import CALIPER_DEVIATION
 from .places import Places, RobotRecordings, places_of
 
-BY_SAMPLE = (
-    *("positions", "torques", "clocks", "time", "temperature", "recorded_at"),
-    *("measured_in", "points", "turned_in", "rotations", "wheres"),
-)
-"""Arrays of observations with a row for each sample, beside sockets."""
 SourceKind = Literal["sockets", "points", "turns"]
 SOURCE_KINDS: tuple[SourceKind, ...] = ("sockets", "points", "turns")
 """Balls in sockets, measured balls [m], and measured orientations [rad]: each has its own noise."""
@@ -131,15 +124,14 @@ class Observations(Places):
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""
         indices = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
-        new = {old: i for i, old in enumerate(indices)}
         rows = ~np.isin(self.recorded_at, list(placements))
-        places = self.at(indices)
-        return replace(
-            self,
-            **vars(places),
-            **{name: getattr(self, name)[rows] for name in BY_SAMPLE},
-            sockets=np.array([new.get(s, -1) for s in self.sockets[rows].tolist()], dtype=np.int64),
-        )
+        places = vars(self.at(indices))
+        by_sample = {field.name for field in fields(self)}.difference(places)
+        samples = {name: getattr(self, name)[rows] for name in by_sample}
+        new = np.full(self.socket_count + 1, -1)  # the last stands for no socket
+        new[indices] = np.arange(len(indices))
+        samples["sockets"] = new[samples["sockets"]]
+        return Observations(**places, **samples)
 
 
 def observe(
@@ -163,32 +155,36 @@ def observe(
 
 def observations_at(places: Places, arm: RobotRecordings) -> Observations:
     """Return the samples of a robot at its places."""
-    parts: list[dict[str, np.ndarray]] = []
+    parts = list[dict[str, np.ndarray]]()
     turns = [m for m in arm.measurements if m.has_orientations]
     for i, m in enumerate((*arm.measurements, *turns)):
         N = len(m.positions)
-        turned = i >= len(arm.measurements)
-        in_socket = m.kind == "sockets"
         none = np.full(N, -1)
-        frame = none if in_socket else np.full(N, places.frames.index(m.frame))
-        labels = product([m.name], m.sockets) if in_socket else ()
-        sockets = [places.labels.index(label) for label in labels] or [-1]
         part = {
             "positions": m.positions,
             "torques": arm.load.torques(arm.robot, m),
-            "sockets": np.repeat(sockets, m.counts if in_socket else N),
+            "sockets": none,
             "clocks": m.clocks,
             "time": m.clock("time"),
             "temperature": m.clock("temperature"),
             "recorded_at": np.full(N, m.name),
-            "measured_in": none if turned else frame,
-            "points": np.zeros((N, 3)) if turned or in_socket else m.points,
-            "turned_in": frame if turned else none,
-            "rotations": m.rotations if turned else np.tile(np.eye(3), (N, 1, 1)),
+            "measured_in": none,
+            "points": np.zeros((N, 3)),
+            "turned_in": none,
+            "rotations": np.tile(np.eye(3), (N, 1, 1)),
             "wheres": np.array([sample.where for sample in m.placement.samples]),
         }
+        if m.kind == "sockets":
+            sockets = [places.labels.index(label) for label in m.labels]
+            part["sockets"] = np.repeat(sockets, m.counts)
+        elif i < len(arm.measurements):
+            part["measured_in"] = np.full(N, places.frames.index(m.frame))
+            part["points"] = m.points
+        else:
+            part["turned_in"] = np.full(N, places.frames.index(m.frame))
+            part["rotations"] = m.rotations
         parts.append(part)
     samples: dict[str, Any] = {
-        key: np.concatenate([*map(itemgetter(key), parts)]) for key in parts[0]
+        name: np.concatenate([part[name] for part in parts]) for name in parts[0]
     }
     return Observations(**vars(places), **samples)

@@ -5,7 +5,7 @@ Sockets are those of all bases of one robot, or of several, which may have recor
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, product
+from itertools import chain
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from .frames import FrameError, FrameObservations
 from .known import WORLD, Known, KnownDistance, KnownError, Label, Located, SocketAt, find_socket
 from .measurements import STANDARD_LOAD, Load, Measurement
 from .metrics import CALIPER_DEVIATION
-
-NamedMeasurement = tuple[str, Measurement]
-"""The name of a placement's base, and its samples."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +55,14 @@ class Places:
     def at(self, sockets: Sequence[int]) -> "Places":
         """Return these sockets alone, and what is known of them."""
         indices = {old: new for new, old in enumerate(sockets)}
+        known = [k for k in self.known if {k.first, k.second} <= indices.keys()]
+        located = [item for item in self.located if item.socket in indices]
         return Places(
             labels=tuple(self.labels[k] for k in sockets),
             known=tuple(
-                replace(k, first=indices[k.first], second=indices[k.second])
-                for k in self.known
-                if k.first in indices and k.second in indices
+                replace(k, first=indices[k.first], second=indices[k.second]) for k in known
             ),
-            located=tuple(
-                replace(item, socket=indices[item.socket])
-                for item in self.located
-                if item.socket in indices
-            ),
+            located=tuple(replace(item, socket=indices[item.socket]) for item in located),
             frames=self.frames,
         )
 
@@ -98,14 +91,12 @@ def places_of(
         deviation: Standard deviation of the distance between a placement's first two sockets [m].
         require_scale: Refuse placements none of whose sockets has a known distance to another.
     """
-    rows = list[NamedMeasurement]()
+    measured = list[Measurement]()
     for recordings in robots:
-        rows += [(base_name(m, len(robots)), m) for m in recordings.measurements]
-    in_sockets = [row for row in rows if row[1].kind == "sockets"]
-    pairs_of = (product([name], m.sockets) for name, m in in_sockets)
-    labels = list(dict.fromkeys(chain.from_iterable(pairs_of)))
+        measured += [m.called(base_name(m, len(robots))) for m in recordings.measurements]
+    labels = list(dict.fromkeys(chain.from_iterable(m.labels for m in measured)))
     world, *bases = (recordings.base_frame for recordings in robots)
-    names = [m.frame for _, m in rows if m.kind == "points"]
+    names = [m.frame for m in measured if m.kind == "points"]
     names += [item.frame for item in sockets_at if item.frame not in (world, *bases)]
     frames = list(dict.fromkeys((*names, *bases)))
     located = tuple(
@@ -118,15 +109,21 @@ def places_of(
         )
         for item in sockets_at
     )
-    pairs = _pairs(in_sockets, labels, located, deviation)
+    pairs = _pairs(measured, labels, located, deviation)
     for length in lengths:
         a = find_socket(labels, length.first)
         b = find_socket(labels, length.second)
         if a == b:
             raise KnownError(f"known distance from {length.first[0]}:{length.first[1]} to itself")
         pairs.append(Known(a, b, length.distance, length.deviation))
-    if require_scale:
-        _check_scale(in_sockets, labels, pairs, located)
+    # beside a socket that has one, others tell of the arm's shape
+    if require_scale and labels and not (pairs or located):
+        m = next(m for m in measured if m.labels)
+        raise KnownError(
+            f"{m.placement.where}: only socket {m.sockets[0]} has samples, and no known "
+            "distance ties it; record the other socket too, or give "
+            f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
+        )
     return Places(labels=tuple(labels), known=tuple(pairs), located=located, frames=tuple(frames))
 
 
@@ -141,30 +138,8 @@ def measured_in_frame(places: Places, frame: int, name: str) -> FrameObservation
     )
 
 
-def _check_scale(
-    in_sockets: Sequence[NamedMeasurement],
-    labels: Sequence[Label],
-    pairs: Sequence[Known[int]],
-    located: Sequence[Located[int, int]],
-) -> None:
-    """Refuse placements none of whose sockets has a known distance or coordinates.
-
-    Beside one that has, a placement without tells of the arm's shape, as one with only one socket.
-    """
-    ends = set(chain.from_iterable((pair.first, pair.second) for pair in pairs))
-    ends |= {item.socket for item in located}
-    sockets = chain.from_iterable(product([name], m.sockets) for name, m in in_sockets)
-    if in_sockets and ends.isdisjoint(map(labels.index, sockets)):
-        _, m = in_sockets[0]
-        raise KnownError(
-            f"{m.placement.path or m.name}: only socket {m.sockets[0]} has samples, and no "
-            "known distance ties it; record the other socket too, or give "
-            f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
-        )
-
-
 def _pairs(
-    in_sockets: Sequence[NamedMeasurement],
+    measured: Sequence[Measurement],
     labels: Sequence[Label],
     located: Sequence[Located[int, int]],
     deviation: float,
@@ -172,17 +147,17 @@ def _pairs(
     """Return the distances of the bases, but defaults where coordinates in one frame give them."""
     frames = {item.socket: item.frame for item in located}
     pairs: dict[tuple[int, int], Known[int]] = {}
-    for name, m in in_sockets:
+    for m in measured:
         if not m.has_distance:
             continue
-        a, b = [labels.index((name, socket)) for socket in m.sockets[:2]]
+        a, b = map(labels.index, m.labels[:2])
         in_one_frame = a in frames and frames[a] == frames.get(b)
         if in_one_frame and m.distance_source in ("default", "located"):
             continue
         pair = Known(a, b, m.distance, deviation, on_base=True)
         if pairs.setdefault((a, b), pair).distance != m.distance:
             raise KnownError(
-                f"{name}: its sockets are {pairs[a, b].distance} m apart for one robot, and "
+                f"{m.name}: its sockets are {pairs[a, b].distance} m apart for one robot, and "
                 f"{m.distance} m for another; one base has one distance"
             )
     return list(pairs.values())

@@ -18,11 +18,7 @@ def unwound(placement: Placement, robot: Robot) -> Placement:
     if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
         return placement
     positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
-    if (positions == placement.positions).all():
-        return placement
-    rows: list[list[float]] = positions.tolist()
-    pairs = zip(placement.samples, rows, strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+    return placement.with_positions(positions)
 
 
 def counted_once(placement: Placement) -> Placement:
@@ -42,7 +38,7 @@ def without_single(placement: Placement, warnings: list[str]) -> Placement:
     if measured or not single or counts.max() < 2:
         return placement
     warnings += [
-        f"{placement.path or placement.name}: socket {socket} has one sample, which is left out; "
+        f"{placement.where}: socket {socket} has one sample, which is left out; "
         "at least 2 are needed"
         for socket in single
     ]

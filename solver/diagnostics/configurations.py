@@ -115,8 +115,7 @@ def named(
 
 
 def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
-    in_sockets = (m for m in measurements if m.kind == "sockets")
-    return list(chain.from_iterable(product([m.name], m.sockets) for m in in_sockets))
+    return list(chain.from_iterable(m.labels for m in measurements))
 
 
 def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
@@ -212,7 +211,7 @@ def where_of(measurements: Sequence[Measurement]) -> str:
     """Return the name of some placements: the folder where it is one."""
     if len(measurements) > 1:
         return EVERYWHERE
-    return str(measurements[0].placement.path or measurements[0].name)
+    return str(measurements[0].placement.where)
 
 
 def row_of(measured: Measurement, socket: int, sample: int) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import chain, product
+from itertools import chain
 
 import numpy as np
 
@@ -60,7 +60,7 @@ def socket_task(
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError("give placements with the ball in sockets, not measured points")
-    pairs = list(chain.from_iterable(product([m.name], m.sockets) for m in data))
+    pairs = list(chain.from_iterable(m.labels for m in data))
     place = {pair: i for i, pair in enumerate(pairs)}
     q = np.concatenate([m.positions for m in data])
     same = np.tile(np.eye(4), (len(q), 1, 1))

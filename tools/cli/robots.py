@@ -194,7 +194,7 @@ def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.P
     placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
     data.check_left_out(placements, settings.leave_out)
     placements = data.without(placements, settings.leave_out)
-    settings.check_payloads(placements)
+    settings.payloads.check(placements)
     if not placements:
         raise UsageError("--leave-out: no placement is left")
     return data.as_flange_poses(placements) if settings.flange_poses else placements
@@ -220,7 +220,7 @@ def measured_of(
     paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
 ) -> "tuple[list[data.Measurement], Premises]":
     """Read and check placements; return them, and what was said of them."""
-    placements = settings.carrying(read_data(paths, settings))
+    placements = settings.payloads.carried_by(read_data(paths, settings))
     measured = [
         data.measure(placement, robot, settings.distance, sockets=sockets, load=settings.load)
         for placement in placements

@@ -190,11 +190,9 @@ def joints_of(
                 f"`base` of a UR's controller: they were turned into {robot.base}"
             )
     session, notes = _chosen(sessions, flange)
-    rows: list[list[float]] = session.positions.tolist()
-    pairs = zip(views.samples, rows, strict=True)
-    samples = tuple(replace(sample, position=tuple(q)) for sample, q in pairs)
     texts = (*views.remarks, *remarks, *notes)
-    return replace(views, samples=samples, joint_names=robot.joint_names, remarks=texts)
+    views = views.with_positions(session.positions)
+    return replace(views, joint_names=robot.joint_names, remarks=texts)
 
 
 def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, list[str]]:

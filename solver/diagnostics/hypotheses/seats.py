@@ -6,7 +6,7 @@ point of the target may stand for the ball: its place on the flange is unknown a
 """
 
 from collections.abc import Sequence
-from itertools import chain, product
+from itertools import chain
 
 import numpy as np
 
@@ -22,8 +22,7 @@ LEVER = np.full(3, 0.06)
 
 def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.ndarray]:
     """Return all seats, frames last, and the index of each sample's seat, shape (N,)."""
-    seated = [m for m in measurements if m.kind == "sockets"]
-    sockets = list(chain.from_iterable(product([m.name], m.sockets) for m in seated))
+    sockets = list(chain.from_iterable(m.labels for m in measurements))
     frames = dict.fromkeys((m.frame, OF_INSTRUMENT) for m in measurements if m.kind == "points")
     labels: list[Seat] = [*sockets, *frames]
     numbers = {label: i for i, label in enumerate(labels)}

@@ -75,7 +75,7 @@ def _of_arm(
     arms: MultiRobotCalibration, name: str, paths: Sequence[Path], settings: SolveOptions
 ) -> list[data.Measurement]:
     arm = arms[name]
-    placements = settings.carrying(cli.read_data(paths, settings), others=True)
+    placements = settings.payloads.carried_by(cli.read_data(paths, settings), others=True)
     measured = [data.measure(p, arm.robot, settings.distance, sockets=1) for p in placements]
     return [arm.as_read_now(m) for m in measured]
 

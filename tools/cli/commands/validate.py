@@ -61,7 +61,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     calibrated = calibration.load_calibration(options.calibration)
     document, robot = calibrated.document, calibrated.robot
     settings = options.settings
-    placements = settings.carrying(cli.read_data(options.data, settings), others=True)
+    placements = settings.payloads.carried_by(cli.read_data(options.data, settings), others=True)
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
