@@ -6,8 +6,17 @@ from math import erfc, exp, log, pi, sqrt
 
 import numpy as np
 
-from ..model import TYPICAL_SPREAD, Movement, Noise, log_constant, log_prior, student_weights
-from .normal_equations import ArrowheadMatrix, curvature, normal_equations
+from ..model import (
+    TYPICAL_SPREAD,
+    Gaussian,
+    Movement,
+    Noise,
+    log_constant,
+    log_prior,
+    student_weights,
+    submatrix,
+)
+from .normal_equations import curvature, inverse_of_free, normal_equations
 from .objective import linearise
 from .posterior import FitPosterior
 from .state import State
@@ -74,43 +83,41 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     (information, gradient), prior = normal_equations(state), state.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
     slope = gradient + state.prior_gradient(prior) + state.linear.by_volume
-    mask = state.free[: objective.dense]
-    hessian = information.plus(prior)
-    covariance = hessian.inverse(mask)
-    pulls = covariance.times(slope)
+    hessian, free = information + prior, state.free
+    covariance, log_determinant = inverse_of_free(hessian, free)
+    pulls = covariance @ slope
     counts = np.bincount(objective.data.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
     evidence += 0.5 * float(slope @ pulls)
-    evidence -= 0.5 * covariance.log_determinant
+    evidence -= 0.5 * log_determinant
     bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
     pulled, mean, change = bounds.copy(), state, -pulls
     if len(b):
-        sigma = covariance.dense[b][:, b]
+        sigma = submatrix(covariance, b)
         bounds[b], pulled[b], log_share = expectation_propagation((x - pulls)[b], sigma)
         evidence += log_share - log_prior_share(state)
-        bounded = hessian.plus(np.diag(bounds[: objective.dense])).inverse(mask)
-        change = bounded.times(pulled - bounds * x - slope)
+        bounded, _ = inverse_of_free(hessian + np.diag(bounds), free)
+        change = bounded @ (pulled - bounds * x - slope)
         if change.any():
             mean = moved(state, change)
             iterates = [*iterates, mean.x]
     # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
     state_at_usual = at_usual_widths(state)
-    P = state_at_usual.prior_precision(widened=True) + np.diag(bounds[: objective.dense])
-    inverse = _of_data(state).plus(P).inverse(mask)
+    precision = _of_data(state) + state_at_usual.prior_precision(widened=True) + np.diag(bounds)
     slope = (
         gradient
         + state_at_usual.prior_gradient(state_at_usual.prior_precision())
         + state.linear.by_volume
     )
-    difference = inverse.times(pulled - bounds * x - slope) - change
-    at_usual = inverse.gaussian(difference[: objective.dense], mask)
-    mixture, groups = over_widths(state, x + change, at_usual)
+    spread = Gaussian.of_precision(x[free], submatrix(precision, free)).embedded(free, len(x))
+    difference = spread.covariance @ (pulled - bounds * x - slope) - change
+    mixture, groups = over_widths(state, x + change, replace(spread, mean=difference))
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     mean = replace(mean, groups=groups)
-    return FitPosterior(mean, inverse.with_centres(mixture), weights, evidence, iterates)
+    return FitPosterior(mean, mixture, weights, evidence, iterates)
 
 
-def _of_data(state: State) -> ArrowheadMatrix:
+def _of_data(state: State) -> np.ndarray:
     """Return the data's curvature, less what it claims to know too much, by the errors' tails."""
     # Errors that are more Gaussian than Student's with their nu leave the best fit less sure than
     # the curvature says, since the robust weights pass over some of what they tell.
@@ -169,8 +176,7 @@ def movement_gain(result: FitPosterior, movement: Movement) -> float:
     groups = (*before.groups, prior)
     state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
     information, gradient = normal_equations(state)
-    hessian = information.plus(state.prior_precision())
-    covariance = hessian.inverse(state.free[: objective.dense]).dense
+    covariance, _ = inverse_of_free(information + state.prior_precision(), state.free)
     new = slice(len(before.x), len(x))
     S, g = covariance[new, new], gradient[new]
     logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]

@@ -63,7 +63,6 @@ def samples_around(
 ) -> tuple[State, LinearSamples]:
     """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
     objective, positions = state.objective, readings.positions
-    n, d = len(positions), objective.size
     turning = np.array([joint.type != "prismatic" for joint in objective.model.robot.actuated])
     shifts = np.zeros(positions.shape)
     if curves is not None:
@@ -73,11 +72,8 @@ def samples_around(
     linear = linearise(objective, state.x, state.frames)
     state = replace(state, objective=objective, linear=linear)
     slopes = linear.by_joints * turning
-    columns, in_socket = np.zeros((n, 3, d + 1)), np.arange(n)[data.seated]
-    columns[:, :, : objective.dense] = linear.by_unknowns
-    centres = objective.dense + 3 * data.seated_sockets[:, None] + np.arange(3)
-    columns[in_socket[:, None], np.arange(3), centres] = -1.0
-    columns[:, :, d] = state.errors - np.einsum("nij,nj->ni", slopes, shifts)
+    beside_curves = state.errors[:, :, None] - slopes @ shifts[:, :, None]
+    columns = np.concatenate([linear.by_unknowns, beside_curves], axis=2)
     return state, LinearSamples(columns, positions, slopes, data.source_of)
 
 
@@ -85,11 +81,8 @@ def priors_of_rest(
     state: State, share: float = 1.0, *, widened: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return precision and slope of y by priors, known distances, and a share of the volume."""
-    d, prior = state.objective.dense, state.prior_precision(widened=widened)
-    B, b = state.constraints
-    precision = B.T @ B
-    precision[:d, :d] += prior
-    return precision, state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
+    prior, (B, b) = state.prior_precision(widened=widened), state.constraints
+    return B.T @ B + prior, state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
 
 
 def posterior_of_rest(

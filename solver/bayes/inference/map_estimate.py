@@ -10,7 +10,7 @@ from ...data import Observations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .laplace import posterior
-from .normal_equations import active_set_step, leverage, normal_equations
+from .normal_equations import active_set_step, inverse_of_free, leverage, normal_equations
 from .objective import Objective
 from .posterior import FitPosterior
 from .state import State
@@ -125,8 +125,7 @@ def stepped(result: FitPosterior, data: Observations) -> State:
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
     objective, (information, slope) = state.objective, normal_equations(state)
-    prior = state.prior_precision()
-    covariance = information.plus(prior).inverse(state.free[: objective.dense])
+    covariance, _ = inverse_of_free(information + state.prior_precision(), state.free)
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
@@ -135,7 +134,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     mask, prior = released.free, released.prior_precision()
     x = np.pad(state.x, (0, objective.size - len(state.x)))
     gradient = slope + state.prior_gradient(prior) + volume * state.linear.by_volume
-    change, covariance = active_set_step(information.plus(prior), gradient, x, mask, bounded & mask)
+    change, covariance = active_set_step(information + prior, gradient, x, mask, bounded & mask)
     return Step(change, covariance, spread, volume, float(gradient @ change))
 
 
@@ -163,7 +162,7 @@ def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
         groups, change = updated_groups(
             next_state,
             next_state.x,
-            step.covariance.dense,
+            step.covariance,
             lambda g: effect_of(next_state, g) > NEGLIGIBLE,
             limit,
         )

@@ -82,7 +82,7 @@ class Linearization:
     places: np.ndarray
     """Errors e_i but for the sockets' centres: of a ball in one, its place, shape (N, 3)."""
     by_unknowns: np.ndarray
-    """J_i, derivatives of the errors by x and the frames, shape (N, 3, dense)."""
+    """J_i, derivatives of the errors by all unknowns, shape (N, 3, n)."""
     by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
     volume: float
@@ -91,7 +91,7 @@ class Linearization:
 
     @cached_property
     def reach(self) -> np.ndarray:
-        """Mean square of how far each unknown moves the ball per axis, shape (dense,)."""
+        """Mean square of how far each unknown moves the ball per axis, shape (n,)."""
         return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.places.size
 
 
@@ -99,7 +99,7 @@ def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> 
     """Return the samples and their derivatives at some unknowns."""
     model, data, size = objective.model, objective.data, objective.model.size
     values, q, turned = x[:size], data.positions, data.turned
-    J = np.zeros((len(q), 3, objective.dense))
+    J = np.zeros((len(q), 3, objective.size))
     points, J[:, :, :size], by_joints = model.linearise(values, q, data.torques, data.clocks)
     places, rotations = points.copy(), np.empty((len(q), 3, 3))
     if turned.any():
@@ -117,4 +117,6 @@ def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> 
     if objective.movements:
         places -= objective.moved_places(x)
         J[:, :, size : objective.x_size] = -objective.by_movements
+    for k in range(data.socket_count):
+        J[data.sockets == k, :, objective.of_socket(k)] = -np.eye(3)
     return Linearization(points, places, J, by_joints, *objective.volume(x))

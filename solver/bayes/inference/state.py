@@ -57,6 +57,10 @@ class State:
         errors[data.seated] -= self.centres[data.seated_sockets]
         return errors
 
+    def predicted_errors(self, change: np.ndarray) -> np.ndarray:
+        """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
+        return self.errors + self.linear.by_unknowns @ change
+
     @cached_property
     def degrees(self) -> np.ndarray:
         """Degrees of freedom nu of each sample, shape (N,)."""
@@ -131,12 +135,12 @@ class State:
         return bounded
 
     def prior_precision(self, *, widened: bool = False) -> np.ndarray:
-        """Return P of x and the frames, shape (dense, dense)."""
+        """Return P of all unknowns, shape (n, n)."""
         blocks = list[tuple[np.ndarray, np.ndarray]]()
         for group, mask in self.priors:
             width = group.deviation if widened else group.width
             blocks.append((group.members[mask], group.precision(width, mask)))
-        P = block_matrix(self.objective.dense, blocks)
+        P = block_matrix(self.objective.size, blocks)
         frames = np.arange(self.objective.x_size, self.objective.dense)
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P
@@ -147,8 +151,7 @@ class State:
         for group in self.groups:
             if group.width:
                 offset[group.members] -= group.mean
-        offset[: len(precision)] = precision @ offset[: len(precision)]
-        return offset
+        return precision @ offset
 
     def value(self, volume: float = 1.0) -> float:
         """Return L of (A1), but for a constant; ``volume`` is a factor of its last term."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...data import first_frames
 from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
-from .normal_equations import Inverse, predicted_errors
 from .objective import Objective, linearise
 from .posterior import FitPosterior
 from .state import State
@@ -23,7 +22,7 @@ class Step:
 
     change: np.ndarray
     """Of all unknowns, shape (n,); zero for those that are held."""
-    covariance: Inverse
+    covariance: np.ndarray
     """Inverse of the whole curvature, priors included; zero for what is held."""
     leverage: np.ndarray
     """L_i of (A5), shape (N, 3, 3) [m^2]."""
@@ -87,16 +86,14 @@ def moved(state: State, change: np.ndarray) -> State:
 
     Left on the tangent, a centre would be a reason not to turn the whole robot.
     """
-    next_state, data = state.changed(change), state.objective.data
-    linear = linearise(state.objective, next_state.x, next_state.frames)
-    tangent = state.errors + state.linear.by_unknowns @ change[: state.objective.dense]
-    residuals = np.zeros_like(tangent)
-    residuals[data.seated] = linear.places[data.seated] - (
-        tangent[data.seated] + state.centres[data.seated_sockets]
-    )
-    along = data.by_socket(residuals) / np.bincount(data.seated_sockets)[:, None]
+    objective, data = state.objective, state.objective.data
+    next_state = state.changed(change)
+    linear = linearise(objective, next_state.x, next_state.frames)
+    next_state = replace(next_state, linear=linear)
+    off_tangent = next_state.errors - state.predicted_errors(change)
+    along = data.by_socket(off_tangent) / np.bincount(data.seated_sockets)[:, None]
     along[[socket.socket for socket in data.located]] = 0.0
-    return replace(next_state, centres=next_state.centres + along, linear=linear)
+    return replace(next_state, centres=next_state.centres + along)
 
 
 def updated_groups(
@@ -126,7 +123,7 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
     # A fit makes errors smaller than the noise was: each unknown uses up some (restricted maximum
     # likelihood, Harville 1977). The step is Fisher scoring.
     inverse, by_joints = state.inverse_scales, state.linear.by_joints
-    u = np.einsum("nij,nj->ni", inverse, predicted_errors(state, step.change))
+    u = np.einsum("nij,nj->ni", inverse, state.predicted_errors(step.change))
     remainder = inverse - inverse @ step.leverage @ inverse
     kinds = np.broadcast_to(np.eye(3), remainder.shape), by_joints @ by_joints.transpose(0, 2, 1)
     sizes = [state.weights * np.einsum("ni,nij,nj->n", u, V, u) for V in kinds]

@@ -2,6 +2,8 @@ from .bayes_factor import log_bayes_factor as log_bayes_factor
 from .bayes_factor import probabilities as probabilities
 from .bayes_factor import probabilities_by_name as probabilities_by_name
 from .blocks import block_matrix as block_matrix
+from .blocks import inverse_root as inverse_root
+from .blocks import scaled_inverse as scaled_inverse
 from .blocks import submatrix as submatrix
 from .deflection import Deflection as Deflection
 from .deflection import deflected as deflected
@@ -33,7 +35,6 @@ from .prior_group import GivenPrior as GivenPrior
 from .prior_group import Prior as Prior
 from .prior_group import PriorGroup as PriorGroup
 from .prior_group import prior_covariance as prior_covariance
-from .prior_group import scaled_inverse as scaled_inverse
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS
 from .priors import groups_at as groups_at
 from .priors import prior_groups as prior_groups

@@ -21,3 +21,26 @@ def block_matrix(size: int, blocks: Iterable[tuple[Rows, np.ndarray]]) -> np.nda
         indices = np.arange(size)[rows]
         matrix[np.ix_(indices, indices)] = block
     return matrix
+
+
+def inverse_root(matrix: np.ndarray) -> np.ndarray:
+    """Return R, lower triangular, with R^T R the inverse of a covariance or precision.
+
+    The unknowns may have different units. The diagonal of R tells the determinant: that of the
+    inverse is the product of its squares.
+
+    Raises:
+        numpy.linalg.LinAlgError: The matrix is not positive definite.
+    """
+    variances = np.diag(matrix)
+    if not np.all(variances > 0):
+        raise np.linalg.LinAlgError("a variance is not positive")
+    unit = 1 / np.sqrt(variances)
+    correlations = matrix * unit[:, None] * unit
+    return np.linalg.inv(np.linalg.cholesky(correlations)) * unit
+
+
+def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse by its :func:`inverse_root`: symmetric, and no variance below zero."""
+    root = inverse_root(matrix)
+    return root.T @ root

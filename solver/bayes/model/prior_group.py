@@ -6,7 +6,7 @@ from math import log
 
 import numpy as np
 
-from .blocks import block_matrix, submatrix
+from .blocks import block_matrix, scaled_inverse, submatrix
 
 Expected = tuple[np.ndarray, np.ndarray]
 """Prior means of coefficients, and the standard deviations of these."""
@@ -25,22 +25,6 @@ SMALLEST_WIDTH = 1e-9
 LEAST_VARIANCE = 1e-24
 """An unknown of less variance was held, and tells nothing."""
 EVERY = slice(None)
-
-
-def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse of a covariance or precision of unknowns that have different units.
-
-    Raises:
-        numpy.linalg.LinAlgError: A variance is not positive, of the matrix or of its inverse.
-    """
-    variances = np.diag(matrix)
-    if not np.all(variances > 0):
-        raise np.linalg.LinAlgError("a variance is not positive")
-    unit = 1 / np.sqrt(variances)
-    inverse = np.linalg.inv(matrix * unit[:, None] * unit) * unit[:, None] * unit
-    if not np.all(np.diag(inverse) > 0):  # of a matrix that rounding made indefinite
-        raise np.linalg.LinAlgError("a variance of the inverse is not positive")
-    return inverse
 
 
 @dataclass(frozen=True)
