@@ -7,7 +7,15 @@ from itertools import product
 
 import numpy as np
 
-from ..model import GEOMETRY_WIDTHS, TYPICAL_SPREAD, Gaussian, PriorGroup, probabilities
+from ..model import (
+    GEOMETRY_WIDTHS,
+    TYPICAL_SPREAD,
+    Gaussian,
+    PriorGroup,
+    prior_covariance,
+    probabilities,
+    submatrix,
+)
 from .state import State
 
 FACTORS = np.exp(TYPICAL_SPREAD * np.linspace(-3, 3, 13))
@@ -62,7 +70,7 @@ def over_widths(
 
 @dataclass(frozen=True)
 class WidthMixture:
-    """Priors of the geometry at K nodes: C_k = B d_k^2 B^T, with d_k diagonal."""
+    """Priors of the geometry at K nodes, each with other widths."""
 
     groups: Sequence[PriorGroup]
 
@@ -77,35 +85,22 @@ class WidthMixture:
         return np.array(list(product(FACTORS, repeat=len(self.groups))))
 
     @cached_property
+    def usual_widths(self) -> np.ndarray:
+        """Shape (groups,)."""
+        return np.array([usual_width(group) for group in self.groups])
+
+    @cached_property
     def widths(self) -> np.ndarray:
         """Widths of each group, shape (K, groups)."""
-        return self.factors * [usual_width(group) for group in self.groups]
+        return self.factors * self.usual_widths
 
-    @cached_property
-    def directions(self) -> np.ndarray:
-        """B, shape (n, r): each member by itself, then the changes that members share."""
-        shared = np.zeros((len(self.members), len(self.groups)))
-        for k, group in enumerate(self.groups):
-            if group.common is not None:
-                shared[np.isin(self.members, group.members), k] = group.common
-        return np.column_stack([np.eye(len(shared)), shared[:, shared.any(axis=0)]])
-
-    @cached_property
-    def deviations(self) -> np.ndarray:
-        """The diagonals of all d_k, shape (K, r)."""
+    def roots(self, widths: np.ndarray) -> np.ndarray:
+        """Return L with L L^T the prior covariance at widths, (..., groups), as (..., n, n)."""
+        shared = [replace(group, width=0.0) for group in self.groups]
+        C = submatrix(prior_covariance(shared, self.members.max() + 1), self.members)
         sizes = [len(group.members) for group in self.groups]
-        widths, (n, r) = np.repeat(self.widths, sizes, axis=1), self.directions.shape
-        return np.pad(widths, ((0, 0), (0, r - n)), constant_values=1.0)
-
-    @property
-    def usual_root(self) -> np.ndarray:
-        """L_0, so that L_0 L_0^T is the prior covariance at the usual widths, shape (n, n)."""
-        blocks = [group.covariance(usual_width(group)) for group in self.groups]
-        C, begin = np.zeros((len(self.members),) * 2), 0
-        for block in blocks:
-            block_of = slice(begin, begin + len(block))
-            C[block_of, block_of], begin = block, block_of.stop
-        return np.linalg.cholesky(C)
+        variances = np.repeat(widths**2, sizes, axis=-1)
+        return np.linalg.cholesky(C + variances[..., None] * np.eye(len(C)))
 
     def posterior(self, x: np.ndarray, gaussian: Gaussian) -> tuple[Gaussian, np.ndarray]:
         """Return the posterior of all unknowns, and the root mean square of each group's widths.
@@ -117,7 +112,7 @@ class WidthMixture:
             x: The estimate.
             gaussian: Posterior of all unknowns at the usual widths, as changes from it.
         """
-        L, marginal = self.usual_root, gaussian.marginal(self.members)
+        L, marginal = self.roots(self.usual_widths), gaussian.marginal(self.members)
         offset = x[self.members] - np.concatenate([group.mean for group in self.groups])
         Q, s, V = np.linalg.svd(np.linalg.solve(L, marginal.root))
         s = s.clip(LEAST, 1.0)
@@ -135,26 +130,24 @@ class WidthMixture:
     def moments(self, H: np.ndarray, h: np.ndarray) -> tuple[Gaussian, np.ndarray]:
         """Return mean and spread of the members' distance from mu, and each node's probability.
 
-            S_k = B d_k (1 + d_k B^T H B d_k)^-1 d_k B^T      m_k = mu + S_k h
-            2 log Z_k = h^T S_k h - log |1 + d_k B^T H B d_k|
+            S_k = L_k (1 + L_k^T H L_k)^-1 L_k^T      m_k = mu + S_k h
+            2 log Z_k = h^T S_k h - log |1 + L_k^T H L_k|
 
         Args:
             H: Information of the data, shape (n, n).
             h: H times the distance from mu that the data alone prefer, shape (n,).
         """
-        B, d = self.directions, self.deviations
-        N = d[:, :, None] * (B.T @ H @ B) * d[:, None] + np.eye(B.shape[1])
-        L, pulls = np.linalg.cholesky(N), d * (B.T @ h)
-        whitened = np.linalg.solve(L, pulls[:, :, None])[:, :, 0]
-        sizes = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
+        L = self.roots(self.widths)
+        factors = np.linalg.cholesky(np.eye(len(h)) + L.swapaxes(1, 2) @ H @ L)
+        whitened = np.linalg.solve(factors, (h @ L)[:, :, None])[:, :, 0]
+        sizes = np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
-        logs = 0.5 * (np.sum(whitened**2, axis=1) - penalty) - sizes
-        odds = probabilities(logs)
+        odds = probabilities(0.5 * (np.sum(whitened**2, axis=1) - penalty) - sizes)
         likely = np.flatnonzero(odds > NEGLIGIBLE)
         shares = odds[likely]
-        roots = np.linalg.inv(L[likely]) * d[likely, None] @ B.T  # R_k^T R_k = S_k
+        roots = np.linalg.solve(factors[likely], L[likely].swapaxes(1, 2))  # R_k^T R_k = S_k
         means = (whitened[likely, None] @ roots)[:, 0]
         mean = shares @ means
         columns = np.concatenate([roots, (means - mean)[:, None]], axis=1)
-        columns = (np.sqrt(shares)[:, None, None] * columns).reshape(-1, len(B))
+        columns = (np.sqrt(shares)[:, None, None] * columns).reshape(-1, len(h))
         return Gaussian.of(mean, columns.T @ columns), odds
