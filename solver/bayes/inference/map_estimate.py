@@ -62,8 +62,7 @@ def estimate(
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = Objective(model, tuple(movements), data)
-    state: State = start(objective, joint_noise, start_from)
+    state: State = start(_objective(model, data, movements), joint_noise, start_from)
     iterates: list[np.ndarray] = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
     try:
@@ -76,10 +75,9 @@ def estimate(
             if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
                 continue
             pruned = prune_groups(state)
-            if pruned is not state:
-                state = pruned
-            else:
+            if pruned is state:
                 return posterior(state, iterates)
+            state = pruned
     except np.linalg.LinAlgError:
         raise NotConverged(
             "the fit diverged: run mukca check on the recordings, or try --method paper"
@@ -100,9 +98,8 @@ def refit(
     Raises as :func:`estimate`.
     """
     data = result.data if data is None else data
-    moving = result.objective.movements if movements is None else movements
-    movements_there = [movement for movement in moving if movement.placement in data.placements]
-    return estimate(model or result.model, data, start_from=result, movements=movements_there)
+    movements = result.objective.movements if movements is None else movements
+    return estimate(model or result.model, data, start_from=result, movements=movements)
 
 
 def stepped(result: FitPosterior, data: Observations) -> State:
@@ -114,12 +111,15 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     Raises:
         FrameError: Nothing ties a frame to the robot any more.
     """
-    movements = [
-        movement for movement in result.objective.movements if movement.placement in data.placements
-    ]
-    objective = Objective(result.model, tuple(movements), data)
-    state = start(objective, True, result)
+    state = start(_objective(result.model, data, result.objective.movements), True, result)
     return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
+
+
+def _objective(
+    model: ExtendedModel, data: Observations, movements: Sequence[Movement]
+) -> Objective:
+    """Return the objective, with the movements of placements that are among the data."""
+    return Objective(model, tuple(m for m in movements if m.placement in data.placements), data)
 
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
@@ -183,9 +183,7 @@ def _downhill(state: State, step: Step) -> tuple[State, Step]:
         next_state = moved(state, step.change)
         rise = next_state.value(step.volume) - before
         if rise <= RISE * abs(before):
-            break
+            return next_state, step
         part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
         step = replace(step, change=part * step.change, slope=part * step.slope)
-    else:
-        next_state = moved(state, step.change)
-    return next_state, step
+    return moved(state, step.change), step

@@ -45,8 +45,7 @@ class State:
             if group.non_negative:
                 at_zero[group.members] = x[group.members] <= 0
         x[at_zero] = 0.0
-        turns = change[size:dense].reshape(-1, 6)
-        frames = tuple(pose.moved(turn) for pose, turn in zip(self.frames, turns, strict=True))
+        frames = tuple(map(Pose.moved, self.frames, change[size:dense].reshape(-1, 6)))
         centres = self.centres + change[dense:].reshape(-1, 3)
         return replace(self, x=x, at_zero=at_zero, frames=frames, centres=centres)
 
@@ -75,8 +74,7 @@ class State:
     @cached_property
     def squares(self) -> np.ndarray:
         """e_i^T C_i^-1 e_i, shape (N,)."""
-        e = self.errors
-        return np.einsum("ni,ni->n", np.einsum("nij,nj->ni", self.inverse_scales, e), e)
+        return np.einsum("ni,nij,nj->n", self.errors, self.inverse_scales, self.errors)
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -91,26 +89,27 @@ class State:
     @cached_property
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
-        objective = self.objective
-        distances, coordinates = objective.data.known, objective.data.located
-        rows, values = np.zeros((len(distances), objective.size)), np.zeros(len(distances))
-        for i, k in enumerate(distances):
-            offset = self.centres[k.second] - self.centres[k.first]
+        objective, data = self.objective, self.objective.data
+        rows, values = np.zeros((len(data.known), objective.size)), np.zeros(len(data.known))
+        for i, known in enumerate(data.known):
+            offset = self.centres[known.second] - self.centres[known.first]
             length = float(np.linalg.norm(offset))
-            for socket, sign in ((k.second, 1), (k.first, -1)):
-                rows[i, objective.of_socket(socket)] = sign * offset / length
-            values[i] = length - k.distance
-        whitened = [(objective.whiten @ rows, objective.whiten @ values)]
-        for located_socket in coordinates:
-            row, place = np.zeros((3, objective.size)), np.array([located_socket.coordinates])
-            row[:, objective.of_socket(located_socket.socket)] = np.eye(3)
-            if located_socket.frame != WORLD:
-                slopes = self.frames[located_socket.frame].slopes(place)[0]
-                row[:, objective.of_frame(located_socket.frame)] = -slopes
-                place = self.frames[located_socket.frame].apply(place)
-            difference = self.centres[located_socket.socket] - place[0]
-            whitened.append((row / located_socket.deviation, difference / located_socket.deviation))
-        return np.concatenate([a for a, _ in whitened]), np.concatenate([b for _, b in whitened])
+            rows[i, objective.of_socket(known.second)] = offset / length
+            rows[i, objective.of_socket(known.first)] = -offset / length
+            values[i] = length - known.distance
+        slopes = [objective.whiten @ rows]
+        residuals = [objective.whiten @ values]
+        for located in data.located:
+            row = np.zeros((3, objective.size))
+            row[:, objective.of_socket(located.socket)] = np.eye(3)
+            place = np.array([located.coordinates])
+            if located.frame != WORLD:
+                frame = self.frames[located.frame]
+                row[:, objective.of_frame(located.frame)] = -frame.slopes(place)[0]
+                place = frame.apply(place)
+            slopes.append(row / located.deviation)
+            residuals.append((self.centres[located.socket] - place[0]) / located.deviation)
+        return np.concatenate(slopes), np.concatenate(residuals)
 
     @cached_property
     def priors(self) -> list[tuple[PriorGroup, np.ndarray]]:

@@ -125,15 +125,14 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
     inverse, by_joints = state.inverse_scales, state.linear.by_joints
     u = np.einsum("nij,nj->ni", inverse, state.predicted_errors(step.change))
     remainder = inverse - inverse @ step.leverage @ inverse
-    kinds = np.broadcast_to(np.eye(3), remainder.shape), by_joints @ by_joints.transpose(0, 2, 1)
-    sizes = [state.weights * np.einsum("ni,nij,nj->n", u, V, u) for V in kinds]
+    squares = state.weights[:, None, None] * u[:, :, None] * u[:, None]
+    by_space = np.broadcast_to(np.eye(3), remainder.shape)
+    slopes = np.array([by_space, by_joints @ by_joints.transpose(0, 2, 1)])
     noises: list[Noise] = []
     for source, noise in zip(state.objective.data.sources, state.noises, strict=True):
-        some = [0, 1] if noise.joint else [0]
-        scaled = [inverse[source] @ kinds[k][source] for k in some]
-        score = [
-            float(np.sum(sizes[k][source]) - np.sum((remainder * kinds[k])[source])) for k in some
-        ]
+        V = slopes[: 2 if noise.joint else 1, source]
+        score = np.tensordot(V, (squares - remainder)[source], 3)
+        scaled = inverse[source] @ V
         fisher: np.ndarray = np.einsum("anij,bnji->ab", scaled, scaled)
         effect = noise.joint_effect(next_state.linear.by_joints[source])
         noises.append(noise.updated(np.linalg.solve(fisher, score), effect))
@@ -190,15 +189,13 @@ def prune_groups(state: State) -> State:
     noises = without_negligible(state.noises, sources, state.linear.by_joints)
     if not gone and noises == state.noises:
         return state
-    x, at_zero = state.x.copy(), state.at_zero.copy()
+    change, at_zero = np.zeros(state.objective.size), state.at_zero.copy()
+    groups: list[PriorGroup] = []
     for group in state.groups:
         if group.name in gone:
-            x[group.members], at_zero[group.members] = 0.0, True
-    groups = tuple(
-        replace(g, width=0.0, effective=0.0, learned=False) if g.name in gone else g
-        for g in state.groups
-    )
-    state = replace(state, at_zero=at_zero, groups=groups, noises=noises)
-    change = np.zeros(state.objective.size)
-    change[: len(x)] = x - state.x
+            change[group.members] = -state.x[group.members]
+            at_zero[group.members] = True
+            group = replace(group, width=0.0, effective=0.0, learned=False)
+        groups.append(group)
+    state = replace(state, at_zero=at_zero, groups=tuple(groups), noises=noises)
     return moved(state, change) if change.any() else state
