@@ -77,9 +77,9 @@ def _damped_step(
     """Return the step, and by how much the objective should fall if the residuals were linear."""
     H = jacobian.T @ jacobian
     gradient = jacobian.T @ residuals
-    diagonal = np.diag(H).copy()
-    diagonal[diagonal == 0] = 1.0  # a parameter without any effect stays where it is
-    step = -np.linalg.solve(H + np.diag(np.diag(H) == 0) + damping * np.diag(diagonal), gradient)
+    idle = np.diag(H) == 0  # a parameter without any effect stays where it is
+    damped = H + np.diag(np.where(idle, 1.0, damping * np.diag(H)))
+    step = -np.linalg.solve(damped, gradient)
     return step, float(-step @ (2 * gradient + H @ step))
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...errors import MukcaError
 from ..data import CALIPER_DEVIATION, Known, Measurement, distance_covariance
-from ..robot import BallModel, Parameter, Robot, RotationNumbers, choose_parameters
+from ..robot import BallModel, Parameter, Robot, choose_parameters
 from .optimizers import MAX_ITERATIONS, Solution, gauss_newton, ipopt
 
 OPTIMIZERS = ("gauss-newton", "ipopt")
@@ -97,7 +97,6 @@ def build_problem(
     *,
     parameters: Sequence[Parameter] | None = None,
     regularization: float = REGULARIZATION,
-    rotation_numbers: RotationNumbers = "rpy",
 ) -> Problem:
     """Return the problem of Eq. (5); free are by default all actuated joints and the ball.
 
@@ -106,7 +105,7 @@ def build_problem(
     if not 0 <= regularization < np.inf:
         raise SettingError(f"regularization {regularization}: give zero or a positive number")
     chosen = choose_parameters(robot) if parameters is None else tuple(parameters)
-    model = BallModel(robot, [p.index for p in chosen], rotation_numbers)
+    model = BallModel(robot, [p.index for p in chosen], "rpy")
     return Problem(chosen, model, tuple(training), regularization)
 
 

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import Noise, sample_degrees, sample_scales, student_weights, submatrix
+from ..model import Noise, inverse_root, sample_degrees, sample_scales, student_weights, submatrix
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
@@ -69,10 +69,11 @@ class CurveFit:
     @cached_property
     def parts_of_noise(self) -> tuple[np.ndarray, ...]:
         """Parts of M by each source's seat and by its joints, as blocks of shape (N, 3, 3)."""
-        slopes, sources = self.samples.slopes, self.samples.sources
-        by_joints, parts = slopes @ slopes.transpose(0, 2, 1), list[np.ndarray]()
+        slopes = self.samples.slopes
+        by_joints = slopes @ slopes.transpose(0, 2, 1)
+        parts: list[np.ndarray] = []
         for k, noise in enumerate(self.state.noises):
-            shares = ((sources == k) / self.weights)[:, None, None]
+            shares = ((self.samples.sources == k) / self.weights)[:, None, None]
             parts += [noise.space**2 * np.eye(3) * shares, noise.joint**2 * by_joints * shares]
         return tuple(parts)
 
@@ -98,7 +99,7 @@ class CurveFit:
         if not self.curves:
             return blocks
         M = self.curves[0].copy()
-        M.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)] += blocks
+        _diagonal_blocks(M, n)[:] += blocks
         return M[None]
 
     @cached_property
@@ -152,26 +153,29 @@ class CurveFit:
     @cached_property
     def projection(self) -> np.ndarray:
         """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
-        unknowns, rows = self.solved[:, :-1], self.inverse.shape[1]
+        unknowns = self.solved[:, :-1]
         V = -(unknowns @ self.posterior[1]) @ unknowns.T
-        for k, block in enumerate(self.inverse):
-            rows_of_sample = slice(rows * k, rows * (k + 1))
-            V[rows_of_sample, rows_of_sample] += block
+        _diagonal_blocks(V, len(self.inverse))[:] += self.inverse
         return V
 
     @cached_property
     def projected_blocks(self) -> np.ndarray:
         """Blocks of V, one a sample, shape (N, 3, 3)."""
-        n = len(self.weights)
-        return self.projection.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)]
+        return _diagonal_blocks(self.projection, len(self.weights))
 
     @property
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
-        sigma = submatrix(self.posterior[1], self.state.free)
-        unit, root = np.sqrt(np.diag(sigma)), np.linalg.cholesky(self.blocks)
-        logs = np.log(np.diagonal(root, axis1=1, axis2=2)).sum() - np.log(unit).sum()
-        return float(2 * logs - np.linalg.slogdet(sigma / unit[:, None] / unit)[1])
+        roots = np.linalg.cholesky(self.blocks)
+        of_rest = inverse_root(submatrix(self.posterior[1], self.state.free))
+        logs = np.log(np.diagonal(roots, axis1=1, axis2=2)).sum() + np.log(np.diag(of_rest)).sum()
+        return 2 * float(logs)
+
+
+def _diagonal_blocks(matrix: np.ndarray, count: int) -> np.ndarray:
+    """Return a view of the blocks on the diagonal of a square matrix, (count, size, size)."""
+    size = len(matrix) // count
+    return np.einsum("isit->ist", matrix.reshape(count, size, count, size))
 
 
 def log_evidence(fit: CurveFit) -> float:
@@ -223,24 +227,24 @@ def marginalised(fit: CurveFit) -> CurveFit:
 def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     """Return the largest relative change, and curves and noises after a step."""
     p, noises, prior = fit.pulls, fit.state.noises, fit.prior
-    # slopes of M by the logarithm of each square, times p
-    slopes = [(blocks @ p.reshape(-1, 3, 1)).ravel() for blocks in fit.parts_of_noise]
-    traces = [float(np.sum(fit.projected_blocks * blocks)) for blocks in fit.parts_of_noise]
     learned = fit.curves if len(fit.curves) == 2 else ()
+    # slopes of M by the logarithm of each square, times p, and their traces with V
+    slopes = [(blocks @ p.reshape(-1, 3, 1)).ravel() for blocks in fit.parts_of_noise]
     slopes += [slope @ p for slope in learned]
-    traces += [float(np.vdot(fit.projection, slope)) for slope in learned]
+    traces = [np.vdot(fit.projected_blocks, blocks) for blocks in fit.parts_of_noise]
+    traces += [np.vdot(fit.projection, slope) for slope in learned]
     U = np.array(slopes)
     information = 0.5 * U @ fit.projection @ U.T
     information += np.diag(1e-3 * np.diag(information) + 1e-9)
-    step = np.linalg.solve(information, 0.5 * (U @ p - np.array(traces)))
+    step = np.linalg.solve(information, 0.5 * (U @ p - traces))
     step = step.clip(-LARGEST_STEP, LARGEST_STEP) / 2
-    factors, counted = np.exp(step).tolist(), np.abs(step)
+    factors, changes = np.exp(step).tolist(), np.abs(step)
     if learned:
         length = float(np.clip(prior.length * factors[-1] ** 2, SHORTEST, LONGEST))
-        counted[-1] = abs(np.log(length / prior.length))
+        changes[-1] = abs(np.log(length / prior.length))
         prior = CurvePrior(prior.amplitude * factors[-2], length)
-    triples = zip(noises, factors[::2], factors[1::2], strict=False)
     updated = [
-        replace(noise, space=noise.space * s, joint=noise.joint * j) for noise, s, j in triples
+        replace(noise, space=noise.space * factors[2 * k], joint=noise.joint * factors[2 * k + 1])
+        for k, noise in enumerate(noises)
     ]
-    return float(counted.max()), prior, updated
+    return float(changes.max()), prior, updated

@@ -185,7 +185,6 @@ def _posterior(
     """Return the result with curves, (KNOTS, m), last in the covariance, in their place."""
     flat, state, size = posterior.objective, marginal.state, posterior.model.size
     model = posterior.model.with_effects((*posterior.model.extensions, CURVE.name))
-    objective = replace(flat, model=model)
     process = CurvePrior(marginal.prior.amplitude, marginal.prior.length)
     places = flat.size + np.arange(curves.size).reshape(curves.shape)
     group = _curve_group(model, places, process, joint)
@@ -195,17 +194,17 @@ def _posterior(
     def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         return np.concatenate([x[:size], coefficients.ravel(), x[size:]])
 
-    iterates = [arranged(iterate, 0 * curves) for iterate in posterior.iterates]
-    x, at_zero = arranged(state.x, curves), arranged(state.at_zero, curves != curves)
-    groups = [replace(g, members=place[g.members]) for g in (*state.groups, group)]
-    return FitPosterior(
-        replace(state, objective=objective, x=x, at_zero=at_zero, groups=tuple(groups)),
-        posterior.around,
-        marginal.weights,
-        evidence,
-        [*iterates, x],
-        submatrix(joint, picked),
+    state = replace(
+        state,
+        objective=replace(flat, model=model),
+        x=arranged(state.x, curves),
+        at_zero=arranged(state.at_zero, curves != curves),
+        groups=tuple(replace(g, members=place[g.members]) for g in (*state.groups, group)),
     )
+    iterates = [arranged(iterate, 0 * curves) for iterate in posterior.iterates]
+    iterates.append(state.x)
+    covariance = submatrix(joint, picked)
+    return FitPosterior(state, posterior.around, marginal.weights, evidence, iterates, covariance)
 
 
 def _curve_group(

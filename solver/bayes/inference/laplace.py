@@ -77,44 +77,40 @@ def _half(z: float) -> tuple[float, float, float]:
 
 def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     """Return the Gaussian posterior at a state where the iteration has settled."""
-    objective, limited = state.objective, state.bounded
+    bounded = state.bounded
     # all that may leave zero does
-    state = replace(state, at_zero=state.at_zero & ~limited[: len(state.x)])
-    (information, gradient), prior = normal_equations(state), state.prior_precision()
-    x = np.pad(state.x, (0, objective.size - len(state.x)))
-    slope = gradient + state.prior_gradient(prior) + state.linear.by_volume
-    hessian, free = information + prior, state.free
+    state = replace(state, at_zero=state.at_zero & ~bounded[: len(state.x)])
+    information, gradient = normal_equations(state)
+    prior, free = state.prior_precision(), state.free
+    x = np.pad(state.x, (0, len(free) - len(state.x)))
+    gradient = gradient + state.linear.by_volume
+    slope = gradient + state.prior_gradient(prior)
+    hessian = information + prior
     covariance, log_determinant = inverse_of_free(hessian, free)
     pulls = covariance @ slope
-    counts = np.bincount(objective.data.source_of).tolist()
+    counts = np.bincount(state.objective.data.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
-    evidence += 0.5 * float(slope @ pulls)
-    evidence -= 0.5 * log_determinant
-    bounds, b = np.zeros(objective.size), np.flatnonzero(limited)
-    pulled, mean, change = bounds.copy(), state, -pulls
+    evidence += 0.5 * float(slope @ pulls) - 0.5 * log_determinant
+    bounds, pulled = np.zeros((2, len(free)))
+    mean, change, b = state, -pulls, np.flatnonzero(bounded)
     if len(b):
         sigma = submatrix(covariance, b)
         bounds[b], pulled[b], log_share = expectation_propagation((x - pulls)[b], sigma)
         evidence += log_share - log_prior_share(state)
-        bounded, _ = inverse_of_free(hessian + np.diag(bounds), free)
-        change = bounded @ (pulled - bounds * x - slope)
+        covariance, _ = inverse_of_free(hessian + np.diag(bounds), free)
+        change = covariance @ (pulled - bounds * x - slope)
         if change.any():
             mean = moved(state, change)
             iterates = [*iterates, mean.x]
     # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
-    state_at_usual = at_usual_widths(state)
-    precision = _of_data(state) + state_at_usual.prior_precision(widened=True) + np.diag(bounds)
-    slope = (
-        gradient
-        + state_at_usual.prior_gradient(state_at_usual.prior_precision())
-        + state.linear.by_volume
-    )
+    usual = at_usual_widths(state)
+    precision = _of_data(state) + usual.prior_precision(widened=True) + np.diag(bounds)
+    slope = gradient + usual.prior_gradient(usual.prior_precision())
     spread = Gaussian.of_precision(x[free], submatrix(precision, free)).embedded(free, len(x))
     difference = spread.covariance @ (pulled - bounds * x - slope) - change
     mixture, groups = over_widths(state, x + change, replace(spread, mean=difference))
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
-    mean = replace(mean, groups=groups)
-    return FitPosterior(mean, mixture, weights, evidence, iterates)
+    return FitPosterior(replace(mean, groups=groups), mixture, weights, evidence, iterates)
 
 
 def _of_data(state: State) -> np.ndarray:

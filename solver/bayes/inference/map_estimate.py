@@ -90,16 +90,14 @@ def estimate(
 def refit(
     result: FitPosterior,
     model: ExtendedModel | None = None,
-    data: Observations | None = None,
     movements: Sequence[Movement] | None = None,
 ) -> FitPosterior:
-    """Return a fit that starts from a result, of its own model, data, movements or of others.
+    """Return a fit of the same data that starts from a result, of its own model or of another.
 
     Raises as :func:`estimate`.
     """
-    data = result.data if data is None else data
     movements = result.objective.movements if movements is None else movements
-    return estimate(model or result.model, data, start_from=result, movements=movements)
+    return estimate(model or result.model, result.data, start_from=result, movements=movements)
 
 
 def stepped(result: FitPosterior, data: Observations) -> State:
