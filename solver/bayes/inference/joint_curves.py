@@ -12,9 +12,8 @@ from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
 from .curve_score import promised_gain
 from .laplace import expectation_propagation
-from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest, samples_around
+from .linear_samples import posterior_of_rest, priors_of_rest, samples_around
 from .posterior import FitPosterior
-from .state import State
 
 LOG_EVIDENCE = 10.0
 """Least rise of the logarithm of the evidence by which curves are kept. On arms without curves,
@@ -66,25 +65,23 @@ def _with_joint_curves(
     alternative: tuple[FitPosterior, float] | None,
     prior: CurvePrior | None,
 ) -> tuple[FitPosterior, str]:
-    linear = samples_around(posterior.state, posterior.data)
-    n = len(linear[1].sources)
+    state, samples = samples_around(posterior.state, posterior.data)
+    n = len(samples.sources)
     if prior is not None:
         rows = _random_rows(n, MOST_SAMPLES)
-        marginal = marginalised(_fit_of(linear, rows, prior))
+        marginal = marginalised(CurveFit(state, samples.of(rows), prior, np.ones(len(rows))))
         return _converged(posterior, rows, marginal, posterior.log_evidence), GIVEN
-    state, marginal = linear[0], None
+    marginal = None
     for count in (FIRST_SAMPLES, MOST_SAMPLES):
         rows = _random_rows(n, count)
-        flat = _fit_of(linear, rows, CurvePrior(0.0, LONGEST))
-        gain_fit = marginalised(replace(flat, state=state))
-        if promised_gain(gain_fit) < HINT:
+        flat = CurveFit(state, samples.of(rows), CurvePrior(0.0, LONGEST), np.ones(len(rows)))
+        flat = marginalised(flat)
+        if promised_gain(flat) < HINT:
             return posterior, "not supported by the data (they would not raise the evidence)"
-        state, first = gain_fit.state, marginal or _initial_scales(gain_fit)
-        begun = replace(
-            gain_fit, state=first.state, prior=first.prior, weights=gain_fit.next_weights
-        )
+        state, first = flat.state, marginal or _initial_scales(flat)
+        begun = replace(flat, state=first.state, prior=first.prior, weights=flat.next_weights)
         marginal = marginalised(begun)
-        before, after = log_evidence(gain_fit), log_evidence(marginal)
+        before, after = log_evidence(flat), log_evidence(marginal)
         gain = after - before
         if gain <= HINT or len(rows) == n:
             break
@@ -93,20 +90,15 @@ def _with_joint_curves(
         return posterior, f"not supported by the data {evidence}"
     start, evidence_of_start = posterior, posterior.log_evidence - before
     if alternative is not None:
-        alternative_samples = samples_around(alternative[0].state, posterior.data)
-        fit = _fit_of(alternative_samples, rows, marginal.prior)
-        state_beside = replace(fit.state, noises=marginal.state.noises)
-        fit = marginalised(replace(fit, state=state_beside, weights=marginal.next_weights))
-        evidence_beside = log_evidence(fit)
-        if evidence_beside + alternative[1] > after:
-            start, marginal, after = alternative[0], fit, evidence_beside
+        other, log_odds = alternative
+        state, samples = samples_around(other.state, posterior.data)
+        state = replace(state, noises=marginal.state.noises)
+        weights = marginal.next_weights
+        fit = marginalised(CurveFit(state, samples.of(rows), marginal.prior, weights))
+        evidence_of_other = log_evidence(fit)
+        if evidence_of_other + log_odds > after:
+            start, marginal, after = other, fit, evidence_of_other
     return _converged(start, rows, marginal, evidence_of_start + after), f"kept {evidence}"
-
-
-def _fit_of(linear: tuple[State, LinearSamples], rows: np.ndarray, prior: CurvePrior) -> CurveFit:
-    """Return the fit to some of the samples that count alike."""
-    state, samples = linear
-    return CurveFit(state, samples.of(rows), prior, np.ones(len(rows)))
 
 
 def _random_rows(count: int, size: int) -> np.ndarray:
