@@ -7,6 +7,9 @@ from itertools import product
 
 from ....solver.assessment import nice_above
 
+MM = 1e3
+"""Factor of an axis of lengths [m] that shows millimetres."""
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -15,21 +18,39 @@ class Axis:
     low: float
     high: float
     label: str = ""
+    factor: float = 1.0
+    """Number that is shown of the value 1."""
     log: bool = False
     ticks: tuple[float, ...] | None = None
-    """Values that carry a number; None for round ones."""
+    """Values that carry a number; None for round numbers."""
 
     @classmethod
-    def around_zero(cls, values: Iterable[float], label: str, smallest: float = 1e-6) -> "Axis":
+    def around_zero(
+        cls,
+        values: Iterable[float | None],
+        label: str,
+        factor: float = 1.0,
+        smallest: float = 1e-9,
+    ) -> "Axis":
         """Return an axis as wide on both sides, with some room beside the largest value."""
-        half = 1.1 * max(smallest, *map(abs, values))
-        return cls(-half, half, label)
+        half = 1.1 * max(smallest, *(abs(value or 0.0) for value in values))
+        return cls(-half, half, label, factor)
 
     @classmethod
-    def logarithmic(cls, values: Iterable[float], label: str, room: float = 1.5) -> "Axis":
+    def from_zero(
+        cls, values: Iterable[float | None], label: str, factor: float = 1.0, room: float = 1.05
+    ) -> "Axis":
+        """Return an axis from zero, with some room beyond the largest value."""
+        largest = max(1e-9, *(value or 0.0 for value in values))
+        return cls(0, room * largest, label, factor)
+
+    @classmethod
+    def logarithmic(
+        cls, values: Iterable[float | None], label: str, factor: float = 1.0, room: float = 1.5
+    ) -> "Axis":
         """Return an axis with room beside the values above zero; round 1 where there are none."""
-        positive = [value for value in values if value > 1e-6] or [1.0]
-        return cls(min(positive) / room, max(positive) * room, label, log=True)
+        positive = [value for value in values if value and value > 1e-9] or [1.0 / factor]
+        return cls(min(positive) / room, max(positive) * room, label, factor, log=True)
 
     def fraction(self, value: float) -> float:
         """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
@@ -41,18 +62,24 @@ class Axis:
             high = math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
+    def number(self, value: float) -> str:
+        """Return a value as it is shown."""
+        return f"{self.factor * value:.6g}".replace("-", "\N{MINUS SIGN}")
+
     def marks(self) -> list[float]:
         """Return the values that carry a number: at most two digits a decade where logarithmic."""
-        marks = self.ticks
-        if marks is None and self.log:
-            low = math.log10(self.low)
-            high = math.log10(self.high)
-            powers = range(math.floor(low), math.ceil(high) + 1)
-            digits = (1,) if high - low > 2 else (1, 2, 5)
-            marks = [digit * 10.0**power for power, digit in product(powers, digits)]
-        elif marks is None:
-            step = nice_above((self.high - self.low) / 5)
-            first = math.ceil(self.low / step - 1e-9)
-            last = math.floor(self.high / step + 1e-9)
-            return [k * step for k in range(first, last + 1)]
-        return [m for m in marks if self.low * (1 - 1e-9) <= m <= self.high * (1 + 1e-9)]
+        if self.ticks is not None:
+            return list(self.ticks)
+        low = self.factor * self.low
+        high = self.factor * self.high
+        if self.log:
+            decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+            digits = (1,) if high > 100 * low else (1, 2, 5)
+            round_numbers = [digit * 10.0**decade for decade, digit in product(decades, digits)]
+            numbers = [n for n in round_numbers if low <= n * (1 + 1e-9) and n <= high * (1 + 1e-9)]
+        else:
+            step = nice_above((high - low) / 5)
+            first = math.ceil(low / step - 1e-9)
+            last = math.floor(high / step + 1e-9)
+            numbers = [count * step for count in range(first, last + 1)]
+        return [number / self.factor for number in numbers]

@@ -9,7 +9,7 @@ import numpy as np
 from ....solver.assessment import nice_above, short_names
 from ...experiments import ModelTrials, SimulationDocument
 from ..figures import ComparisonDocument, ErrorsAtPlacement, comparison_sentence
-from .axis import Axis
+from .axis import MM, Axis
 from .figure import COLOURS, Panel, Plot, named_rows, plot
 
 
@@ -26,62 +26,66 @@ def _by_model(
     figure: Callable[[ErrorsAtPlacement], float | None],
     form: str,
 ) -> Panel:
-    """Return a panel with a figure of each model at each placement [m]."""
+    """Return a panel with a length of each model at each placement."""
     places = short_names([row.name for row in result.placements])
     panel = named_rows(title, places, axis, pitch=28)
     if axis.low < 0:
         panel.rule("zero", x=0)
     for k, model in enumerate(result.models):
         errors = [row.models[k] for row in result.placements]
-        lengths = [figure(row) for row in errors]
-        values = [length if length is None else 1e3 * length for length in lengths]
-        marks = [f"model-{k % COLOURS}{' train' * row.trained_on}" for row in errors]
-        panel.dots(values, marks, model.name, form)
+        marks = [_mark(k, hollow=row.trained_on) for row in errors]
+        panel.dots(map(figure, errors), marks, model.name, form)
     return panel
 
 
+def _mark(model: int, *, hollow: bool) -> str:
+    return f"model-{model % COLOURS}{' train' * hollow}"
+
+
 def _errors(result: ComparisonDocument) -> Plot:
-    models = list(chain.from_iterable(row.models for row in result.placements))
-    axis = Axis.logarithmic((1e3 * model.mean_absolute_error for model in models), "MAE, mm", 1.4)
+    rows = chain.from_iterable(row.models for row in result.placements)
+    errors = [row.mean_absolute_error for row in rows]
+    axis = Axis.logarithmic(errors, "MAE, mm", MM, 1.4)
     title = "error at each placement"
     panel = _by_model(result, title, axis, lambda model: model.mean_absolute_error, ".3f")
-    ranked = sorted(
-        (row.summary.mean_absolute_error, row.name) for row in result.models if row.summary
-    )
     models = result.models
-    return plot("errors", panel, layout="half", ranked=ranked, models=models, colours=COLOURS)
+    judged = [(row.summary.mean_absolute_error, row.name) for row in models if row.summary]
+    return plot(
+        "errors", panel, layout="half", ranked=sorted(judged), models=models, colours=COLOURS
+    )
 
 
 def _differences(result: ComparisonDocument) -> Plot:
     pair = result.pairs[-1]
     a = result.models[pair.a].name
     b = result.models[pair.b].name
-    means = np.array([1e3 * row.mean for row in pair.placements])
-    noises = np.array([1e3 * row.noise for row in pair.placements])
-    axis = Axis.around_zero(abs(means) + noises, "mm, with 95 % noise")
+    means = np.array([row.mean for row in pair.placements])
+    noises = np.array([row.noise for row in pair.placements])
+    axis = Axis.around_zero(abs(means) + noises, "mm, with 95 % noise", MM)
     places = short_names([row.name for row in result.placements])
     panel = named_rows(f"{b} less {a}", places, axis, pitch=28)
     panel.threshold(f"{b} better < 0 < worse", x=0)
     panel.bars(means - noises, means + noises, "link", thick=5)
-    both = [(row.models[pair.a], row.models[pair.b]) for row in result.placements]
-    trained_on = [a.trained_on or b.trained_on for a, b in both]
-    marks = [f"model-{pair.b % COLOURS}{' train' * hollow}" for hollow in trained_on]
+    marks: list[str] = []
+    for row in result.placements:
+        hollow = row.models[pair.a].trained_on or row.models[pair.b].trained_on
+        marks.append(_mark(pair.b, hollow=hollow))
     panel.dots(means, marks, "difference", "+.3f")
     sentence = comparison_sentence(result, pair)
     return plot("differences", panel, layout="half", sentence=sentence)
 
 
 def _distances(result: ComparisonDocument) -> Plot | None:
-    errors = [[model.distance_error for model in row.models] for row in result.placements]
-    values = [1e3 * error for error in chain(*errors) if error is not None]
-    if not values:
+    worst: list[tuple[float, str]] = []
+    for k, model in enumerate(result.models):
+        errors = [row.models[k].distance_error for row in result.placements]
+        worst.append((MM * max(abs(error or 0.0) for error in errors), model.name))
+    largest, _ = max(worst)
+    if not largest:
         return None
-    axis = Axis.around_zero(values, "mm")
+    axis = Axis.around_zero([largest / MM], "mm", MM)
     title = "socket distance, predicted less measured"
     panel = _by_model(result, title, axis, lambda model: model.distance_error, "+.3f")
-    columns = zip(*errors, strict=True)
-    largest = [1e3 * max(abs(error or 0.0) for error in column) for column in columns]
-    worst = list(zip(largest, (model.name for model in result.models), strict=True))
     return plot("distances", panel, layout="half", worst=worst, colours=COLOURS)
 
 
@@ -96,7 +100,7 @@ def simulation_plot(result: SimulationDocument) -> Plot:
     models = (result,) if result.beside is None else (result.beside, result)
     if result.drawing is not None:
         return plot("lines", *map(_lines, models))
-    clearance = 1e3 * ((result.hole or PEG) - PEG) / 2
+    clearance = ((result.hole or PEG) - PEG) / 2
     return plot("misses", *(_misses(k, model, clearance) for k, model in enumerate(models)))
 
 
@@ -105,25 +109,25 @@ def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     trials = [trials.each for trials in (model.centre, model.cross) if trials]
     insertions = list(chain(*trials))
     misses = chain(*(trial.miss[:2] for trial in insertions))
-    reach = max(clearance, *(1e3 * abs(x) for x in misses))
+    reach = max(clearance, *map(abs, misses))
     panel = _square(model, nice_above(1.05 * reach), "mm along x", "mm along y")
     panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))
     for trial in insertions:
-        x, y = [1e3 * value for value in trial.miss[:2]]
-        hint = f"{x:+.2f}, {y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
-        panel.dot(x, y, f"model-{k}" + ("" if trial.inserted else " train"), hint, 4)
+        x, y = trial.miss[:2]
+        hint = f"{MM * x:+.2f}, {MM * y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
+        panel.dot(x, y, _mark(k, hollow=not trial.inserted), hint, 4)
     return panel
 
 
 def _lines(model: ModelTrials) -> Panel:
-    panel = _square(model, 100, "mm to the right", "mm ahead")
+    panel = _square(model, 0.1, "mm to the right", "mm ahead")
     for i, stroke in enumerate(model.drawing.each if model.drawing else ()):
-        line = [(-1e3 * y, 1e3 * (x - PAPER)) for x, y in stroke.line]
+        line = [(-y, x - PAPER) for x, y in stroke.line]
         panel.line(line, f"curve model-{i % COLOURS}")
     return panel
 
 
 def _square(model: ModelTrials, half: float, x: str, y: str) -> Panel:
-    """Return a panel from -half to half both ways, to the same scale."""
-    axes = Axis(-half, half, x), Axis(-half, half, y)
+    """Return a panel from -half to half [m] both ways, to the same scale."""
+    axes = [Axis(-half, half, label, MM) for label in (x, y)]
     return Panel(Path(model.model).name, *axes, height=460).grid()

@@ -84,19 +84,21 @@ class Panel:
         """Return the vertical place of a value."""
         return self.bottom - (self.bottom - self.top) * self.y_axis.fraction(value)
 
-    def add(self, name: str, hint: str = "", /, **attributes: object) -> None:
+    def add(self, name: str, hint: str = "", words: str = "", /, **attributes: object) -> None:
         """Add an SVG element in the panel's own units; the hint shows under the mouse."""
-        children = (element("title", hint),) if hint else ()
-        self.parts.append(element(name, *children, **attributes))
+        title = element("title", hint) if hint else ""
+        self.parts.append(element(name, title, words, **attributes))
 
     def grid(self, *, horizontal: bool = True) -> "Panel":
         """Draw lines at round values, their numbers, and the axes' labels."""
         for mark in self.x_axis.marks():
             self.rule("grid", x=mark)
-            self.text(self.x(mark), self.bottom + 18, _number(mark), "tick middle")
+            number = self.x_axis.number(mark)
+            self.text(self.x(mark), self.bottom + 18, number, "tick middle")
         for mark in self.y_axis.marks() if horizontal else ():
             self.rule("grid", y=mark)
-            self.text(self.left - 6, self.y(mark) + 4, _number(mark), "tick end")
+            number = self.y_axis.number(mark)
+            self.text(self.left - 6, self.y(mark) + 4, number, "tick end")
         self.text(self.right, self.bottom + 35, self.x_axis.label, "tick end")
         self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
@@ -110,20 +112,26 @@ class Panel:
     def threshold(
         self, words: str, *, x: float | None = None, y: float | None = None, below: bool = False
     ) -> None:
-        """Draw the dashed line of a limit, with its words, where it is within the axis."""
+        """Draw the dashed line of a limit, where there is one and it is within the axis.
+
+        In its words, ``{}`` stands for the number that the axis shows.
+        """
         if x is not None and self.x_axis.low <= x <= self.x_axis.high:
             self.rule("threshold", x=x)
-            side, shift = ("end", -4) if self.x(x) > 0.6 * self.right else ("", 4)
-            self.text(self.x(x) + shift, self.top - 4, words, f"threshold-words {side}")
+            place = self.x(x)
+            side, shift = ("end", -4) if place > 0.6 * self.right else ("", 4)
+            label = words.format(self.x_axis.factor * x)
+            self.text(place + shift, self.top - 4, label, f"threshold-words {side}")
         if y is not None and self.y_axis.low <= y <= self.y_axis.high:
             self.rule("threshold", y=y)
-            below = below or self.y(y) < self.top + 14
-            self.text(
-                self.right - 2, self.y(y) + (13 if below else -4), words, "threshold-words end"
-            )
+            place = self.y(y)
+            below = below or place < self.top + 14
+            label = words.format(self.y_axis.factor * y)
+            shift = 13 if below else -4
+            self.text(self.right - 2, place + shift, label, "threshold-words end")
 
-    def thresholds(self, words: str, x: float) -> None:
-        """Draw the limits -x and x, the second with words; none for 0."""
+    def thresholds(self, words: str, x: float | None) -> None:
+        """Draw the limits -x and x, the second with words; none for 0 or None."""
         if x:
             self.threshold("", x=-x)
             self.threshold(words, x=x)
@@ -131,7 +139,7 @@ class Panel:
     def text(self, x: float, y: float, words: str, class_: str, **attributes: object) -> None:
         """Write words at a place in the panel's own units."""
         if words:
-            self.parts.append(element("text", words, x=x, y=y, class_=class_, **attributes))
+            self.add("text", "", words, x=x, y=y, class_=class_, **attributes)
 
     def line(self, points: Iterable[Sequence[float]], class_: str) -> None:
         """Draw a line through values."""
@@ -167,16 +175,12 @@ class Panel:
         form: str = ".3f",
         size: float = 5.5,
     ) -> None:
-        """Draw a dot in each named row that has a value [mm], all of one class or each of its."""
+        """Draw a dot in each named row that has a length, all of one class or each of its."""
         for i, value in enumerate(values):
             if value is not None:
                 class_ = classes if isinstance(classes, str) else classes[i]
-                hint = f"{self.names[i]}, {words}: {value:{form}} mm"
+                hint = f"{self.names[i]}, {words}: {self.x_axis.factor * value:{form}} mm"
                 self.dot(value, i, class_, hint, size)
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: float) -> Panel:
@@ -200,7 +204,7 @@ def named_rows(
     without_axis: bool = False,
     width: float = WIDTH,
 ) -> Panel:
-    """Return a panel with named rows from the top, row i at y = i; bare: no lines, no numbers."""
+    """Return a panel with named rows from the top, row i at y = i."""
     count = len(names)
     margin = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
     height = TOP + BOTTOM + pitch * count
@@ -208,20 +212,23 @@ def named_rows(
     panel.names = names
     if not without_axis:
         panel.grid(horizontal=False)
-    for i, name in enumerate(names):
-        y = panel.y(i)
-        if i % math.ceil(LINE / pitch) == 0:
-            short = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
-            label = name if len(name) <= LONGEST else short
-            place = {"x": margin - 8, "y": y + 4, "class_": "tick end"}
-            panel.parts.append(element("text", element("title", name), label, **place))
-        if i and not without_axis:
-            line = {"x1": 4, "x2": panel.right, "y1": y - pitch / 2, "y2": y - pitch / 2}
-            panel.add("line", **line, class_="grid")
+    for i in range(0, count, math.ceil(LINE / pitch)):
+        name = names[i]
+        short = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
+        panel.add(
+            "text",
+            name,
+            name if len(name) <= LONGEST else short,
+            x=margin - 8,
+            y=panel.y(i) + 4,
+            class_="tick end",
+        )
+    for i in range(1, 0 if without_axis else count):
+        y = panel.y(i - 0.5)
+        panel.add("line", x1=4, x2=panel.right, y1=y, y2=y, class_="grid")
     return panel
 
 
-MODELS: tuple[ModelName, ModelName] = ("nominal", "calibrated")
 LOADED: tuple[tuple[ModelName, str], ...] = (("nominal", "nominal"), ("geometric", "calibrated"))
 """Models before and after, as they are loaded, and their marks."""
 COLOURS = 6
@@ -246,11 +253,6 @@ class Plot:
 
 Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
-
-
-def in_mm(length: float | None) -> float:
-    """Return a length in millimetres; 0 where it is not known."""
-    return 1e3 * (length or 0)
 
 
 def full_model(report: ReportDocument) -> str:

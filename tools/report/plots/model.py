@@ -1,9 +1,10 @@
 """Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from ....solver.assessment import Coverage, short_names
 from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_named
 from ....solver.results import JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
-from .axis import Axis
-from .figure import Panel, Plot, full_model, in_mm, named_rows, plot
+from .axis import MM, Axis
+from .figure import Panel, Plot, full_model, named_rows, plot
 
 _ORIGINS = {
     "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
@@ -21,8 +22,7 @@ _ORIGINS = {
 """Looks of the numbers of the geometry, by SI unit."""
 _NOT_COUNTED = ("ball", "given")
 """Groups of the prior that the plot of groups leaves out."""
-_DEGREES = 180 / np.pi
-_MRAD = 1e3
+_DEGREES = math.degrees(1)
 LEAST_BLANK = 10.0
 """Angles without samples that are named, all together [degrees]."""
 
@@ -35,26 +35,26 @@ def display_of(name: str, unit: str) -> Display:
 
 def parameters(report: ReportDocument) -> Plot:
     """Changes by the calibration, as bars, with standard deviations where there are any."""
-    rows = [(row, row.change) for row in report.parameters]
+    changes = [(row, row.change) for row in report.parameters]
     # the coefficients of effects that are switched off are zero for certain
     active = [row for row in report.coefficients or () if row.value or row.standard_deviation]
-    rows += [(row, row.value) for row in active]
+    changes += [(row, row.value) for row in active]
     bars_by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
-    for row, change in rows:
+    for row, change in changes:
         display = display_of(row.name, row.unit)
         deviation = display.factor * (row.standard_deviation or 0.0)  # 0 where it is not known
         bar = _Bar(row.name, display, display.factor * change, deviation)
         axis = display.heading, display.unit, display.per_mm
         bars_by_axis.setdefault(axis, []).append(bar)
-    panels = [*bars_by_axis.values()]
+    panels = list(bars_by_axis.values())
     determined = [bar for bar in chain(*panels) if bar.standard_deviation]
-    repeatability = in_mm(report.limits.repeatability)
+    repeatability = report.limits.repeatability
     usual_words = dict.fromkeys(effect.display.usual_words for effect in EFFECTS.values())
     return plot(
         "parameters",
-        *(_bars_panel(bars, repeatability) for bars in panels),
+        *(_bars_panel(bars, MM * (repeatability or 0.0)) for bars in panels),
         repeatability=repeatability,
-        usual=[words for words in usual_words if words],
+        usual=list(filter(None, usual_words)),
         model=full_model(report),
         largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in panels],
         known=len(determined),
@@ -77,17 +77,18 @@ class _Bar(NamedTuple):
 
 
 def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
+    """Return bars of one display, and the changes that move a ball by the repeatability [mm]."""
     display = bars[0].display
-    changes = np.array([bar.value for bar in bars])
     unit = display.unit
+    changes = np.array([bar.value for bar in bars])
     deviations = np.array([bar.standard_deviation for bar in bars])
+    sizes = np.abs(changes)
     # Deviations of what no ball can show are far larger than any change; they are cut off.
-    ends = abs(changes) + np.minimum(deviations, abs(changes).max())
+    axis = Axis.around_zero(sizes + np.minimum(deviations, sizes.max()), unit, smallest=1e-6)
     names = [bar.label for bar in bars]
-    panel = named_rows(f"{display.heading}, {unit}", names, Axis.around_zero(ends, unit), pitch=15)
+    panel = named_rows(f"{display.heading}, {unit}", names, axis, pitch=15)
     panel.rule("zero", x=0)
-    smallest = repeatability * display.per_mm
-    panel.thresholds(f"{smallest:g} {unit}", smallest)
+    panel.thresholds(f"{{:g}} {unit}", repeatability * display.per_mm)
     panel.bars(0, changes, "change", thick=8)
     panel.bars(changes - deviations, changes + deviations, "deviation")
     return panel
@@ -97,57 +98,55 @@ def coverage(report: ReportDocument) -> Plot:
     """Positions of each joint in each socket, within its limits, and how far it turned."""
     covered = report.coverage
     panels: list[Panel] = []
-    for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", 1e3, "mm")):
-        which = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
-        if which:
-            panels.append(_positions(covered, which, factor, unit_name))
-            panels.append(_spans(covered, which, factor, unit_name))
+    for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", MM, "mm")):
+        joints_of_unit = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
+        if joints_of_unit:
+            panels.append(_positions(covered, joints_of_unit, factor, unit_name))
+            panels.append(_spans(covered, joints_of_unit, factor, unit_name))
     places = short_names([socket.placement for socket in covered.sockets])
-    sockets = list(zip(covered.sockets, places, strict=True))
-    spans = [
-        (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
-        for (i, joint), (s, place) in product(enumerate(covered.joints), sockets)
-        if joint.unit == "rad"
-    ]
+    spans: list[tuple[float, str, int, str]] = []
+    for i, joint in enumerate(covered.joints):
+        for s, place in zip(covered.sockets, places, strict=True):
+            if joint.unit == "rad":
+                spans.append((_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place))
     return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
 
 
-def _positions(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
+def _positions(covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a tick for each position, and the joints' limits."""
-    rows = [covered.joints[i] for i in joint_names]
-    limits = factor * np.array([(row.lower, row.upper) for row in rows], dtype=float)
-    lows = [factor * s.low[i] for s, i in product(covered.sockets, joint_names)]
-    highs = [factor * s.high[i] for s, i in product(covered.sockets, joint_names)]
-    low = float(np.nanmin([*limits.ravel(), *lows]))  # NaN: no limit
-    high = float(np.nanmax([*limits.ravel(), *highs]))
+    rows = [covered.joints[i] for i in joint_rows]
+    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)  # NaN: no limit
+    ends = np.array([(s.low, s.high) for s in covered.sockets])[:, :, joint_rows]
+    every_end = np.concatenate([limits.ravel(), ends.ravel()])
+    low = float(np.nanmin(every_end))
+    high = float(np.nanmax(every_end))
     title = f"positions, {unit}; socket 0 above, others below"
-    axis = Axis(low, max(high, low + 1e-6), unit)
+    axis = Axis(low, max(high, low + 1e-6 / factor), unit, factor)
     panel = named_rows(title, [row.name for row in rows], axis, pitch=34)
     panel.bars(limits[:, 0], limits[:, 1], "range", thick=26)
-    for (k, i), role in product(enumerate(joint_names), ("test", "train")):
+    for (k, i), role in product(enumerate(joint_rows), ("test", "train")):
         marks = ""
         for s in covered.sockets:
             if s.role == role:
                 y = panel.y(k) + (1 if s.socket else -12)
-                marks += "".join(f"M{panel.x(factor * q[i]):.1f} {y}v11" for q in s.positions)
+                marks += "".join(f"M{panel.x(q[i]):.1f} {y}v11" for q in s.positions)
         if marks:
             panel.add("path", d=marks, class_=f"tick-{role}")
     return panel
 
 
-def _spans(covered: Coverage, joint_names: Sequence[int], factor: float, unit: str) -> Panel:
+def _spans(covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str) -> Panel:
     """Return a dot for each joint and socket, and the least that a joint should turn."""
-    names = [covered.joints[i].name for i in joint_names]
-    pairs = list(product(joint_names, covered.sockets))
-    spans = [factor * (s.high[i] - s.low[i]) for i, s in pairs]
-    axis = Axis(0, 1.05 * max(*spans, 1e-6), unit)
+    names = [covered.joints[i].name for i in joint_rows]
+    spans = np.array([np.subtract(s.high, s.low) for s in covered.sockets])[:, joint_rows]
+    axis = Axis.from_zero(spans.ravel(), unit, factor)
     panel = named_rows(f"how far it moved in each socket, {unit}", names, axis, pitch=34)
-    for (i, s), span in zip(pairs, spans, strict=True):
-        hint = f"{s.placement}, socket {s.socket}: {span:.0f} {unit}"
-        panel.dot(span, joint_names.index(i), f"span-dot {s.role}", hint, size=4)
+    for k, spans_of_joint in enumerate(spans.T.tolist()):
+        for s, span in zip(covered.sockets, spans_of_joint, strict=True):
+            hint = f"{s.placement}, socket {s.socket}: {factor * span:.0f} {unit}"
+            panel.dot(span, k, f"span-dot {s.role}", hint, size=4)
     if unit == "degrees":
-        limit = HARDLY_MOVED * _DEGREES
-        panel.threshold(f"at least {limit:.0f} degrees", x=limit)
+        panel.threshold("at least {:.0f} degrees", x=HARDLY_MOVED)
     return panel
 
 
@@ -163,13 +162,19 @@ def groups(report: ReportDocument) -> Plot | None:
     shares = [100 * row.effective / max(row.count, 1) for row in rows]
     panel.bars(0, [100] * len(rows), "range", thick=16)
     panel.bars(0, shares, "change", thick=16)
-    for i, row in enumerate(rows):
+    for i, (row, share) in enumerate(zip(rows, shares, strict=True)):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
-        panel.text(panel.x(min(shares[i], 62)) + 6, panel.y(i) + 4, words, "tick")
-    on = [name for name, row in zip(names, rows, strict=True) if row.active is True]
-    inactive = [name for name, row in zip(names, rows, strict=True) if row.active is False]
-    count = sum(row.count for row in groups_of_fit) - sum(row.count for row in rows)
-    return plot("groups", panel, layout="half", rows=rows, on=on, off=inactive, others=count)
+        panel.text(panel.x(min(share, 62)) + 6, panel.y(i) + 4, words, "tick")
+    named = list(zip(names, rows, strict=True))
+    return plot(
+        "groups",
+        panel,
+        layout="half",
+        rows=rows,
+        on=[name for name, row in named if row.active is True],
+        off=[name for name, row in named if row.active is False],
+        others=sum(row.count for row in groups_of_fit if row.name in _NOT_COUNTED),
+    )
 
 
 def joints(report: ReportDocument) -> Plot | None:
@@ -178,17 +183,23 @@ def joints(report: ReportDocument) -> Plot | None:
         return None
     rows = report.outlook.joints
     names = [row.joint for row in rows]
-    recorded = [1e3 * row.recorded for row in rows]
-    anywhere = [1e3 * row.workspace for row in rows]
-    repeatability = in_mm(report.limits.repeatability)
-    axis = Axis(0, 1.05 * max(*recorded, *anywhere, repeatability), "mm")
+    recorded = [row.recorded for row in rows]
+    anywhere = [row.workspace for row in rows]
+    repeatability = report.limits.repeatability
+    axis = Axis.from_zero([*recorded, *anywhere, repeatability], "mm", MM)
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
-    panel.threshold(f"the arm repeats to {repeatability:g} mm", x=repeatability or None)
-    largest = sorted(zip(recorded, names, strict=True), reverse=True)[:2]
-    values: dict[str, Any] = {"most": largest, "repeatability": repeatability}
-    return plot("joints", panel, layout="half", model=full_model(report), **values)
+    panel.threshold("the arm repeats to {:g} mm", x=repeatability)
+    ranked = sorted(((MM * row.recorded, row.joint) for row in rows), reverse=True)
+    return plot(
+        "joints",
+        panel,
+        layout="half",
+        model=full_model(report),
+        most=ranked[:2],
+        repeatability=repeatability,
+    )
 
 
 def error_curves(report: ReportDocument) -> Plot | None:
@@ -197,8 +208,8 @@ def error_curves(report: ReportDocument) -> Plot | None:
         return None
     curves = report.curves.joints
     ends = [np.abs(curve.values) + curve.deviations for curve in curves]
-    y = Axis.around_zero([_MRAD * float(np.max(ends))], "mrad")
-    repeatability = in_mm(report.limits.repeatability)
+    y = Axis.around_zero([float(np.max(ends))], "mrad", ANGLES.factor)
+    repeatability = report.limits.repeatability
     panels: list[Panel] = []
     blank: list[str] = []
     for curve in curves:
@@ -207,29 +218,38 @@ def error_curves(report: ReportDocument) -> Plot | None:
         gap = 360 - sum(_DEGREES * (high - low) for low, high in curve.sampled)
         if gap >= LEAST_BLANK:
             blank.append(f"{gap:.0f} degrees of {curve.joint}")
-    largest = max((_MRAD * max(map(abs, curve.values)), curve.joint) for curve in curves)
-    values: dict[str, Any] = {"largest": largest, "blank": blank, "model": full_model(report)}
-    return plot("curves", *panels, layout="half", repeatability=repeatability, **values)
+    return plot(
+        "curves",
+        *panels,
+        layout="half",
+        repeatability=repeatability,
+        largest=max((ANGLES.factor * max(map(abs, row.values)), row.joint) for row in curves),
+        blank=blank,
+        model=full_model(report),
+    )
 
 
-def _angles(covered_range: Coverage, joint: str) -> list[float]:
+def _angles(covered: Coverage, joint: str) -> np.ndarray:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
-    k = [row.name for row in covered_range.joints].index(joint)
-    training = [s.positions for s in covered_range.sockets if s.role == "train"]
-    return [(_DEGREES * q[k] + 180) % 360 - 180 for q in chain(*training)]
+    k = [row.name for row in covered.joints].index(joint)
+    training = [s.positions for s in covered.sockets if s.role == "train"]
+    angles = np.degrees([q[k] for q in chain(*training)])
+    return (angles + 180) % 360 - 180
 
 
-def _panel(curve: JointCurve, y: Axis, angles: list[float], repeatability: float) -> Panel:
+def _panel(curve: JointCurve, y: Axis, angles: np.ndarray, repeatability: float | None) -> Panel:
+    """Return an error curve over a turn, and the angles of the samples [degrees]."""
     panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
     count = len(curve.values)
-    angle = 360 / count * (np.arange(count) - count // 2)
-    values = _MRAD * np.roll(curve.values, count // 2)
-    band = _MRAD * np.roll(curve.deviations, count // 2)
-    panel.area(angle, values - band, values + band, "deviation-area")
+    grid = 360 / count * (np.arange(count) - count // 2)
+    values = np.roll(curve.values, count // 2)
+    band = np.roll(curve.deviations, count // 2)
+    panel.area(grid, values - band, values + band, "deviation-area")
     panel.rule("zero", y=0)
-    for edge in (-repeatability, repeatability) if repeatability else ():
-        panel.threshold("", y=edge)
-    panel.line(zip(angle.tolist(), values.tolist(), strict=True), "change")
-    marks = "".join(f"M{panel.x(a):.1f} {panel.bottom - 5:.1f}v5" for a in angles)
+    if repeatability:  # an angle that moves a ball 1 m away by so much
+        panel.threshold("", y=-repeatability)
+        panel.threshold("", y=repeatability)
+    panel.line(np.column_stack([grid, values]).tolist(), "change")
+    marks = "".join(f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5" for angle in angles)
     panel.add("path", d=marks, class_="tick-train")
     return panel

@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from ....solver.assessment import ModelName, SampleErrors, area, nice_above
 from ....solver.results import Role
 from ..figures import FAR, Answer, ReportDocument, text
-from .axis import Axis
-from .figure import LOADED, Panel, Plot, full_model, in_mm, named_rows, plot, to_scale
+from .axis import MM, Axis
+from .figure import LOADED, Panel, Plot, full_model, named_rows, plot, to_scale
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -44,11 +43,10 @@ def errors_in_3d(report: ReportDocument) -> Plot:
 
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes."""
-    largest = [1e3 * float(_lengths(report, model).max(initial=1e-6)) for model, _ in LOADED]
-    large = nice_above(largest[0], FINE)
-    small = nice_above(largest[1], FINE)
-    limit = in_mm(report.limits.mean_absolute_error.value)
-    if 0 < limit < 1.4 * small:  # it is drawn, all of it
+    largest = [float(_lengths(report, model).max(initial=1e-9)) for model, _ in LOADED]
+    large, small = (nice_above(length, FINE) for length in largest)
+    limit = report.limits.mean_absolute_error.value
+    if limit and limit < 1.4 * small:  # it is drawn, all of it
         small = max(small, nice_above(limit, FINE))
     large = max(large, small)
     times = float(f"{large / small:.2g}")
@@ -67,25 +65,25 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         *panels,
         layout="thirds",
         quantiles=report.summary.judged[1].quantiles,
-        limit=report.limits.mean_absolute_error.value,
+        limit=limit,
         times=times,
-        half=small,
+        half=MM * small,
     )
 
 
 def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
-    """Return the samples along two axes, up to half the panel's width [mm]."""
-    scales = [Axis(-half, half, f"{axis}, mm", ticks=(-half, 0.0, half)) for axis in axes]
+    """Return the samples along two axes, up to half the panel's width [m]."""
+    scales = [Axis(-half, half, f"{axis}, mm", MM, ticks=(0.0, half)) for axis in axes]
     panel = Panel(title, *scales, width=248, height=276, margin=44).grid()
     mark = dict(LOADED)[model]
-    columns = ["xyz".index(axis) for axis in axes]
+    i, j = map("xyz".index, axes)
     for row in report.samples:
-        x, y = 1e3 * np.array(row.of(model))[columns]
-        panel.dot(x, y, f"{mark} {report.placements[row.placement].role}", size=2)
-    limit = in_mm(report.limits.mean_absolute_error.value)
-    if 0 < limit <= half:
-        radius = limit * (panel.right - panel.left) / (2 * half)
-        panel.dot(0, 0, "threshold", size=radius)
+        deviation = row.of(model)
+        role = report.placements[row.placement].role
+        panel.dot(deviation[i], deviation[j], f"{mark} {role}", size=2)
+    limit = report.limits.mean_absolute_error.value
+    if limit and limit <= half:
+        panel.dot(0, 0, "threshold", size=panel.x(limit) - panel.x(0))
     return panel
 
 
@@ -93,7 +91,7 @@ def order(report: ReportDocument) -> Plot:
     """The calibrated error of each sample in the order of recording, and the running centre."""
     means = [row.calibrated.mean_absolute_error for row in report.placements]
     errors = _lengths(report, "calibrated")
-    top = 1.08e3 * max(float(errors.max(initial=1e-6)), FAR * max(means))
+    top = 1.08 * max(float(errors.max(initial=1e-6)), FAR * max(means))
     mean = np.array([means[row.placement] for row in report.samples])
     uses = enumerate(report.answers.use.rows)
     return plot(
@@ -117,21 +115,21 @@ def _doubted(sample: SampleErrors) -> bool:
 def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel:
     place = report.placements[i]
     rows = [row for row in report.samples if row.placement == i]
-    panel = Panel(name, Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm"), height=170).grid()
-    mean = 1e3 * place.calibrated.mean_absolute_error
-    panel.threshold(f"{FAR:g} x mean", y=FAR * mean)
+    axes = Axis(0, len(rows) + 1, ticks=()), Axis(0, top, "mm", MM)
+    panel = Panel(name, *axes, height=170).grid()
+    panel.threshold(f"{FAR:g} x mean", y=FAR * place.calibrated.mean_absolute_error)
     first = 0
     for socket in dict.fromkeys(row.socket for row in rows):
-        part = np.array([row.calibrated for row in rows if row.socket == socket])
+        deviations = np.array([row.calibrated for row in rows if row.socket == socket])
         if first:
             panel.rule("divide", x=first + 0.5)
         panel.text(panel.x(first + 0.5) + 6, panel.bottom + 15, f"socket {socket}", "tick")
-        panel.line(enumerate(_running_centre(1e3 * part), first + 1), "running")
-        first += len(part)
+        panel.line(enumerate(_running_centre(deviations), first + 1), "running")
+        first += len(deviations)
     for k, row in enumerate(rows, 1):
-        error = 1e3 * row.error()
+        error = row.error()
         mark = "flagged" if _doubted(row) else f"calibrated {place.role}"
-        panel.dot(k, error, mark, f"{row.where}: {error:.3f} mm")
+        panel.dot(k, error, mark, f"{row.where}: {MM * error:.3f} mm")
     return panel
 
 
@@ -151,20 +149,26 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     """Mean absolute error before and after at each placement, and the limit."""
     rows = report.placements
     names = [row.name for row in report.answers.use.rows]
-    before = [1e3 * row.before.mean_absolute_error for row in rows]
-    after = [1e3 * row.loaded.mean_absolute_error for row in rows]
-    x = Axis.logarithmic([*before, *after], "mean absolute error, mm")
+    roles = [row.role for row in rows]
+    before = [row.before.mean_absolute_error for row in rows]
+    after = [row.loaded.mean_absolute_error for row in rows]
+    x = Axis.logarithmic([*before, *after], "mean absolute error, mm", MM)
     panel = named_rows("error at each placement", names, x, pitch=28)
     panel.bars(before, after, "link")
     for (_, mark), values in zip(LOADED, (before, after), strict=True):
-        panel.dots(values, [f"{mark} {row.role}" for row in rows], mark)
+        panel.dots(values, [f"{mark} {role}" for role in roles], mark)
     limit = report.limits.mean_absolute_error.value
-    if limit is not None:
-        panel.threshold(f"limit {1e3 * limit:g} mm", x=1e3 * limit)
+    panel.threshold("limit {:g} mm", x=limit)
     role = report.summary.judged[0]
-    columns = zip(after, before, names, [row.role for row in rows], strict=True)
-    of_role = [row for row in columns if row[-1] == role]
-    return plot("errors-by-placement", panel, layout="half", role=role, judged=of_role, limit=limit)
+    columns = zip(after, before, names, roles, strict=True)
+    return plot(
+        "errors-by-placement",
+        panel,
+        layout="half",
+        role=role,
+        judged=[row for row in columns if row[-1] == role],
+        limit=limit,
+    )
 
 
 def table_map(report: ReportDocument) -> Plot:
@@ -187,10 +191,15 @@ def table_map(report: ReportDocument) -> Plot:
         mark = {"class_": f"answer {word}", "data_placement": i}
         panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
         panel.text(x, y + 4, str(i + 1), "number middle light")
-    allowed = f"{1e3 * report.tolerance:g}" if asked else None
-    sentence = map_sentence(report, [use.answer for use in uses], allowed)
-    values: dict[str, Any] = {"text": sentence, "asked": asked}
-    return plot("table-map", panel, layout="beside", controls={"uses": uses}, **values)
+    allowed = f"{MM * report.tolerance:g}" if asked else None
+    return plot(
+        "table-map",
+        panel,
+        layout="beside",
+        controls={"uses": uses},
+        text=map_sentence(report, [use.answer for use in uses], allowed),
+        asked=asked,
+    )
 
 
 def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str | None) -> str:
@@ -217,15 +226,13 @@ def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
     role, summary = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
-    values = {mark: np.sort(1e3 * _lengths(report, model, role)) for model, mark in LOADED}
-    task = None if report.task is None else 1e3 * report.task
-    ends = [] if task is None else [task]
-    x = Axis.logarithmic([*ends, *np.concatenate(list(values.values()))], "error, mm")
+    errors = {mark: np.sort(_lengths(report, model, role)) for model, mark in LOADED}
+    x = Axis.logarithmic([report.task, *np.concatenate(list(errors.values()))], "error, mm", MM)
     panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()
-    for mark, errors in values.items():
-        steps = np.linspace(0, 100, len(errors) + 1)[1:]
-        path = [(x.low, 0.0), *zip(errors.tolist(), steps.tolist(), strict=True), (x.high, 100.0)]
-        panel.line(path, f"curve {mark}")
-    if task is not None:
-        panel.threshold(f"{task:g} mm", x=task)
+    for mark, lengths in errors.items():
+        percents = np.linspace(0, 100, len(lengths) + 1)
+        ends = [x.low, *lengths, x.high]
+        panel.line(np.column_stack([ends, [*percents, 100]]).tolist(), f"curve {mark}")
+    panel.threshold("{:g} mm", x=report.task)
+    task = None if report.task is None else MM * report.task
     return plot("shares", panel, layout="half", words=words, judged=summary, task=task)

@@ -1,7 +1,7 @@
 """Plots of the workspace: how well places are known, several arms together, and the arm's poses."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,16 +26,17 @@ def error_map(report: ReportDocument) -> Plot | None:
     outlook = None if report.outlook is None else report.outlook.map
     if outlook is None:
         return None
-    worst = max(outlook.cells, key=lambda cell: cell[2])
-    lowest = min(deviation for _, _, deviation in outlook.cells)
-    highest = worst[2]
+    deviations = [deviation for _, _, deviation in outlook.cells]
+    lowest = min(deviations)
+    ends = np.linspace(lowest, max(deviations), LEVELS + 1)
     reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
     labels = "m to the robot's right", "m ahead of the robot's base"
     axes = [Axis(-reach, reach, label) for label in labels]
     panel = Panel("predicted error of places, from above", *axes, height=468)
     side = panel.x(outlook.width) - panel.x(0) - 1
+    width = max(ends[-1] - lowest, 1e-12)
     for x, y, deviation in outlook.cells:
-        level = min(int(LEVELS * (deviation - lowest) / max(highest - lowest, 1e-12)), LEVELS - 1)
+        level = min(int(LEVELS * (deviation - lowest) / width), LEVELS - 1)
         corner = {"x": panel.x(-y) - side / 2, "y": panel.y(x) - side / 2}
         panel.add("rect", **corner, width=side, height=side, class_=f"known-{level}")
     limits = {row.name: row.limit for row in report.verdict.limits}
@@ -48,8 +49,14 @@ def error_map(report: ReportDocument) -> Plot | None:
     for row in report.placements:
         if row.role == "train":
             panel.dot(-row.position[1], row.position[0], "socket", row.name, size=4)
-    ends = np.linspace(lowest, highest, LEVELS + 1).tolist()
-    return plot("error-map", panel, layout="half", ends=ends, far=worst, limit=limit)
+    return plot(
+        "error-map",
+        panel,
+        layout="half",
+        ends=ends.tolist(),
+        far=max(outlook.cells, key=lambda cell: cell[2]),
+        limit=limit,
+    )
 
 
 def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
@@ -148,6 +155,11 @@ def arm_in_3d(report: ReportDocument) -> Plot:
     count = len(arm.placements)
     factor = arm.exaggeration
     factors = [(k, f"{k:g} x" if k != 1 else "true") for k in sorted({1.0, factor, 10 * factor})]
-    controls = {"configurations": count, "factor": factor, "factors": factors}
-    values: dict[str, Any] = {"arm": arm, "model": full_model(report)}
-    return plot("arm-3d", layout="scenes one", scene="arm", controls=controls, **values)
+    return plot(
+        "arm-3d",
+        layout="scenes one",
+        scene="arm",
+        controls={"configurations": count, "factor": factor, "factors": factors},
+        arm=arm,
+        model=full_model(report),
+    )
