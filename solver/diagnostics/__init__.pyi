@@ -22,6 +22,7 @@ from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL
 from .hypotheses import Flaw as Flaw
 from .hypotheses import FlawError as FlawError
+from .hypotheses import Samples as Samples
 from .inspection import HELD_OUT as HELD_OUT
 from .inspection import MENDER as MENDER
 from .inspection import Given as Given
@@ -33,7 +34,6 @@ from .inspection import next_placement as next_placement
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse
 from .robust_fit import RigidModel as RigidModel
-from .samples import Samples as Samples
 from .suspicion import WhatIf as WhatIf
 from .suspicion import shift_by as shift_by
 from .suspicion import what_if as what_if

@@ -11,9 +11,17 @@ from itertools import chain, combinations
 import numpy as np
 
 from ..robot import Robot
-from .hypotheses import KINDS, ONLY_SOUND, Candidate, Comparison, Scene, kind_of, of_zero
-from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
-from .samples import Samples
+from .hypotheses import (
+    KINDS,
+    ONLY_SOUND,
+    Candidate,
+    Comparison,
+    Samples,
+    Scene,
+    kind_of,
+    of_zero,
+)
+from .robust_fit import UNEXPLAINED, RigidModel
 from .stuck import STUCK
 
 STEPS = 8
@@ -220,7 +228,7 @@ def of_columns(
     candidates: list[Candidate] = []
     for rows, placement in tried:
         seats = scene.sockets[rows]
-        some = Samples(scene.q[rows], seats - seats.min(), scene.points[rows])
+        some = Samples(scene.q[rows], seats - seats.min(), scene.samples.measured[rows])
         if not some.is_overdetermined(len(scene.parameters)):
             continue
         if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
@@ -232,9 +240,8 @@ def of_columns(
         for hypothesis in likely:
             q = scene.q.copy()
             q[rows] = hypothesis.apply(some).positions
-            fit = model.fit(Samples(q, scene.sockets, scene.points).thinned(ABOUT, FEW))
-            if fit.noise < UNEXPLAINED:
-                changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)
+            changed, noise = model.refitted(replace(scene, readings=q))
+            if noise < UNEXPLAINED:
                 candidates.append(_candidate(hypothesis, changed, placement, parameters["noise"]))
     return candidates
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..results import Consequence
 from ..robot import workspace
-from .hypotheses import INDEPENDENT, Candidate, Scene
-from .samples import robust_weights, typical
+from .hypotheses import INDEPENDENT, Candidate, Scene, robust_weights, typical
 
 POSES, PAIRS, ROUNDS = 200, 400, 5
 """Random poses of the workspace, pairs of poses, and rounds of the robust fits."""
@@ -107,7 +106,7 @@ class _Fit:
     def unknowns(self) -> np.ndarray:
         """Geometry and effects of the arm, shape (size,)."""
         first, n = self.scene.centres.size, len(self.scene.parameters)
-        widths = self.scene.widths_of_effects()
+        widths = self.scene.widths_of_effects(self.scene.as_readings)
         of_effects = self._x[first + n : first + n + len(widths)]
         return np.concatenate([self.scene.usual @ self._x[first : first + n], widths * of_effects])
 

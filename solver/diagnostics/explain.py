@@ -14,9 +14,17 @@ from ..data import Known, Load, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
-from .hypotheses import KINDS, Candidate, Comparison, Kind, Scene
+from .hypotheses import (
+    KINDS,
+    Candidate,
+    Comparison,
+    Kind,
+    Scene,
+    evenly,
+    medians,
+    samples_of,
+)
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
-from .samples import medians, samples_of
 from .stuck import of_stuck
 
 ROUNDS = 8
@@ -106,14 +114,9 @@ def scene_loaded(
 def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     """Return a placement with some of its samples, and the number of each in its socket."""
     limit = max(MOST // len(measured.counts), 2)
-    rows = [np.linspace(0, n - 1, min(n, limit)).astype(int) for n in measured.counts]
-    if max(measured.counts) <= limit:
-        return measured, np.concatenate(rows)
-    indices = [
-        measured.order[rows_of_socket][r]
-        for rows_of_socket, r in zip(measured.slices, rows, strict=True)
-    ]
-    return measured.only(np.sort(np.concatenate(indices))), np.concatenate(rows)
+    numbers = [evenly(count, limit) for count in measured.counts]
+    ranks = [measured.order[s][n] for s, n in zip(measured.slices, numbers, strict=True)]
+    return measured.only(np.sort(np.concatenate(ranks))), np.concatenate(numbers)
 
 
 def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
@@ -208,12 +211,9 @@ def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
         turns = kind.turns(m.placement.positions[:, joint])
         offsets[:, joint] = -parameters["offset"] * turns
         measurements.append(m.shifted(offsets))
-    fit = model.fit(samples_of(measurements).thinned(ABOUT, FEW), start=scene.x)
-    corrected = replace(scene, measurements=tuple(measurements))
-    fitted = replace(corrected, x=fit.x, centres=fit.centres, R=fit.R)
+    fitted, _ = model.refitted(replace(scene, measurements=tuple(measurements)), scene.x)
     (block,) = kind.blocks(fitted)
-    unknown = block.only([joint])
-    return replace(accepted, scene=fitted, block=unknown)
+    return replace(accepted, scene=fitted, block=block.only([joint]))
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

@@ -16,10 +16,9 @@ from ..robot import Robot
 from .configurations import known_distances
 from .explain import scene_of
 from .fault import Fault, FaultComparison, evidence_of, fault_of
-from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Scene
+from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Samples, Scene
 from .relabelling import FORGOTTEN, Run, forgotten, relabelled, runs_of
 from .robust_fit import ABOUT, FEW, RigidModel
-from .samples import Samples
 
 LEAST = 6
 """Fewest samples for a check."""

@@ -4,7 +4,7 @@ Gauss-Newton steps with Student's noise; priors of fixed width hold the arm, and
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -12,8 +12,18 @@ import numpy as np
 from ..bayes.model import extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..robot import BallModel, Robot, choose_parameters
-from .hypotheses import ARMS, BALL, ROTATION, widths_of
-from .samples import SMALLEST, Samples, means, medians, robust_weights, typical
+from .hypotheses import (
+    ARMS,
+    BALL,
+    SMALLEST,
+    Samples,
+    Scene,
+    means,
+    medians,
+    robust_weights,
+    typical,
+    widths_of,
+)
 
 SCALE = 1e-5
 """Standard deviation of the prior that holds the arm's scale at nominal; points tell it."""
@@ -102,29 +112,27 @@ class RigidModel:
         q = np.stack([variant.positions for variant in variants], axis=1)
         linear = self._place.linearise(self._place.nominal, q.reshape(-1, m))
         points = linear.points.reshape(N, V, 3)
-        by_joints = linear.by_joints.reshape(N, V, 3, m)[:, np.arange(V)[:, None], :, joints]
-        parts = points[..., None], linear.by_parameters.reshape(N, V, 3, 3)
-        values = np.concatenate([*parts, np.moveaxis(by_joints, (0, 1, 2), (1, 3, 0))], axis=3)
-        unknowns = 3 + joints.shape[1]
-        turns = [TURN] * (3 * len(samples.frames))
-        widths = np.array([BALL] * 3 + [width] * joints.shape[1] + turns)
-        offsets = np.zeros((V, unknowns))
+        by_place = linear.by_parameters.reshape(N, V, 3, 3)
+        by_all_joints = linear.by_joints.reshape(N, V, 3, m)
+        by_joints = np.take_along_axis(by_all_joints, joints[None, :, None], axis=3)
+        values = np.concatenate([points[..., None], by_place, by_joints], axis=3)
+        J, turns = joints.shape[1], 3 * len(samples.frames)
+        widths = np.array([BALL] * 3 + [width] * J + [TURN] * turns)
+        offsets = np.zeros((V, 3 + J))
         places = points - samples.offsets(samples.aligned(points, np.ones((N, V))))
         e = places - medians(places, samples)[samples.sockets]
         noise = typical(e)
         for _ in range(SEED_ITERATIONS):
             noise = typical(e)
             weights = robust_weights(e, noise)
-            with_turns = (
-                _with_turns(values, offsets, samples, weights) if samples.frames else values
-            )
+            with_turns = _with_turns(values, offsets, samples, weights)
             centred = with_turns - means(with_turns, samples, weights)[samples.sockets]
             slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
             A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
             H = A @ slopes + np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
             e = centred[..., 0].swapaxes(0, 1).reshape(V, 3 * N, 1)
             steps = np.linalg.solve(H, A @ e)
-            offsets = steps[:, :unknowns, 0]
+            offsets = steps[:, : 3 + J, 0]
             e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
         errors = np.linalg.norm(e, axis=2)
         return offsets, np.average(errors, axis=0, weights=robust_weights(e, noise))
@@ -144,10 +152,9 @@ class RigidModel:
         """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
         few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
         n, turns = len(self.widths), 3 * len(few.frames)
-        widths = np.append(self.widths, np.full(turns, ROTATION))
-        P = np.zeros((len(widths), len(widths)))
+        unknowns = n + turns
+        P = np.eye(unknowns) / TURN**2
         P[:n, :n] = self._prior_of_points if turns else self._prior
-        P[n:, n:] = np.eye(turns) / TURN**2
         first = np.zeros(n) if start is None else start
 
         def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -159,17 +166,17 @@ class RigidModel:
         centres = medians(points, few)
         noise = float(typical(points - centres[few.sockets]))
         for _ in range(iterations):
-            points, by_unknowns = linear or self.linearised(x, few.positions)
+            points, by_geometry = linear or self.linearised(x, few.positions)
             offsets = few.offsets(rotations)
             points = (balls(x, few.positions) if linear else points) - offsets
-            by_unknowns = np.concatenate([by_unknowns, few.by_turns(offsets)], axis=2)
+            by_unknowns = np.concatenate([by_geometry, few.by_turns(offsets)], axis=2)
             weights = robust_weights(points - centres[few.sockets], noise)
             centres = means(points, few, weights)
             e = points - centres[few.sockets]
             slopes = means(by_unknowns, few, weights)
             D = by_unknowns - slopes[few.sockets]
-            A = (D * weights[:, None, None] / noise**2).reshape(-1, len(widths))
-            H = A.T @ D.reshape(-1, len(widths)) + P
+            A = (D * weights[:, None, None] / noise**2).reshape(-1, unknowns)
+            H = A.T @ D.reshape(-1, unknowns) + P
             covariance = np.linalg.inv(H)
             step = -covariance @ (A.T @ e.ravel() + P[:, :n] @ x)
             step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
@@ -177,7 +184,7 @@ class RigidModel:
             rotations = few.turned(rotations, step[n:])
             centres = centres + slopes @ step
             squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
-            degrees = 3 * few.count + len(widths) - float(np.sum(covariance * P))
+            degrees = 3 * few.count + unknowns - float(np.sum(covariance * P))
             variance = float(weights @ squares) / max(3 * len(e) - degrees, 1.0)
             before, noise = noise, max(variance**0.5, self._least)
             # however the links' frames are drawn
@@ -185,11 +192,17 @@ class RigidModel:
             if change < SETTLED:
                 break
         points = balls(x, samples.positions) - samples.offsets(rotations)
-        centres = means(points, samples, robust_weights(points - centres[samples.sockets], noise))
-        squares = points - centres[samples.sockets]
-        errors = np.linalg.norm(squares, axis=1)
-        mean = float(np.average(errors, weights=robust_weights(squares, noise)))
+        weights = robust_weights(points - centres[samples.sockets], noise)
+        centres = means(points, samples, weights)
+        e = points - centres[samples.sockets]
+        errors = np.linalg.norm(e, axis=1)
+        mean = float(np.average(errors, weights=robust_weights(e, noise)))
         return RigidFit(centres, errors, mean, noise, x, rotations)
+
+    def refitted(self, scene: Scene, start: np.ndarray | None = None) -> tuple[Scene, float]:
+        """Return a scene about a fit to its samples, and the noise of that [m]."""
+        fit = self.fit(scene.samples.thinned(ABOUT, FEW), start=start)
+        return replace(scene, x=fit.x, centres=fit.centres, R=fit.R), fit.noise
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the balls at some poses, shape (N, 3) [m], and their derivatives, (N, 3, n)."""
@@ -197,18 +210,20 @@ class RigidModel:
 
 
 def _with_turns(
-    values: np.ndarray, off: np.ndarray, samples: Samples, weights: np.ndarray
+    values: np.ndarray, offsets: np.ndarray, samples: Samples, weights: np.ndarray
 ) -> np.ndarray:
     """Return places of seats and their derivatives, those by the turns of frames behind them.
 
     Args:
         values: Balls of V models and their derivatives by k unknowns, shape (N, V, 3, 1 + k).
-        off: Errors of the unknowns at which frames are turned, shape (V, k).
+        offsets: Errors of the unknowns at which frames are turned, shape (V, k).
         samples: The samples, with what was measured.
         weights: Of the samples in each model, shape (N, V).
     """
+    if not samples.frames:
+        return values
     points, slopes = values[..., 0], values[..., 1:]
-    balls = points - np.einsum("nvij,vj->nvi", slopes, off)
-    offsets = samples.offsets(samples.aligned(balls, weights))
-    places = (points - offsets)[..., None]
-    return np.concatenate([places, slopes, samples.by_turns(offsets)], axis=3)
+    balls = points - np.einsum("nvij,vj->nvi", slopes, offsets)
+    arms = samples.offsets(samples.aligned(balls, weights))
+    places = (points - arms)[..., None]
+    return np.concatenate([places, slopes, samples.by_turns(arms)], axis=3)

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .hypotheses import ONLY_SOUND, Candidate, Comparison, Parameters, Scene, kind_of
-from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
-from .samples import Samples
+from .robust_fit import UNEXPLAINED, RigidModel
 
 SAME, LEAST = 1e-9, 6
 """Readings that differ by less are one [rad], and the fewest of them that are looked at."""
@@ -64,33 +63,30 @@ def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Sce
 
     The arm begins as its model has it: a fit to such samples is of no use.
     """
-    q = scene.q
-    fit = None
-    is_free = np.isin(np.arange(len(q)), rows)
+    changed, noise = replace(scene, x=np.zeros_like(scene.x)), 0.0
     for _ in range(ROUNDS):
-        x = np.zeros_like(scene.x) if fit is None else fit.x
-        q = _angles(model, x, scene.q, joint, is_free, scene)
-        fit = model.fit(Samples(q, scene.sockets, scene.points).thinned(ABOUT, FEW))
-    if fit is None or fit.noise > UNEXPLAINED:
+        angles = _angles(model, changed.x, scene, joint, rows)
+        changed, noise = model.refitted(replace(scene, readings=angles))
+    if noise > UNEXPLAINED:
         return None
-    changed = replace(scene, x=fit.x, centres=fit.centres, R=fit.R, readings=q)
-    columns = np.zeros((len(q), 3, len(rows)))
-    columns[rows, :, np.arange(len(rows))] = WIDTH * changed.by_joints[rows, :, joint]
-    flat = columns.reshape(3 * len(q), -1)
-    is_free = (scene.all_samples, flat, np.zeros(len(flat)))
-    return replace(changed, explained=(*scene.explained, is_free))
+    each = np.eye(len(scene.q))[:, rows]
+    columns = WIDTH * changed.by_joints[:, :, [joint]] * each[:, None]
+    flat = columns.reshape(-1, len(rows))
+    unknown_angles = (scene.all_samples, flat, np.zeros(len(flat)))
+    return replace(changed, explained=(*scene.explained, unknown_angles))
 
 
 def _angles(
-    model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int, is_free: np.ndarray, scene: Scene
+    model: RigidModel, x: np.ndarray, scene: Scene, joint: int, rows: np.ndarray
 ) -> np.ndarray:
     """Return positions with the angles of a joint that bring the balls of each seat together.
 
-    Along u_i, the derivative of ball i by the angle, nothing is known of samples that are
-    ``is_free``: with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
+    Along u_i, the derivative of ball i by the angle, nothing is known of the samples in ``rows``:
+    with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
     c = (sum P_i)^-1 sum P_i p_i. Angles all round are tried first.
     """
-    q = q.copy()
+    q = scene.q.copy()
+    is_free = np.isin(np.arange(len(q)), rows)
     circles = _circles(model, x, q[is_free], joint) - scene.offsets[is_free]
     for step in range(STEPS):
         points, by_joints = model.moved_by_joints(x, q)

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import product
+from itertools import cycle
 
 import numpy as np
 
 from ...bayes.model.effects import TILT
-from ...robot import COMPONENTS, BallModel, Joint, link_axes
+from ...robot import COMPONENTS, Joint, link_axes
 from .base import changes
-from .kinds import Block, Parameters
+from .kinds import Block, Parameters, of_samples
 from .scene import Scene
 
 LENGTHS, ANGLES = (5e-3, 0.03), (0.03, 0.15)
@@ -20,7 +20,7 @@ VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
 ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
 """Typical sizes: offsets [rad, m], shares of the reading, and of the last step."""
-UNEVEN, TURNS = (1e-3, 1e-2), {1: "once", 2: "twice"}
+UNEVEN, TURNS = (1e-3, 1e-2), ("once", "twice")
 """Amplitudes of joints that turn unevenly [rad], and words for how often in a turn."""
 TILTS = (2e-3, 2e-2)
 """Angles by which a base gives way under the arm [rad]."""
@@ -34,13 +34,11 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
     joints = [joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint]
-    by_joint = {joint.name: _directions(scene, joint, unit) for joint in joints}
-    directions = {name: along for name, along in by_joint.items() if along.any()}
+    directions = {joint.name: _directions(scene, joint, unit) for joint in joints}
+    directions = {name: along for name, along in directions.items() if along.any()}
     if not directions:
         return
-    axes = [
-        (name, k) for (name, along), k in product(directions.items(), range(3)) if along[:, k].any()
-    ]
+    axes = [(name, k) for name, along in directions.items() for k in np.flatnonzero(along.any(0))]
     columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
     parameters = [{"joint": name, "axis": AXES[k]} for name, k in axes]
     yield Block(scene.all_samples, columns, parameters, widths)
@@ -67,62 +65,58 @@ def of_version(scene: Scene) -> Iterable[Block]:
 
 def of_other_arm(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements that another arm of the type recorded."""
-    for place, rows in enumerate(scene.places if len(scene.places) > 1 else ()):
-        rows_of_samples = scene.rows(rows)
-        columns = (scene.by_geometry[rows_of_samples] @ scene.usual)[None]
-        yield Block(rows_of_samples, columns, [scene.named(place)], (1.4,))
+    for place, samples in enumerate(scene.places if len(scene.places) > 1 else ()):
+        rows = scene.rows(samples)
+        columns = scene.by_geometry[rows] @ scene.usual
+        yield Block(rows, columns[None], [scene.named(place)], (1.4,))
 
 
-def _each(scene: Scene, turned: np.ndarray, widths: tuple[float, ...]) -> Iterable[Block]:
-    """Return the block of joints that are each off in proportion to something, shape (N, m)."""
-    columns = -(scene.by_joints * turned[:, None, :]).reshape(-1, turned.shape[1])
-    names = [{"joint": name} for name in scene.robot.joint_names]
-    yield Block(scene.all_samples, columns.T[:, :, None], names, widths)
+def _each(
+    scene: Scene, turns: np.ndarray, widths: tuple[float, ...], **names: str
+) -> Iterable[Block]:
+    """Return the block of joints that each read too much by their turns, shape (N, m, k)."""
+    columns = -scene.by_joints[..., None] * turns[:, None]
+    joints = [{"joint": name, **names} for name in scene.robot.joint_names]
+    yield of_samples(scene.every, columns.transpose(2, 0, 1, 3), joints, widths)
 
 
 def of_zero(scene: Scene) -> Iterable[Block]:
     """Return the block of joints that are off throughout."""
-    return _each(scene, np.ones_like(scene.q), ZEROS)
+    return _each(scene, np.ones((*scene.q.shape, 1)), ZEROS)
 
 
 def of_gain(scene: Scene) -> Iterable[Block]:
     """Return the block of joints that read too much by a share."""
-    return _each(scene, scene.q, GAINS)
+    return _each(scene, scene.q[..., None], GAINS)
 
 
 def of_uneven(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that lead and lag once a turn, or twice, more than gears do."""
-    names = scene.robot.joint_names
-    for k in (1, 2):
-        phases = k * scene.q
+    for times, word in enumerate(TURNS, 1):
+        phases = times * scene.q
         waves = np.stack([np.sin(phases), np.cos(phases)], axis=2)
-        columns = -scene.by_joints[..., None] * waves[:, None]
-        flat = columns.transpose(2, 0, 1, 3).reshape(len(names), -1, 2)
-        parameters = [{"joint": name, "turn": TURNS[k]} for name in names]
-        yield Block(scene.all_samples, flat, parameters, UNEVEN)
+        yield from _each(scene, waves, UNEVEN, turn=word)
 
 
 def of_soft_base(scene: Scene) -> Iterable[Block]:
     """Return the block of a base that tilts under the arm, as its first joint would, but more."""
-    m = scene.q.shape[1]
-    names = [effect.name for effect in scene.effects]
-    if TILT.name not in names or not scene.torques.any():
+    if TILT not in scene.effects or not scene.torques.any():
         return
-    first = scene.model.slices[names.index(TILT.name)].start
+    m = scene.q.shape[1]
     bends: np.ndarray = TILT.turns(scene.as_readings)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     scale = max(float(squares.mean()) ** 0.5, 1e-6)
+    first = scene.model.slices[scene.effects.index(TILT)].start
     columns = -scene.linear[1][:, :, [first, first + m]] / scale
-    yield Block(scene.all_samples, columns.reshape(1, -1, 2), [{}], TILTS)
+    yield of_samples(scene.every, columns, [{}], TILTS)
 
 
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
-    names = scene.robot.joint_names
-    for block in changes(scene, -scene.by_joints[:, :, :, None], LOST):
-        pairs = enumerate(block.parameters)
-        parameters = [{"joint": names[i % len(names)], **first} for i, first in pairs]
-        yield replace(block, parameters=parameters)
+    joints = cycle(scene.robot.joint_names)
+    for block in changes(scene, -scene.by_joints[..., None], LOST):
+        names = [{"joint": next(joints), **first} for first in block.parameters]
+        yield replace(block, parameters=names)
 
 
 def of_lag(scene: Scene) -> Iterable[Block]:
@@ -130,9 +124,9 @@ def of_lag(scene: Scene) -> Iterable[Block]:
     step = np.zeros_like(scene.q)
     for rows, times in zip(scene.places, scene.times, strict=True):
         order = rows.start + np.argsort(times)
-        step[order[1:]] = scene.q[order[:-1]] - scene.q[order[1:]]
-    columns = -np.einsum("nij,nj->ni", scene.by_joints, step).reshape(1, -1, 1)
-    yield Block(scene.all_samples, columns, [{}], LAGS)
+        step[order[1:]] = -np.diff(scene.q[order], axis=0)
+    columns = -scene.by_joints @ step[:, :, None]
+    yield of_samples(scene.every, columns, [{}], LAGS)
 
 
 def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
@@ -145,20 +139,20 @@ def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -
 
     Where it is no single one, it is how far the joint is displaced, or turned, in all.
     """
-    name = parameters["joint"]
-    i = [joint.name for joint in scene.robot.joints].index(name)
-    axis = parameters.get("axis")
-    along = _directions(scene, scene.robot.joints[i], unit)
-    change = (along if axis is None else along[:, [AXES.index(axis)]]) @ values
-    ball = BallModel(scene.robot, [p.index for p in scene.parameters])
-    errors = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
-    components = slice(0, 3) if unit == "m" else slice(3, 6)
-    size = float(np.linalg.norm(change))
-    largest = components.start + int(np.argmax(np.abs(errors[components])))
-    remainder = np.delete(errors[components], largest - components.start)
-    if float(np.linalg.norm(remainder)) > SINGLE * abs(errors[largest]):
-        part = "place" if unit == "m" else "rotation"
-        return {"component": part, "error": size, "sense": "off"}
+    joints = scene.robot.joints
+    i = next(i for i, joint in enumerate(joints) if joint.name == parameters["joint"])
+    directions = _directions(scene, joints[i], unit)
+    if "axis" in parameters:
+        directions = directions[:, [AXES.index(parameters["axis"])]]
+    change = directions @ values
+    ball = scene.model.ball
+    wrong = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
+    first = 0 if unit == "m" else 3
+    errors = wrong[first : first + 3]
+    largest = int(np.argmax(np.abs(errors)))
     value = float(errors[largest])
+    if float(np.linalg.norm(np.delete(errors, largest))) > SINGLE * abs(value):
+        part = "place" if unit == "m" else "rotation"
+        return {"component": part, "error": float(np.linalg.norm(change)), "sense": "off"}
     sense = "too large" if value > 0 else "too small"
-    return {"component": COMPONENTS[largest], "error": value, "sense": sense}
+    return {"component": COMPONENTS[first + largest], "error": value, "sense": sense}

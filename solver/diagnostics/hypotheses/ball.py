@@ -8,9 +8,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from .base import changes
-from .kinds import Block, Parameters, sample_named
+from .kinds import Block, Parameters, of_samples, sample_named
 from .scene import Scene
 
+SEATING, BENDS = (3e-3, 0.1), (1e-3, 1e-2)
+"""Typical sizes of a ball that is not seated, or bent [m]."""
 LOOSE = 1.2e-3
 """Typical noise of a ball that is loose [m]."""
 LOOSE_HERE, STANDS_OUT, MOST = (3e-4, 1e-3, 4e-3, 0.05), 1.5, 200
@@ -24,74 +26,71 @@ def one_sample(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples in which the ball was not in its socket."""
     for place, rows in enumerate(scene.places):
         count = rows.stop - rows.start
-        columns = np.eye(3 * count).reshape(count, 3, 3 * count).transpose(0, 2, 1)
+        columns = np.eye(3 * count).reshape(3 * count, count, 3).swapaxes(0, 1)
         names = [{**scene.named(place), **scene.sample(place, row)} for row in range(count)]
-        yield Block(scene.rows(rows), columns, names, (3e-3, 0.1))
+        yield of_samples(rows, columns, names, SEATING)
 
 
 def bent(scene: Scene) -> Iterable[Block]:
     """Return blocks of balls that sit elsewhere on the flange from a sample on."""
     of_ball = [i for i, p in enumerate(scene.parameters) if p.of_ball and p.unit == "m"]
     slopes = scene.by_geometry[:, of_ball].reshape(len(scene.q), 3, 1, -1)
-    return changes(scene, slopes, (1e-3, 1e-2)) if of_ball else ()
+    return changes(scene, slopes, BENDS) if of_ball else ()
 
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     """Return placements that scatter more than the others: samples, and name."""
-    sizes_here = [float(np.mean(scene.remaining[rows] ** 2)) ** 0.5 for rows in scene.places]
-    floors = scene.floors or sizes_here
-    for place, rows in enumerate(scene.places):
-        scattered = [
-            sizes[place] > STANDS_OUT * float(np.median([*sizes[:place], *sizes[place + 1 :]]))
-            for sizes in (sizes_here, list(floors))
-            if len(sizes) > 1
-        ]
-        if any(scattered) and rows.stop - rows.start <= MOST:
-            yield (
-                rows,
-                {**scene.named(place), "noise_here": max(sizes_here[place], floors[place])},
-            )
+    sizes = np.array([np.mean(scene.remaining[rows] ** 2) ** 0.5 for rows in scene.places])
+    floors = np.array(scene.floors or sizes)
+    for place, rows in enumerate(scene.places if len(sizes) > 1 else ()):
+        usual = [np.median(np.delete(one, place)) for one in (sizes, floors)]
+        here = sizes[place], floors[place]
+        scattered = here[0] > STANDS_OUT * usual[0] or here[1] > STANDS_OUT * usual[1]
+        if scattered and rows.stop - rows.start <= MOST:
+            yield rows, {**scene.named(place), "noise_here": float(max(here))}
 
 
 def loose_here(
     scene: Scene, roots: np.ndarray | None = None, widths: tuple[float, ...] = LOOSE_HERE
 ) -> Iterable[Block]:
     """Return blocks of placements that scatter more than the others, by each sample's root."""
+    if roots is None:
+        roots = np.tile(np.eye(3), (len(scene.q), 1, 1))
     for rows, parameters in scattered_placements(scene):
         count = rows.stop - rows.start
-        columns = np.zeros((count, 3, count, 3))
-        columns[np.arange(count), :, np.arange(count)] = np.eye(3) if roots is None else roots[rows]
+        columns = np.einsum("nm,nij->nimj", np.eye(count), roots[rows])
         flat = columns.reshape(1, 3 * count, 3 * count)
-        yield Block(scene.rows(rows), flat, [parameters], widths)
+        yield of_samples(rows, flat, [parameters], widths)
 
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples that may lie in other sockets, each alone and all together."""
     indices = np.arange(len(scene.q))
-    distances = np.linalg.norm(scene.seats[:, None] - scene.centres[None], axis=2)
+    distances = np.linalg.norm(scene.seats[:, None] - scene.centres, axis=2)
     distances[:, scene.frames] = np.inf
-    own_distance = np.nan_to_num(distances[indices, scene.sockets], posinf=0.0)
+    recorded = np.nan_to_num(distances[indices, scene.sockets], posinf=0.0)
     distances[indices, scene.sockets] = np.inf
     nearest = np.argmin(distances, axis=1)
-    doubtful = distances.min(axis=1) < NEARER * own_distance
-    by = (scene.centres[nearest] - scene.centres[scene.sockets]) * doubtful[:, None]
+    doubtful = distances.min(axis=1) < NEARER * recorded
+    shifts = scene.centres[nearest] - scene.centres[scene.sockets]
     for place, rows in enumerate(scene.places):
         doubts = np.flatnonzero(doubtful[rows])
         if not len(doubts):
             continue
         single = np.eye(rows.stop - rows.start, dtype=bool)[doubts if len(doubts) > 1 else []]
-        masks: np.ndarray = np.vstack([doubtful[rows][None], single])
+        masks: np.ndarray = np.vstack([doubtful[rows], single])
         names = [_mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks]
-        shifts = (masks[:, :, None] * by[rows]).reshape(len(masks), -1, 1)
-        yield Block(scene.rows(rows), shifts, names, fixed=True)
+        columns = masks[:, :, None] * shifts[rows]
+        yield of_samples(rows, columns[..., None], names, fixed=True)
 
 
 def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> Parameters:
+    """Return which rows of a placement lie in which socket."""
     first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
     index = scene.places[place].start + rows[0]
-    name, socket_beside = scene.labels[int(nearest[index])]
-    placement = scene.measurements[place].name
-    offset = scene.centres[nearest[index]] - scene.centres[scene.sockets[index]]
+    true, recorded = int(nearest[index]), scene.sockets[index]
+    placement = scene.named(place)["placement"]
+    name, socket_beside = scene.labels[true]
     return {
         "placement": placement,
         **first,
@@ -101,7 +100,7 @@ def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -
         "samples": len(rows),
         "other": socket_beside,
         "of": "" if name == placement else name,
-        "size": float(np.linalg.norm(offset)),
+        "size": float(np.linalg.norm(scene.centres[true] - scene.centres[recorded])),
     }
 
 

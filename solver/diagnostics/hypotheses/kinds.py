@@ -31,19 +31,33 @@ class Block:
     widths: Sequence[float] = (1.0,)
     """Standard deviations that the unknowns may have before anything is seen."""
     fixed: bool = False
-    """True where the last column is a known shift of the residuals [m], not of an unknown."""
+    """True where the only column is a known shift of the residuals [m], not of an unknown."""
     bonus: float = 0.0
     """Log Bayes factor of evidence other than the residuals, against chance."""
 
     @property
     def unknowns(self) -> int:
         """Number of unknowns of a candidate."""
-        return self.columns.shape[2] - self.fixed
+        return 0 if self.fixed else self.columns.shape[2]
 
     def only(self, candidates: Sequence[int]) -> "Block":
         """Return some of the candidates."""
         parameters = [self.parameters[i] for i in candidates]
         return replace(self, columns=self.columns[list(candidates)], parameters=parameters)
+
+
+def of_samples(
+    samples: slice,
+    columns: np.ndarray,
+    parameters: Sequence[Parameters],
+    widths: Sequence[float] = (1.0,),
+    *,
+    fixed: bool = False,
+) -> Block:
+    """Return candidates that change the residuals of n samples, by columns (C, n, 3, k)."""
+    rows = slice(3 * samples.start, 3 * samples.stop)
+    C, k = len(parameters), columns.shape[-1]
+    return Block(rows, columns.reshape(C, -1, k), parameters, widths, fixed)
 
 
 def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:

@@ -3,16 +3,16 @@
 Joints give way with their load and never against it, so elasticity has to come out positive.
 """
 
-import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
-from ...data import Load
 from .evidence import LinearEvidence
 from .kinds import Block, NoisePrior, Parameters, without_columns
+from .samples import evenly
 from .scene import Scene
 
 ALIKE = 0.95
@@ -26,47 +26,49 @@ PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 
 def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
-    elastic = [effect for effect in scene.effects if effect.shared_by_type]
-    known = scene.robot.bodies or any(m.efforts is not None for m in scene.measurements)
-    if scene.explained or not elastic or not known or not scene.torques.any():
+    weighed = scene.robot.bodies or any(m.efforts is not None for m in scene.measurements)
+    if scene.explained or not scene.is_elastic.any() or not weighed or not scene.torques.any():
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))
-    every = [np.array(d, float) for d in itertools.product((-1, 0, 1), repeat=3)]
-    units = [d / np.linalg.norm(d) for d in every if 0 < np.count_nonzero(d) < 3]
-    others = [strength * d for d in units if d @ said < ALIKE * strength]
-    logs = _logs(scene, [said, *others])
-    options = [" ".join(map("{:.3g}".format, (g + 0.0).tolist())) for g in others]
-    names = [{"gravity": g.tolist(), "option": o} for g, o in zip(others, options, strict=True)]
-    for name, value in zip(names, logs[1:] - logs[0], strict=True):
-        yield without_columns(name, float(value))
+    directions = [np.array(d, float) for d in product((-1, 0, 1), repeat=3)]
+    units = [d / np.linalg.norm(d) for d in directions if 0 < np.count_nonzero(d) < 3]
+    others = [strength * unit for unit in units if unit @ said < ALIKE * strength]
+    as_said, *logs = _logs(scene, [said, *others])
+    for gravity, log in zip(others, logs, strict=True):
+        numbers = (gravity + 0.0).tolist()
+        option = " ".join(f"{g:.3g}" for g in numbers)
+        yield without_columns({"gravity": gravity.tolist(), "option": option}, log - as_said)
 
 
-def _logs(scene: Scene, directions: list[np.ndarray]) -> np.ndarray:
-    """Return the logarithm of the evidence by direction of gravity, shape (C,)."""
-    m, every = scene.q.shape[1], len(scene.q)
-    some = np.unique(np.linspace(0, every - 1, min(every, MOST)).astype(int))
-    of_samples = (3 * some[:, None] + np.arange(3)).ravel()
-    loads = [Load(tuple(g.tolist()), scene.load.payload) for g in directions]
-    scenes = [replace(scene, load=load) for load in loads]
-    slopes = scene.by_readings
-    columns = [one.of_effects(elastic=True, by_readings=slopes)[of_samples] for one in scenes]
-    before = scene.centres.size + len(scene.parameters)
-    B = np.delete(scene.nuisances, slice(before, before + 3 * m), axis=1)
-    rows = np.append(of_samples, np.arange(3 * every, len(B)))
-    evidence = LinearEvidence(scene.residuals[rows], B[rows])
+def _logs(scene: Scene, directions: list[np.ndarray]) -> list[float]:
+    """Return the logarithm of the evidence by direction of gravity."""
+    some = evenly(len(scene.q), MOST)
+    of_some = (3 * some[:, None] + np.arange(3)).ravel()
+    every = np.arange(len(scene.residuals))
+    rows = np.append(of_some, every[scene.all_lengths])
+    elastic = np.flatnonzero(scene.is_elastic)
+    columns: list[np.ndarray] = []
+    for gravity in directions:
+        load = replace(scene.load, gravity=tuple(gravity.tolist()))
+        of_effects = scene.of_effects(scene.readings_under(load))
+        columns.append(of_effects[np.ix_(of_some, elastic)])
+    first = scene.centres.size + len(scene.parameters)
+    others = np.delete(scene.nuisances, first + elastic, axis=1)
+    evidence = LinearEvidence(scene.residuals[rows], others[rows])
     nameless: list[Parameters] = [{}] * len(columns)
-    block = Block(slice(0, len(of_samples)), np.array(columns), nameless)
+    block = Block(slice(0, len(of_some)), np.array(columns), nameless)
     trials, base = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
-    base = base + NoisePrior(1.5 * scene.noise, scene.noise_width, below=True).log_density(trials)
-    logs = evidence.log_ratios(block, trials)[:, 0] + base[:, None]
-    found: list[float] = []
-    for c, at in enumerate(np.argmax(logs, axis=0).tolist()):
-        mean, covariance = evidence.posterior(block.only([c]), float(trials[at]))
-        away = mean / np.sqrt(2 * np.diag(covariance))
-        positive = (math.log(max(math.erfc(-a), 1e-30)) for a in away.tolist())
-        found.append(float(logs[at, c]) + sum(positive))
-    return np.array(found)
+    noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
+    density = base + noise.log_density(trials)
+    logs = evidence.log_ratios(block, trials)[:, 0] + density[:, None]
+    likeliest: list[int] = np.argmax(logs, axis=0).tolist()
+    for c, trial in enumerate(likeliest):
+        mean, covariance = evidence.posterior(block.only([c]), float(trials[trial]))
+        deviations = mean / np.sqrt(2 * np.diag(covariance))
+        positive = [max(math.erfc(-d), 1e-30) for d in deviations.tolist()]
+        logs[trial, c] += sum(map(math.log, positive))
+    return [float(logs[trial, c]) for c, trial in enumerate(likeliest)]
 
 
 def stands(parameters: Parameters) -> str:
@@ -79,4 +81,4 @@ def stands(parameters: Parameters) -> str:
 
 def remounted(scene: Scene, parameters: Parameters) -> Scene:
     """Return the scene of an arm that is mounted so."""
-    return replace(scene, load=Load(tuple(parameters["gravity"]), scene.load.payload))
+    return replace(scene, load=replace(scene.load, gravity=tuple(parameters["gravity"])))

@@ -1,15 +1,14 @@
-"""Unknowns beside the arm: places of sockets and frames, their turns, calipers and play.
+"""Unknowns beside the arm: places of sockets and frames, calipers and play.
 
 Each function returns derivatives of residuals in units of the widths of priors.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from ...bayes.model import shifts_by, width_of
-from ...data import SEAT_DEVIATION, Known, Measurement
-from ...robot import Parameter, Robot, cross_matrices
+from ...data import SEAT_DEVIATION, Known
+from ...robot import Parameter
 
 TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
 """Widths of the priors [m], [rad]: as far as arms are from their models."""
@@ -59,44 +58,16 @@ def of_centres(
     return np.vstack([of_samples, of_known.reshape(K, 3 * S)])
 
 
-def of_turns(offsets: np.ndarray, sockets: np.ndarray, frames: Sequence[int]) -> np.ndarray:
-    """Return those of samples by the turns of F frames of instruments, shape (3 N, 3 F).
-
-    ``offsets`` are the samples' places from the origins of these, shape (N, 3) [m].
-    """
-    by_turn = TURN * cross_matrices(offsets)
-    there = sockets[:, None] == np.array(frames, dtype=np.int64)
-    columns = there[:, None, :, None] * by_turn[:, :, None, :]
-    return columns.reshape(len(by_turn) * 3, 3 * there.shape[1])
-
-
-def of_differences(
-    robot: Robot, q: np.ndarray, places: Collection[tuple[Measurement, slice]]
-) -> list[tuple[slice, np.ndarray]]:
-    """Return rows and columns of what is otherwise throughout single placements.
-
-    ``places`` has each placement and its samples among the joint positions q, shape (N, m).
-    """
-    parts: list[tuple[slice, np.ndarray]] = []
-    for m, samples in places:
-        rows = slice(3 * samples.start, 3 * samples.stop)
-        for difference in m.apart:
-            shifts = width_of(difference) * shifts_by(robot, q[samples], m.order, difference)
-            parts.append((rows, shifts.reshape(-1, shifts.shape[2])))
-    return parts
-
-
-def of_play(by_joints: np.ndarray, sockets: np.ndarray, S: int, noise: float) -> np.ndarray:
+def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndarray:
     """Return those of samples by offsets of m joints in each of S seats, shape (3 N, S m).
 
     Gears with play rest on one side there.
     """
     lever = np.sqrt(np.mean(np.sum(by_joints**2, axis=1), axis=0)).clip(min=0.05)
     turned = by_joints * (SIDES * noise / lever)
-    m = turned.shape[2]
-    columns = np.zeros((len(turned), 3, S, m))
-    columns[np.arange(len(turned)), :, sockets] = turned
-    return columns.reshape(3 * len(turned), S * m)
+    in_seat = np.eye(int(sockets.max()) + 1)[sockets]
+    columns = in_seat[:, None, :, None] * turned[:, :, None]
+    return columns.reshape(3 * len(turned), -1)
 
 
 def of_calipers(known: Sequence[Known[int]]) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
 from .kinds import Block, NoisePrior, without_columns
+from .samples import means
 from .scene import Scene
 
 SAME, COPIED = 2e-3, 0.5
@@ -18,23 +19,26 @@ CHANCE = 30.0
 """Logarithm of the odds at most that such a pattern is no chance."""
 EXACT = 1e-3
 """Part of a step to which readings are multiples of it."""
-PUSHED = np.geomspace(2e-4, 5e-3, 8)
-"""Joint noise of arms that are pushed [rad]."""
+UNIFORM = 12**-0.5
+"""Standard deviation of what is as likely anywhere in a step of 1."""
+PUSHED, PUSHED_HERE = np.geomspace(2e-4, 5e-3, 8), (5e-4, 4e-3, 0.05)
+"""Joint noise of arms that are pushed, and of those that are in one placement [rad]."""
 
 
 def copies(scene: Scene) -> Iterable[Block]:
     """Return blocks of sockets whose samples are those of an earlier one."""
-    q, ends = scene.q, scene.sockets
+    q, seats = scene.q, scene.sockets
     most = q[:, int(np.argmax(np.ptp(q, axis=0)))]
     i, j = np.nonzero(np.abs(most[:, None] - most) < SAME)
     same = np.abs(q[i] - q[j]).max(axis=1) < SAME
     twins = np.zeros((len(q), len(scene.centres)))
-    twins[i[same], ends[j[same]]] = 1
-    shares = np.array([twins[ends == k].mean(axis=0) for k in range(len(scene.centres))])
+    twins[i[same], seats[j[same]]] = 1
+    shares = means(twins, scene.samples, np.ones(len(q)))
     shares[scene.frames] = 0.0  # an instrument measures a pose again
     pairs: list[list[int]] = np.argwhere(np.tril(shares, -1) > COPIED).tolist()
     for later, earlier in pairs[:1]:
-        (of, of_socket), (name, socket) = scene.labels[earlier], scene.labels[later]
+        name, socket = scene.labels[later]
+        of, of_socket = scene.labels[earlier]
         names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
         yield without_columns(names, CHANCE)
 
@@ -52,17 +56,15 @@ def repeated(scene: Scene) -> Iterable[Block]:
 
 def steps(scene: Scene) -> np.ndarray:
     """Return the steps in which each joint reads, shape (m,) [rad]; 0 where there is none."""
-    found = np.zeros(scene.q.shape[1])
+    steps_of_joints = np.zeros(scene.q.shape[1])
     for j, column in enumerate(scene.q.T):
-        values: np.ndarray = np.unique(column.round(9))
-        gaps: np.ndarray = np.diff(values)
-        gaps = gaps[gaps > 1e-7]
-        if not len(gaps):
-            continue
-        step = float(gaps.min())
-        off = np.abs(column / step - (column / step).round())
-        found[j] = step if float(off.max()) < max(EXACT, 1e-6 / step) else 0.0
-    return found
+        gaps: np.ndarray = np.diff(np.unique(column.round(9)))
+        step = float(gaps.min(initial=np.inf, where=gaps > 1e-7))
+        multiples = column / step
+        off = float(np.abs(multiples - multiples.round()).max())
+        if np.isfinite(step) and off < max(EXACT, 1e-6 / step):
+            steps_of_joints[j] = step
+    return steps_of_joints
 
 
 def quantised(scene: Scene) -> Iterable[Block]:
@@ -70,7 +72,7 @@ def quantised(scene: Scene) -> Iterable[Block]:
     step = steps(scene)
     size = _effect(scene, step)
     if size > scene.noise:
-        gain = _gain(scene, step, np.array([12**-0.5]))
+        gain = _gain(scene, step, np.array([UNIFORM]))
         names = {"step": float(step.max()), "size": size}
         yield without_columns(names, CHANCE / 3 + gain)
 
@@ -82,7 +84,8 @@ def of_steps(scene: Scene) -> NoisePrior:
 
 def _effect(scene: Scene, step: np.ndarray) -> float:
     """Return the noise of the ball per axis by steps of the joints [m]."""
-    return float(np.mean((scene.by_joints * step / 12**0.5) ** 2 * step.size)) ** 0.5
+    shifts = UNIFORM * scene.by_joints * step
+    return float(np.mean(shifts**2 * step.size)) ** 0.5
 
 
 def pushed(scene: Scene) -> Iterable[Block]:
@@ -101,7 +104,7 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
     roots = np.linalg.cholesky(J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3))
-    for block in loose_here(scene, roots, (5e-4, 4e-3, 0.05)):
+    for block in loose_here(scene, roots, PUSHED_HERE):
         if scene.measured(block.parameters[0]["placement"]).kind == "sockets":
             yield block
 
@@ -113,8 +116,8 @@ def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
     alike = -1.5 * len(e) * (np.log(even) + 1)
     variances, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
     along = np.einsum("nij,ni->nj", axes, e) ** 2
-    best = -np.inf
-    for share in (1.0, 0.5):
-        v = variances * trials[:, None, None] ** 2 + (share * scene.noise) ** 2
-        best = max(best, float(-0.5 * (along / v + np.log(v)).sum(axis=(1, 2)).min()))
-    return INDEPENDENT * (best - alike)
+    of_joints = variances * trials[:, None, None] ** 2
+    of_ball = (np.array([1.0, 0.5]) * scene.noise) ** 2
+    v = of_joints + of_ball[:, None, None, None]
+    logs: np.ndarray = -0.5 * (along / v + np.log(v)).sum(axis=(2, 3))
+    return INDEPENDENT * (float(logs.max()) - alike)

@@ -5,16 +5,23 @@ Nuisance parameters are the centres, the geometry, the effects beyond it, and th
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain, pairwise
+from itertools import pairwise
 
 import numpy as np
 
-from ...bayes.model import ExtendedModel, deflected, design_matrix, extend
+from ...bayes.model import (
+    ExtendedModel,
+    deflected,
+    design_matrix,
+    extend,
+    shifts_by,
+    width_of,
+)
 from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, GAIN, Effect, Readings
 from ...data import STANDARD_LOAD, Known, Load, Measurement
 from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
-from .seats import Seat, measured_points, seats_of
+from .samples import Samples, Seat, samples_of, seats_of
 
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
@@ -59,11 +66,25 @@ class Scene:
     """Rows, columns and shift of each explanation that was accepted already."""
 
     @cached_property
+    def samples(self) -> Samples:
+        """Joint positions, the seats of the balls, and what instruments measured."""
+        recorded = samples_of(self.measurements)
+        return recorded if self.readings is None else replace(recorded, positions=self.readings)
+
+    @property
     def q(self) -> np.ndarray:
         """Joint positions, shape (N, m)."""
-        if self.readings is not None:
-            return self.readings
-        return np.concatenate([m.positions for m in self.measurements])
+        return self.samples.positions
+
+    @property
+    def sockets(self) -> np.ndarray:
+        """Index of each sample's seat, shape (N,)."""
+        return self.samples.sockets
+
+    @property
+    def frames(self) -> list[int]:
+        """Indices of the seats that are frames of instruments."""
+        return self.samples.frames
 
     @cached_property
     def labels(self) -> tuple[Seat, ...]:
@@ -71,19 +92,9 @@ class Scene:
         return seats_of(self.measurements)[0]
 
     @cached_property
-    def sockets(self) -> np.ndarray:
-        """Index of each sample's seat, shape (N,)."""
-        return seats_of(self.measurements)[1]
-
-    @cached_property
-    def points(self) -> np.ndarray:
-        """Balls in their frame as instruments measured them, zero in sockets, shape (N, 3) [m]."""
-        return measured_points(self.measurements)
-
-    @cached_property
     def offsets(self) -> np.ndarray:
-        """The same turned into the base's axes, R y, shape (N, 3) [m]."""
-        return np.einsum("nij,nj->ni", self.R[self.sockets], self.points)
+        """Balls from the origins of their frames, R y, zero in sockets, shape (N, 3) [m]."""
+        return self.samples.offsets(self.R)
 
     @cached_property
     def seats(self) -> np.ndarray:
@@ -91,22 +102,17 @@ class Scene:
         return self.linear[0] - self.offsets
 
     @cached_property
-    def frames(self) -> list[int]:
-        """Indices of the seats that are frames of instruments."""
-        return [k for k, (_, socket) in enumerate(self.labels) if socket < 0]
-
-    @cached_property
     def numbers(self) -> np.ndarray:
         """Number of each sample in its socket, from 0, shape (N,)."""
         if self.sample_numbers is not None:
             return self.sample_numbers
-        counts = chain.from_iterable(m.counts for m in self.measurements)
-        return np.concatenate([*map(np.arange, counts)])
+        return np.concatenate([np.arange(n) for m in self.measurements for n in m.counts])
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
         """Samples of each placement."""
-        ends = np.cumsum([0, *(sum(m.counts) for m in self.measurements)]).tolist()
+        counts = [len(m.positions) for m in self.measurements]
+        ends = np.cumsum([0, *counts]).tolist()
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
     @property
@@ -130,25 +136,29 @@ class Scene:
         return np.append(self.x, np.zeros(self.model.size - len(self.x)))
 
     @cached_property
-    def torques(self) -> np.ndarray:
-        """Moments that hold the joints, by their zeros as fitted, shape (N, 3 m) [N m]."""
-        # they decide on which side of its play a joint rests
-        off = self.x[len(self.parameters) :] if self.zeros else 0.0
-        moments = [
-            self.load.of(m.placement).moments(self.heavy, m.positions + off, m.efforts)
-            for m in self.measurements
-        ]
-        return np.concatenate(moments)
-
-    @cached_property
     def clocks(self) -> np.ndarray:
         """Index, time [s] and temperature [K] from each placement's first sample on, (N, 3)."""
         return np.concatenate([m.clocks for m in self.measurements])
 
     @property
+    def torques(self) -> np.ndarray:
+        """Moments that hold the joints, by their zeros as fitted, shape (N, 3 m) [N m]."""
+        return self.as_readings.moments
+
+    @cached_property
     def as_readings(self) -> Readings:
         """All samples as effects see them."""
-        return Readings(self.q, self.torques, self.clocks)
+        return self.readings_under(self.load)
+
+    def readings_under(self, load: Load) -> Readings:
+        """Return all samples as effects would see them under a load."""
+        # zeros decide on which side of its play a joint rests
+        zeros = self.x[len(self.parameters) :] if self.zeros else 0.0
+        moments = [
+            load.of(m.placement).moments(self.heavy, m.positions + zeros, m.efforts)
+            for m in self.measurements
+        ]
+        return Readings(self.q, np.concatenate(moments), self.clocks)
 
     @cached_property
     def heavy(self) -> Robot:
@@ -197,25 +207,34 @@ class Scene:
     @cached_property
     def nuisances(self) -> np.ndarray:
         """Derivatives by the nuisance parameters in units of their priors, shape (3 N + K, n)."""
-        every, last = self.all_samples, slice(3 * len(self.q), 3 * len(self.q) + len(self.known))
-        coarse = self.zeros or self.noise > COARSE
-        centres = nuisances.of_centres(self.centres, self.sockets, self.known, self.expected)
-        places = [*zip(self.measurements, self.places, strict=True)]
-        play = nuisances.of_play(self.by_joints, self.sockets, len(self.centres), self.noise)
+        samples, lengths = self.all_samples, self.all_lengths
+        of_frames = nuisances.TURN * self.samples.by_turns(self.offsets)
         parts = [
-            (slice(0, last.stop), centres),
-            (every, self.by_geometry @ self.usual),
-            (every, self.of_effects()),
-            (last, nuisances.of_calipers(self.known)),
-            (every, nuisances.of_turns(self.offsets, self.sockets, self.frames)),
-            *nuisances.of_differences(self.robot, self.q, places),
-            *([(every, play)] if coarse else []),
-            *((rows, columns) for rows, columns, _ in self.explained),
+            (
+                slice(0, lengths.stop),
+                nuisances.of_centres(self.centres, self.sockets, self.known, self.expected),
+            ),
+            (samples, self.by_geometry @ self.usual),
+            (samples, self.of_effects(self.as_readings)),
+            (lengths, nuisances.of_calipers(self.known)),
+            (samples, of_frames.reshape(samples.stop, -1)),
         ]
-        found = [np.zeros((last.stop, columns.shape[1])) for _, columns in parts]
-        for full, (rows, columns) in zip(found, parts, strict=True):
-            full[rows] = columns
-        return np.hstack(found)
+        for m, place in zip(self.measurements, self.places, strict=True):
+            for difference in m.apart:
+                shifts = shifts_by(self.robot, self.q[place], m.order, difference)
+                columns = width_of(difference) * shifts.reshape(-1, shifts.shape[2])
+                parts.append((self.rows(place), columns))
+        if self.zeros or self.noise > COARSE:
+            play = nuisances.of_play(self.by_joints, self.sockets, self.noise)
+            parts.append((samples, play))
+        parts += [(rows, columns) for rows, columns, _ in self.explained]
+        return np.hstack([self.in_rows(rows, columns) for rows, columns in parts])
+
+    def in_rows(self, rows: slice, columns: np.ndarray) -> np.ndarray:
+        """Return columns, or a shift, of some rows as those of all residuals, (3 N + K, ...)."""
+        full = np.zeros((self.all_lengths.stop, *columns.shape[1:]))
+        full[rows] = columns
+        return full
 
     @cached_property
     def usual(self) -> np.ndarray:
@@ -229,28 +248,27 @@ class Scene:
         true = deflected(self.q, turned, turns, self.start[len(self.parameters) :])
         return self.model.ball.linearise(self.model.values(self.start), true).by_joints
 
-    def of_effects(
-        self, *, elastic: bool = False, by_readings: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Return derivatives of samples' residuals by effects, or elastic ones, in their widths.
+    def of_effects(self, readings: Readings) -> np.ndarray:
+        """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
+        turned, turns = design_matrix(self.effects, readings)
+        columns = -(self.by_readings[:, :, turned] * turns[:, None])
+        return columns.reshape(3 * len(self.q), -1) * self.widths_of_effects(readings)
 
-        Scenes of other loads share :attr:`by_readings`.
-        """
-        turned, turns = design_matrix(self.effects, self.as_readings)
-        slopes = self.by_readings if by_readings is None else by_readings
-        columns = -(slopes[:, :, turned] * turns[:, None]).reshape(3 * len(self.q), -1)
-        every = self.widths_of_effects(elastic=elastic)
-        return columns[:, every > 0] * every[every > 0]
-
-    def widths_of_effects(self, *, elastic: bool = False) -> np.ndarray:
-        """Return the widths of effects' coefficients by how much they turn the joints here."""
+    def widths_of_effects(self, readings: Readings) -> np.ndarray:
+        """Return the widths of effects' coefficients by how much they turn the joints, (p,)."""
         widths = [np.zeros(0)]
         for effect in self.effects:
-            turns: np.ndarray = effect.turns(self.as_readings)
-            usual = max(float(np.linalg.norm(turns)) / turns.size**0.5, 1e-6)
-            wide = (self.wide if effect.learned else 1.0) * (effect.shared_by_type or not elastic)
-            widths += [np.full(turns.shape[1], wide * effect.typical_shift / usual)]
+            turns: np.ndarray = effect.turns(readings)
+            usual = max(float(np.mean(turns**2)) ** 0.5, 1e-6)
+            wide = self.wide if effect.learned else 1.0
+            widths.append(np.full(turns.shape[1], wide * effect.typical_shift / usual))
         return np.concatenate(widths)
+
+    @property
+    def is_elastic(self) -> np.ndarray:
+        """True for coefficients of elasticity among those of effects, shape (p,)."""
+        elastic = [effect.shared_by_type for effect in self.effects]
+        return np.repeat(elastic, [s.stop - s.start for s in self.model.slices])
 
     @cached_property
     def whitening(self) -> np.ndarray | None:
@@ -264,27 +282,39 @@ class Scene:
 
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
-        x = self._ridge(self.all_samples, sigma)[: self.centres.size]
-        return replace(self, centres=self.centres + nuisances.CENTRE * x.reshape(-1, 3))
+        rows = self.all_samples
+        x = _ridge(self.nuisances[rows], self.residuals[rows], sigma)
+        shifts = nuisances.CENTRE * x[: self.centres.size].reshape(-1, 3)
+        return replace(self, centres=self.centres + shifts)
 
-    def _ridge(self, rows: slice, sigma: float) -> np.ndarray:
-        B, r = self.nuisances[rows], self.residuals[rows]
-        return np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)
+    def left_of(self, residuals: np.ndarray) -> np.ndarray:
+        """Return what a fit of the nuisance parameters leaves of residuals, shape (3 N + K,)."""
+        return residuals - self.nuisances @ _ridge(self.nuisances, residuals, self.noise)
 
     @cached_property
     def remaining(self) -> np.ndarray:
         """Residuals of samples after a fit of the nuisance parameters, shape (N, 3) [m]."""
-        left = self.residuals - self.nuisances @ self._ridge(slice(None), self.noise)
-        return left[self.all_samples].reshape(-1, 3)
+        return self.left_of(self.residuals)[self.all_samples].reshape(-1, 3)
 
     def rows(self, samples: slice) -> slice:
         """Return the rows of some samples' residuals."""
         return slice(3 * samples.start, 3 * samples.stop)
 
     @property
+    def every(self) -> slice:
+        """All samples."""
+        return slice(0, len(self.q))
+
+    @property
     def all_samples(self) -> slice:
         """The rows of all samples' residuals."""
         return slice(0, 3 * len(self.q))
+
+    @property
+    def all_lengths(self) -> slice:
+        """The rows of the residuals of known distances."""
+        first = 3 * len(self.q)
+        return slice(first, first + len(self.known))
 
     def measured(self, placement: str) -> Measurement:
         """Return a placement by its name."""
@@ -310,3 +340,8 @@ class Scene:
         """Return placement, socket and number of the first sample from a time on."""
         row = int(np.argmax(self.times[place] == rank))
         return {**self.named(place), **self.sample(place, row)}
+
+
+def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
+    """Return x = (B^T B + sigma^2)^-1 B^T r, the most probable unknowns of r = B x + noise."""
+    return np.linalg.solve(B.T @ B + sigma**2 * np.eye(B.shape[1]), B.T @ r)

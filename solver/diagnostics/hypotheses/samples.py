@@ -1,16 +1,28 @@
-"""Samples of several seats, their means and medians seat by seat, and robust weights."""
+"""Samples by the seats of their balls: sockets, and frames of instruments.
+
+The rotation of a frame is unknown beside its place. The residual of a sample is
+Phi(q_i) - R y_i - c, with c the place of its seat and y_i what an instrument measured in its frame
+R, c; in a socket y_i is zero. Where all samples are poses, any point of the target may stand for
+the ball: its place on the flange is unknown anyway.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from ..bayes.model import NU, student_weights
-from ..data import Measurement
-from ..robot import cross_matrices, turn
-from .hypotheses import measured_points, rotations, seats_of
+from ...bayes.model import NU, student_weights
+from ...data import Measurement, kabsch
+from ...robot import cross_matrices, turn
 
+Seat = tuple[str, int]
+"""Placement and socket; for a frame its name, and :data:`OF_INSTRUMENT`."""
+OF_INSTRUMENT = -1
+"""In the place of a socket's number."""
+LEVER = np.full(3, 0.06)
+"""Place of that point on the target [m]: off any axis of its frame, so that all joints move it."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
 ROUNDS = 5
@@ -56,10 +68,7 @@ class Samples:
     def thinned(self, enough: int, minimum: int = 1) -> "Samples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
         enough = max(enough // self.count, minimum)
-        indices = [
-            r[np.linspace(0, len(r) - 1, min(len(r), enough)).astype(int)] for r in self.rows
-        ]
-        few = np.concatenate(indices)
+        few = np.concatenate([rows[evenly(len(rows), enough)] for rows in self.rows])
         return Samples(self.positions[few], self.sockets[few], self.measured[few])
 
     @cached_property
@@ -72,10 +81,11 @@ class Samples:
 
         Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
         """
-        R = np.tile(np.eye(3), (self.count, points.shape[1], 1, 1))
-        for k in self.frames:
+        V = points.shape[1]
+        R = np.tile(np.eye(3), (self.count, V, 1, 1))
+        for k, v in product(self.frames, range(V)):
             rows = self.rows[k]
-            R[k] = rotations(points[rows], self.measured[rows], weights[rows])
+            R[k, v] = kabsch(self.measured[rows], points[rows, v], weights[rows, v]).rotation
         return R
 
     def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
@@ -113,7 +123,39 @@ class Samples:
 def samples_of(measurements: Sequence[Measurement]) -> Samples:
     """Return the samples of placements, seat after seat."""
     q = np.concatenate([m.positions for m in measurements])
-    return Samples(q, seats_of(measurements)[1], measured_points(measurements))
+    return Samples(q, seats_of(measurements)[1], _measured(measurements))
+
+
+def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.ndarray]:
+    """Return all seats, frames last, and the index of each sample's seat, shape (N,)."""
+    seats: list[Seat] = []
+    for m in measurements:
+        for socket, count in zip(m.sockets, m.counts, strict=True):
+            seat = (m.name, socket) if m.kind == "sockets" else (m.frame, OF_INSTRUMENT)
+            seats += [seat] * count
+    labels = sorted(dict.fromkeys(seats), key=lambda seat: seat[1] == OF_INSTRUMENT)
+    return tuple(labels), np.array([labels.index(seat) for seat in seats])
+
+
+def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
+    """Return what instruments measured, zero in sockets, shape (N, 3) [m].
+
+    Of poses it is a point beside the ball, which orientations move, too.
+    """
+    of_poses = all(m.has_orientations for m in measurements)
+    points: list[np.ndarray] = []
+    for m in measurements:
+        if m.kind == "sockets":
+            points.append(np.zeros((len(m.positions), 3)))
+            continue
+        levers = m.rotations @ LEVER if of_poses else 0.0
+        points.append((m.points + levers)[m.order])
+    return np.concatenate(points)
+
+
+def evenly(count: int, enough: int) -> np.ndarray:
+    """Return indices of so many of some samples at most, evenly chosen."""
+    return np.linspace(0, count - 1, min(count, enough)).astype(int)
 
 
 def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
