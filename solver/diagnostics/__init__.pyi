@@ -12,7 +12,9 @@ from .corrections import LEAST as LEAST
 from .corrections import SET_RIGHT as SET_RIGHT
 from .corrections import Action as Action
 from .corrections import corrected as corrected
+from .explain import MENDER as MENDER
 from .explain import OF_JOINTS as OF_JOINTS
+from .explain import Given as Given
 from .explain import cause as cause
 from .explain import fitted_alone as fitted_alone
 from .explain import standing_out as standing_out
@@ -24,8 +26,6 @@ from .hypotheses import Flaw as Flaw
 from .hypotheses import FlawError as FlawError
 from .hypotheses import Samples as Samples
 from .inspection import HELD_OUT as HELD_OUT
-from .inspection import MENDER as MENDER
-from .inspection import Given as Given
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import farthest_place as farthest_place

@@ -13,13 +13,12 @@ import numpy as np
 from ..robot import Robot
 from .hypotheses import (
     KINDS,
-    ONLY_SOUND,
     Candidate,
-    Comparison,
     Samples,
     Scene,
     kind_of,
     of_zero,
+    sound_recordings,
 )
 from .robust_fit import UNEXPLAINED, RigidModel
 from .stuck import STUCK
@@ -250,7 +249,7 @@ def _candidate(
     hypothesis: ColumnHypothesis, changed: Scene, placement: str | None, before: float
 ) -> Candidate:
     """Return a hypothesis as a candidate, with the offsets of a fit that includes the geometry."""
-    (best,) = Comparison(changed, ONLY_SOUND).candidates
+    best = sound_recordings(changed)
     joints, offsets = np.flatnonzero(hypothesis.offsets).tolist(), hypothesis.offsets.copy()
     for block in of_zero(changed) if joints and placement is None else ():
         columns = block.columns[joints, :, 0].T[None]

@@ -5,15 +5,16 @@ sound recordings is the most probable.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..bayes.model import probabilities_by_name
-from ..data import Known, Load, Measurement
+from ..data import CALIPER_DEVIATION, STANDARD_LOAD, Known, KnownDistance, Load, Measurement
 from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
+from .configurations import known_distances
 from .hypotheses import (
     KINDS,
     Candidate,
@@ -21,6 +22,7 @@ from .hypotheses import (
     Kind,
     Scene,
     evenly,
+    likeliest_of,
     medians,
     samples_of,
 )
@@ -55,8 +57,27 @@ ALIKE, FEW_UNKNOWNS = 10.0, 3
 more are less probable by their number alone, and both are named."""
 OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
+MENDER = "solve"
+"""What sets recordings right unless told otherwise, as the texts of causes have it."""
 LEAST, MORE = 8, 20
 """Fewest samples for any explanation, and for explanations that are only warnings."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Settings of an inspection: known distances and the load."""
+
+    known: Sequence[KnownDistance] = ()
+    """Distances measured beside those between each placement's sockets."""
+    deviation: float = CALIPER_DEVIATION
+    """Standard deviation of the latter [m]."""
+    load: Load = STANDARD_LOAD
+    """Gravity and payload."""
+    mender: str = MENDER
+    """What sets recordings right, in the words of advice."""
+    trained: Sequence[str] = ()
+    """Names of the placements to train on; none where all may be. What is wrong in others does
+    nothing to the model."""
 
 
 def scene_of(
@@ -101,14 +122,18 @@ def scene_of(
 def scene_loaded(
     model: RigidModel,
     measurements: Sequence[Measurement],
-    lengths: Sequence[Known[int]],
-    load: Load,
+    given: Given,
     repeatability: float | None,
 ) -> Scene:
-    """Return recordings of an arm under a load as a linear model; see :func:`scene_of`."""
+    """Return recordings of which something is known as a linear model; see :func:`scene_of`.
+
+    Raises:
+        KnownError: A known distance names a socket that is not there.
+    """
+    known = known_distances(measurements, given.known, given.deviation)
     floors = list(fitted_alone(model.robot, measurements).values())
-    scene = scene_of(model, measurements, lengths, repeatability, floors)
-    return replace(scene, load=load)
+    scene = scene_of(model, measurements, known, repeatability, floors)
+    return replace(scene, load=given.load)
 
 
 def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
@@ -160,8 +185,7 @@ def _candidates(
     if scene.readings is not None or "samples" in residuals:
         return candidates
     sound = shares_of(candidates)["sound"] >= SURE
-    likeliest = max(candidates, key=lambda candidate: candidate.log_evidence)
-    candidates += of_columns(model, scene, likeliest, sound=sound)
+    candidates += of_columns(model, scene, likeliest_of(candidates), sound=sound)
     if not sound:
         candidates += of_stuck(model, scene)
     return candidates

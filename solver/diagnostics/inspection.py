@@ -6,18 +6,13 @@ from itertools import chain
 
 import numpy as np
 
-from ..data import CALIPER_DEVIATION, STANDARD_LOAD, KnownDistance, Load, Measurement
+from ..data import Measurement
 from ..results import Diagnostic, Hypothesis
 from ..robot import Robot
-from .configurations import (
-    known_distances,
-    of_placement,
-    row_of,
-    where_of,
-)
+from .configurations import of_placement, row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT, Correction, correction_of
-from .explain import explain, scene_loaded
+from .explain import MENDER, Given, explain, scene_loaded
 from .hypotheses import KINDS, Candidate
 from .robust_fit import RigidModel
 
@@ -51,8 +46,6 @@ UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
-MENDER = "solve"
-"""What sets recordings right unless told otherwise, as the texts of causes have it."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
 POINTS_HINT = (
@@ -60,23 +53,6 @@ POINTS_HINT = (
 )
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that cannot be confused with play."""
-
-
-@dataclass(frozen=True)
-class Given:
-    """Settings of an inspection: known distances and the load."""
-
-    known: Sequence[KnownDistance] = ()
-    """Distances measured beside those between each placement's sockets."""
-    deviation: float = CALIPER_DEVIATION
-    """Standard deviation of the latter [m]."""
-    load: Load = STANDARD_LOAD
-    """Gravity and payload."""
-    mender: str = MENDER
-    """What sets recordings right, in the words of advice."""
-    trained: Sequence[str] = ()
-    """Names of the placements to train on; none where all may be. What is wrong in others does
-    nothing to the model."""
 
 
 @dataclass(frozen=True)
@@ -150,27 +126,25 @@ def inspect_all(
     if not measurements:
         return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
-    known = known_distances(measurements, given.known, given.deviation)
-    scene = scene_loaded(model, measurements, known, given.load, repeatability)
-    floors = dict(zip([m.name for m in measurements], scene.floors, strict=True))
+    scene = scene_loaded(model, measurements, given, repeatability)
     findings, hypotheses = explain(model, scene)
     told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
     shared = tuple(d for f, d in told if "placement" not in f.parameters)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
-    for m, rows in zip(measurements, scene.places, strict=True):
+    for m, rows, floor in zip(measurements, scene.places, scene.floors, strict=True):
         own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
         mends = [correction_of(f, d, m) for f, d in own]
         corrections = tuple(one for one in mends if one is not None)
         diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
         wrong = any(d.level == "error" or d.advice.endswith(HELD_OUT) for _, d in told)
         wrong = wrong or any("frame" in f.parameters or f.kind.name in FITTED for f, _ in told)
-        if floors[m.name] > MANY * scene.noise and not wrong:
+        if floor > MANY * scene.noise and not wrong:
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
-            diagnostics.append(_unexplained(m, floors[m.name], scene.noise, worst))
+            diagnostics.append(_unexplained(m, floor, scene.noise, worst))
         middle = np.median(balls[rows], axis=0)
         seen = tuple(diagnostics)
-        inspections.append(Inspection(m, floors[m.name], corrections, seen, middle))
+        inspections.append(Inspection(m, floor, corrections, seen, middle))
     hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
     causes = tuple(finding.kind.name for finding in findings)
     gains = tuple(f.parameters["joint"] for f in findings if f.kind.name == "gain")

@@ -16,7 +16,15 @@ from ..robot import Robot
 from .configurations import known_distances
 from .explain import scene_of
 from .fault import Fault, FaultComparison, evidence_of, fault_of
-from .hypotheses import COARSE, CURABLE, ONLY_SOUND, Candidate, Comparison, Samples, Scene
+from .hypotheses import (
+    COARSE,
+    CURABLE,
+    Candidate,
+    Comparison,
+    Samples,
+    Scene,
+    sound_recordings,
+)
 from .relabelling import FORGOTTEN, Run, forgotten, relabelled, runs_of
 from .robust_fit import ABOUT, FEW, RigidModel
 
@@ -145,7 +153,7 @@ class LiveCheck:
         for run in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
             parts = [*before, relabelled(placement, run)]
             scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
-            sound = Comparison(scene, ONLY_SOUND, SHARE).candidates[0]
+            sound = sound_recordings(scene, SHARE)
             causes.append(forgotten(sound, placement, run, prior))
         return causes
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .hypotheses import ONLY_SOUND, Candidate, Comparison, Parameters, Scene, kind_of
+from .hypotheses import Candidate, Parameters, Scene, kind_of, sound_recordings
 from .robust_fit import UNEXPLAINED, RigidModel
 
 SAME, LEAST = 1e-9, 6
@@ -127,11 +127,10 @@ def _meeting(circles: np.ndarray) -> np.ndarray:
 
 def _candidate(changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]) -> Candidate:
     """Return the candidate of a scene in which a joint's angles are free."""
-    (best,) = Comparison(changed, ONLY_SOUND).candidates
     parameters: Parameters = {
         "joint": changed.robot.joint_names[joint],
         "samples": len(rows),
         **names,
     }
     prior = float(np.log(STUCK.prior / changed.q.shape[1] / len(changed.places)))
-    return best.as_cause(STUCK, parameters, prior)
+    return sound_recordings(changed).as_cause(STUCK, parameters, prior)

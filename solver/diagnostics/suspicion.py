@@ -9,34 +9,29 @@ the widths of their priors and the noise sigma::
 which is compared with what the same fit leaves of the recordings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
-from ..data import STANDARD_LOAD, Measurement
+from ..data import Measurement
 from ..robot import Robot
-from .configurations import known_distances
-from .explain import scene_loaded
+from .explain import Given, scene_loaded
 from .hypotheses import (
+    DISTANCE_WEIGHT,
     INDEPENDENT,
     KINDS,
-    SCATTER,
+    Block,
     Candidate,
     Comparison,
     Flaw,
     Kind,
+    NoisePrior,
     Parameters,
     Scene,
-    largest_shift,
-    noise_of_size,
-    of_size,
-    these,
-    unknowns_per_size,
+    likeliest_of,
 )
-from .inspection import Given
 from .robust_fit import RigidModel
 
 CLEAR, ALIKE = 3.0, 5.0
@@ -45,6 +40,10 @@ SEEN = 9.0
 """Chi-square of the pattern of a flaw that can be seen."""
 TRIED = "whatif"
 """Name of the explanation that is the flaw at its size."""
+SCATTER = 9
+"""Explanations of more unknowns than this say how far samples scatter, each its own way."""
+SIZE_WIDTH = 0.1
+"""Standard deviation of the logarithm of a noise whose size is told."""
 RIVALS = 3
 """Other explanations that are listed at most."""
 
@@ -106,37 +105,37 @@ def what_if(
         FlawError: These recordings can have none of it.
         KnownError: A known distance names a socket that is not there.
     """
-    given, model = given or Given(), RigidModel(robot, zeros=zeros)
-    known = known_distances(measurements, given.known, given.deviation)
-    scene = scene_loaded(model, measurements, known, given.load, repeatability)
-    free = Comparison(scene, flaw.possible(scene)).candidates
-    likeliest = max(free, key=lambda candidate: candidate.log_evidence)
-    estimate = _estimate(scene, likeliest)
+    model = RigidModel(robot, zeros=zeros)
+    scene = scene_loaded(model, measurements, given or Given(), repeatability)
+    likeliest = likeliest_of(Comparison(scene, flaw.possible(scene)).candidates)
+    estimate = _estimate(likeliest)
     size = flaw.size or estimate.size or scene.noise
-    best = _best_of_each(scene, _of_size(scene, likeliest, estimate.direction, size))
+    best = _best_of_each(scene, _of_size(likeliest, estimate.direction, size))
     tried, sound = best.pop(TRIED), best.pop("sound")
     for kind in flaw.kinds:
         best.pop(kind.name, None)
-    pattern, remaining = _pattern(scene, tried), _left(scene, scene.residuals)
-    rows, after = _rows_of(scene, tried), tried.after()
-    odds = {name: c.log_evidence - tried.log_evidence for name, c in best.items()}
+    odds = {name: rival.log_evidence - tried.log_evidence for name, rival in best.items()}
     least = max(-ALIKE, sound.log_evidence + CLEAR - tried.log_evidence)
     listed = sorted((name for name in odds if odds[name] > least), key=lambda n: -odds[n])
-    norms = float(np.linalg.norm(pattern[rows]) * np.linalg.norm(remaining[rows]))
+    rows = scene.all_samples if "samples" in tried.residuals else scene.all_lengths
+    pattern = scene.left_of(scene.in_rows(tried.block.rows, tried.shift))
+    shown, observed = pattern[rows], scene.left_of(scene.residuals)[rows]
+    after = tried.after()
+    norms = float(np.linalg.norm(shown) * np.linalg.norm(observed))
     return WhatIf(
         fault=flaw.text,
         cause=likeliest.kind.name,
-        answer=_answer(tried, sound, likeliest, pattern, list(odds.values())),
+        answer=_answer(tried, sound, likeliest, pattern, odds.values()),
         where=likeliest.block.parameters[0],
         size=size,
         unit=flaw.unit,
         size_observed=estimate.size,
         deviation=estimate.deviation,
-        moves=largest_shift(scene, tried.block.rows, _shift(tried)),
-        pattern=_root_mean_square(pattern[rows]),
-        observed=_root_mean_square(remaining[rows]),
-        remains=_root_mean_square(_left(after, after.residuals)[rows]),
-        alike=float(pattern[rows] @ remaining[rows]) / norms if norms else None,
+        moves=_largest_shift(scene, tried.block.rows, tried.shift),
+        pattern=_root_mean_square(shown),
+        observed=_root_mean_square(observed),
+        remains=_root_mean_square(after.left_of(after.residuals)[rows]),
+        alike=float(shown @ observed) / norms if norms else None,
         log_odds=tried.log_evidence - sound.log_evidence,
         postures=len(scene.q),
         rivals=tuple((best[name].hypothesis().text, odds[name]) for name in listed[:RIVALS]),
@@ -153,26 +152,60 @@ class _Estimate:
     deviation: float | None = None
 
 
-def _estimate(scene: Scene, likeliest: Candidate) -> _Estimate:
+def _estimate(likeliest: Candidate) -> _Estimate:
     """Return the most probable size of a candidate, and the direction of its unknowns."""
-    block, count = likeliest.block, likeliest.block.unknowns
+    scene, block = likeliest.scene, likeliest.block
     if likeliest.kind.noise is not None:
         return _Estimate(np.zeros(0), likeliest.sigma)
-    if not 0 < count <= SCATTER:
-        return _Estimate(np.zeros(count))
+    if not 0 < block.unknowns <= SCATTER:
+        return _Estimate(np.zeros(block.unknowns))
     mean, covariance = likeliest.evidence.posterior(block, likeliest.sigma)
     amount = float(np.linalg.norm(mean))
-    direction = mean / amount if amount else np.eye(count)[0]
-    per_size = unknowns_per_size(scene, likeliest.kind, block, direction)
+    direction = mean / amount if amount else np.eye(block.unknowns)[0]
+    per_size = _unknowns_per_size(scene, likeliest.kind, block, direction)
     deviation = float(direction @ covariance @ direction) ** 0.5
     return _Estimate(direction, amount / per_size, deviation / per_size)
 
 
-def _of_size(scene: Scene, likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
+def _of_size(likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
     """Return the explanation by a candidate of one size, as probable as sound recordings."""
     kind = replace(likeliest.kind, name=TRIED, prior=1.0, separate=False)
-    block = of_size(scene, kind, likeliest.block, direction, size)
-    return replace(kind, blocks=partial(these, [block]), noise=noise_of_size(kind, size))
+    if kind.noise is not None:
+        kind = replace(kind, noise=_noise_of_size(size))
+    return kind.only([_block_of_size(likeliest.scene, kind, likeliest.block, direction, size)])
+
+
+def _noise_of_size(size: float) -> Callable[[Scene], NoisePrior]:
+    return lambda _: NoisePrior(size, SIZE_WIDTH)
+
+
+def _block_of_size(
+    scene: Scene, kind: Kind, block: Block, direction: np.ndarray, size: float
+) -> Block:
+    """Return a block of a single candidate with a size [m, rad, share] along a direction."""
+    if block.unknowns > SCATTER:
+        return replace(block, widths=(size,))
+    if not block.unknowns:
+        return block
+    amount = size * _unknowns_per_size(scene, kind, block, direction)
+    shift = block.columns @ (amount * direction)
+    return Block(block.rows, shift[..., None], block.parameters, fixed=True)
+
+
+def _unknowns_per_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray) -> float:
+    """Return how large a candidate's unknowns are along a direction, for each unit of its size."""
+    if not kind.at_ball:
+        return 1.0
+    return 1 / max(_largest_shift(scene, block.rows, block.columns[0] @ direction), 1e-12)
+
+
+def _largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
+    """Return how far a change of some rows of the residuals moves a ball, or a distance, [m]."""
+    residuals = scene.in_rows(rows, shift)
+    of_balls = residuals[scene.all_samples].reshape(-1, 3)
+    of_distances = residuals[scene.all_lengths] / DISTANCE_WEIGHT
+    sizes = np.append(np.linalg.norm(of_balls, axis=1), np.abs(of_distances))
+    return float(sizes.max())
 
 
 def _best_of_each(scene: Scene, tried: Kind) -> dict[str, Candidate]:
@@ -187,7 +220,7 @@ def _answer(
     sound: Candidate,
     likeliest: Candidate,
     pattern: np.ndarray,
-    odds: Sequence[float],
+    odds: Iterable[float],
 ) -> Answer:
     """Return whether a flaw of its size explains the recordings, by the odds of all others."""
     strongest = tried.log_evidence + max(odds)
@@ -200,33 +233,6 @@ def _answer(
         return "size"
     chi_square = INDEPENDENT * float(pattern @ pattern) / likeliest.sigma**2
     return "unseen" if tried.block.fixed and chi_square < SEEN else "no"
-
-
-def _shift(candidate: Candidate) -> np.ndarray:
-    """Return by how much a candidate without unknowns changes its rows of the residuals [m]."""
-    block = candidate.block
-    return block.columns[0, :, block.unknowns :].sum(axis=1)
-
-
-def _pattern(scene: Scene, candidate: Candidate) -> np.ndarray:
-    """Return what a fit to perfect data with a flaw leaves, shape (3 N + K,) [m]."""
-    flaw = np.zeros(len(scene.residuals))
-    flaw[candidate.block.rows] = _shift(candidate)
-    return _left(scene, flaw)
-
-
-def _left(scene: Scene, residuals: np.ndarray) -> np.ndarray:
-    """Return what a fit of the nuisances leaves of residuals, shape (3 N + K,) [m]."""
-    B = scene.nuisances
-    information = B.T @ B + scene.noise**2 * np.eye(B.shape[1])
-    return residuals - B @ np.linalg.solve(information, B.T @ residuals)
-
-
-def _rows_of(scene: Scene, candidate: Candidate) -> slice:
-    """Return the rows of the residuals on which a candidate shows: of samples, or of distances."""
-    if "samples" in candidate.residuals:
-        return scene.all_samples
-    return slice(scene.all_samples.stop, len(scene.residuals))
 
 
 def _root_mean_square(rows: np.ndarray) -> float:
@@ -242,15 +248,12 @@ def shift_by(
 
     Of several joints it takes one amid the chain; what is free besides is random.
     """
-    scene = scene_loaded(RigidModel(robot), [measured], (), STANDARD_LOAD, None)
-    kind = flaw.possible(scene)[0]
-    (block, *_) = kind.blocks(scene)
+    scene = scene_loaded(RigidModel(robot), [measured], Given(), None)
+    kind, *_ = flaw.possible(scene)
+    block, *_ = kind.blocks(scene)
     single = block.only([len(block.parameters) // 2])
     direction: np.ndarray = generator.normal(size=single.unknowns)
     direction = direction / float(np.linalg.norm(direction))
-    changed = of_size(scene, kind, single, direction, flaw.size or 0.0)
-    shift = np.zeros(3 * len(scene.q))
-    shift[changed.rows] = changed.columns[0].sum(axis=1)
-    ordered = np.zeros((len(scene.q), 3))
-    ordered[measured.order] = shift.reshape(-1, 3)
-    return ordered
+    changed = _block_of_size(scene, kind, single, direction, flaw.size or 0.0)
+    shift = scene.in_rows(changed.rows, changed.columns[0].sum(axis=1))
+    return measured.as_recorded(shift[scene.all_samples].reshape(-1, 3))

@@ -1,7 +1,7 @@
 """Comparison of all explanations by Bayes' rule, and the scene once one was accepted."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, groupby, repeat
@@ -13,7 +13,7 @@ from ...results import Hypothesis
 from .evidence import INDEPENDENT, LinearEvidence
 from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
-from .table import KINDS
+from .table import KINDS, ONLY_SOUND
 
 LARGEST, HALVES = 0.3, 1.6
 """Largest noise [m], and the factor from one trial of it to the next."""
@@ -88,6 +88,11 @@ class Candidate:
         of_samples = self.block.rows.start < self.scene.all_samples.stop
         return {"samples" if of_samples else "distances"}
 
+    @property
+    def shift(self) -> np.ndarray:
+        """By how much it changes its rows of the residuals, beside its unknowns [m]."""
+        return self.block.columns[0, :, self.block.unknowns :].sum(axis=1)
+
     def as_cause(self, kind: Kind, parameters: Parameters, log_prior: float) -> "Candidate":
         """Return what changed a scene that was fitted anew, by its evidence as sound recordings."""
         return replace(
@@ -104,9 +109,9 @@ class Candidate:
             return replace(scene, noise=max(scene.noise, self.sigma))
         if kind.scene_after is not None:
             return kind.scene_after(scene, block.parameters[0])
-        columns, shift = np.split(block.columns[0], [block.unknowns], axis=1)
-        term = (block.rows, columns * max(block.widths), shift.sum(axis=1))
-        return replace(scene, explained=(*scene.explained, term)).recentred(self.sigma)
+        columns = block.columns[0, :, : block.unknowns] * max(block.widths)
+        explained = (*scene.explained, (block.rows, columns, self.shift))
+        return replace(scene, explained=explained).recentred(self.sigma)
 
 
 def _as_it_is(scene: Scene, _: object) -> Scene:
@@ -162,6 +167,17 @@ class Comparison:
         for (b, noise_index), group in groupby(near, key=lambda trial: (trial.block, trial.noise)):
             columns = [trial.column for trial in group]
             yield float(self._trials[noise_index]), blocks[b].only(columns)
+
+
+def likeliest_of(candidates: Iterable[Candidate]) -> Candidate:
+    """Return the most probable candidate."""
+    return max(candidates, key=lambda candidate: candidate.log_evidence)
+
+
+def sound_recordings(scene: Scene, share: float = INDEPENDENT) -> Candidate:
+    """Return the candidate by which nothing is wrong in a scene."""
+    (candidate,) = Comparison(scene, ONLY_SOUND, share).candidates
+    return candidate
 
 
 class _Trial(NamedTuple):

@@ -5,15 +5,10 @@ The words are those of the causes, and of the simulated arm's faults.
 
 import difflib
 import re
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
-
-import numpy as np
 
 from ....errors import MukcaError
-from .kinds import UNITS, Block, Kind, NoisePrior, Parameters
-from .nuisances import DISTANCE_WEIGHT
+from .kinds import UNITS, Block, Kind, Parameters
 from .scene import Scene
 from .table import SIMULATED
 
@@ -22,10 +17,6 @@ FLAWS: dict[str, tuple[Kind, ...]] = {
     for word in sorted({kind.fault or kind.name for kind in SIMULATED})
 }
 """Kinds of explanations by the word of their flaw."""
-SCATTER = 9
-"""Explanations of more unknowns than this say how far samples scatter, each its own way."""
-SIZE_WIDTH = 0.1
-"""Standard deviation of the logarithm of a noise whose size is told."""
 _SIZE = re.compile(r"([\d.]+)\s*(mm|deg|%)\s*$")
 _NUMBER = re.compile(r"[\d.]+")
 _SAMPLE = re.compile(r"@(\d+)(?:\+\d+)?$")
@@ -92,8 +83,10 @@ class Flaw:
         for kind in self.kinds:
             blocks = [self._named(block) for block in kind.blocks(scene)]
             blocks = [block for block in blocks if block.parameters]
-            if blocks or kind.noise is not None:
-                kinds.append(replace(kind, blocks=partial(these, blocks)) if blocks else kind)
+            if blocks:
+                kinds.append(kind.only(blocks))
+            elif kind.noise is not None:
+                kinds.append(kind)
         if not kinds:
             joints, placements = scene.robot.joint_names, [m.name for m in scene.measurements]
             words = " ".join(self.names)
@@ -117,11 +110,6 @@ class Flaw:
         return same and values.issuperset(self.names)
 
 
-def these(blocks: list[Block], scene: Scene) -> Iterable[Block]:
-    """Return blocks as they are: the function of a kind whose blocks are chosen already."""
-    return blocks
-
-
 def _positive(text: str) -> float:
     """Return a number; 0 where it is none."""
     return float(text) if text.count(".") < 2 and text != "." else 0.0
@@ -132,39 +120,3 @@ def _words_like(word: str) -> str:
     near = difflib.get_close_matches(word, FLAWS, 1)
     meant = f"; did you mean {near[0]}?" if near else ""
     return f"{meant}; the words are {', '.join(FLAWS)}"
-
-
-def largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
-    """Return how far a change of some rows of the residuals moves a ball, or a distance, [m]."""
-    residuals = np.zeros(len(scene.residuals))
-    residuals[rows] = shift
-    of_balls = residuals[scene.all_samples].reshape(-1, 3)
-    of_distances = residuals[scene.all_samples.stop :] / DISTANCE_WEIGHT
-    sizes = np.append(np.linalg.norm(of_balls, axis=1), np.abs(of_distances))
-    return float(sizes.max())
-
-
-def unknowns_per_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray) -> float:
-    """Return how large a candidate's unknowns are along a direction, for each unit of its size."""
-    if not kind.at_ball:
-        return 1.0
-    columns = block.columns[0, :, : block.unknowns]
-    return 1 / max(largest_shift(scene, block.rows, columns @ direction), 1e-12)
-
-
-def of_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray, size: float) -> Block:
-    """Return a block of a single candidate with a size [m, rad, share] along a direction."""
-    if block.unknowns > SCATTER:
-        return replace(block, widths=(size,))
-    if not block.unknowns:
-        return block
-    amount = size * unknowns_per_size(scene, kind, block, direction)
-    shift = block.columns[0, :, : block.unknowns] @ (amount * direction)
-    return Block(block.rows, shift[None, :, None], block.parameters, fixed=True)
-
-
-def noise_of_size(kind: Kind, size: float) -> Callable[[Scene], NoisePrior] | None:
-    """Return the belief on a noise whose size is told; None where the kind is no noise."""
-    if kind.noise is None:
-        return None
-    return lambda _: NoisePrior(size, SIZE_WIDTH)
