@@ -98,8 +98,13 @@ class ColumnHypothesis:
 
     def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
         """Return the same with another offset of a joint [rad]."""
-        only_joint = np.arange(len(self.offsets)) == joint
-        return replace(self, offsets=np.where(only_joint, offset, self.offsets))
+        offsets = self.offsets.copy()
+        offsets[joint] = offset
+        return replace(self, offsets=offsets)
+
+
+Ranked = tuple[float, ColumnHypothesis]
+"""Error that a hypothesis leaves [m]."""
 
 
 def unchanged(robot: Robot) -> ColumnHypothesis:
@@ -124,66 +129,66 @@ def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(as_recorded, order=order)
 
 
+@dataclass(frozen=True)
 class _NominalModel:
     """Hypotheses on some samples, judged by the nominal model with its ball put right."""
 
-    def __init__(self, model: RigidModel, samples: Samples) -> None:
-        self._model, self._samples = model, samples
+    model: RigidModel
+    samples: Samples
 
-    def ranked(
-        self, hypotheses: Iterable[ColumnHypothesis]
-    ) -> list[tuple[float, ColumnHypothesis]]:
+    def ranked(self, hypotheses: Iterable[ColumnHypothesis]) -> list[Ranked]:
         """Return the error that each hypothesis leaves [m], the least first."""
         candidates = list(hypotheses)
-        variants = [h.apply(self._samples) for h in candidates]
-        errors = self._model.nominal_errors(variants) if candidates else []
-        return sorted(zip(errors, candidates, strict=True), key=lambda pair: pair[0])
+        if not candidates:
+            return []
+        errors = self.model.nominal_errors([h.apply(self.samples) for h in candidates])
+        return sorted(zip(errors, candidates, strict=True), key=_error)
 
     def with_best_offsets(
         self, starts: Sequence[ColumnHypothesis], joints: Sequence[Sequence[int]]
     ) -> list[ColumnHypothesis]:
         """Return hypotheses with the best offsets of as many joints each near those they have."""
         hypotheses = list(starts)
+        of_joints = np.arange(len(starts))[:, None], np.array(joints)
         for _ in range(STEPS if starts and joints[0] else 0):
-            variants = [h.apply(self._samples) for h in hypotheses]
-            steps = self._model.nominal_offsets(variants, np.array(joints))
-            steps *= np.minimum(1.0, MAX_STEP / np.abs(steps).max(axis=1, keepdims=True).clip(1e-9))
-            for i, (joints_of_start, step) in enumerate(zip(joints, steps, strict=True)):
-                offsets = hypotheses[i].offsets.copy()
-                offsets[list(joints_of_start)] += step
-                hypotheses[i] = replace(hypotheses[i], offsets=offsets)
+            variants = [h.apply(self.samples) for h in hypotheses]
+            steps = self.model.nominal_offsets(variants, of_joints[1])
+            largest = np.abs(steps).max(axis=1, keepdims=True)
+            offsets = np.array([h.offsets for h in hypotheses])
+            offsets[of_joints] += steps * np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
+            pairs = zip(hypotheses, offsets, strict=True)
+            hypotheses = [replace(h, offsets=of_all) for h, of_all in pairs]
         return hypotheses
 
     def several_offsets(
         self, starts: Sequence[ColumnHypothesis], joints: Sequence[int]
     ) -> list[ColumnHypothesis]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
-        remaining = list(joints)
-        error, best = self.ranked(self.with_best_offsets(starts, [remaining] * len(starts)))[0]
-        while remaining:
-            starts_without = [best.with_offset(joint, 0.0) for joint in remaining]
-            others_of = [*combinations(remaining, len(remaining) - 1)][::-1]
-            error_without, simpler = self.ranked(self.with_best_offsets(starts_without, others_of))[
-                0
-            ]
-            if error_without > NEEDED * error:
+        needed = list(joints)
+        error, best = self.ranked(self.with_best_offsets(starts, [needed] * len(starts)))[0]
+        while needed:
+            fewer = [best.with_offset(joint, 0.0) for joint in needed]
+            others = [[j for j in needed if j != joint] for joint in needed]
+            error_of_fewer, simpler = self.ranked(self.with_best_offsets(fewer, others))[0]
+            if error_of_fewer > NEEDED * error:
                 break
-            error, best, remaining = (
-                error_without,
-                simpler,
-                [j for j in remaining if simpler.offsets[j]],
-            )
+            error, best = error_of_fewer, simpler
+            needed = [j for j in needed if best.offsets[j]]
         offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
         best = replace(best, offsets=offsets)
         count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
         return [best] if 0 < count <= MAX_MISTAKES else []
 
 
+def _error(ranked: Ranked) -> float:
+    return ranked[0]
+
+
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
-    few = samples.thinned(TRIED, 4)
-    nominal, robot, as_recorded = _NominalModel(model, few), model.robot, unchanged(model.robot)
-    joints, best = len(robot.actuated), nominal.ranked
+    few, robot = samples.thinned(TRIED, 4), model.robot
+    nominal, as_recorded = _NominalModel(model, few), unchanged(robot)
+    best, joints = nominal.ranked, len(robot.actuated)
     ((now, _),) = best([as_recorded])
     orders = [as_recorded.order[::-1], *(np.roll(as_recorded.order, k) for k in range(1, joints))]
     ranking = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
@@ -195,17 +200,16 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
         for j in turning:
             trials = [as_recorded.with_offset(j, offset) for offset in OFFSETS.tolist()]
             starts.append(best(trials)[0][1])
-        offset_joints = [np.flatnonzero(s.offsets).tolist() for s in starts]
-        single = best(nominal.with_best_offsets(starts, offset_joints))[:2]
+        single = best(nominal.with_best_offsets(starts, [[j] for j in turning]))[:2]
         ranking += single
         starts = [as_recorded, *signs(robot, 1), *swaps(robot), *(start for _, start in single)]
-        unexplained = min(ranking, key=lambda pair: pair[0])[0] > TOLERANCE / 2
+        unexplained = min(map(_error, ranking)) > TOLERANCE / 2
         if unexplained and few.is_overdetermined(3 + len(turning)):
             ranking += best(nominal.several_offsets(starts, turning))
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
-        if min(ranking, key=lambda pair: pair[0])[0] > TOLERANCE:
+        if min(map(_error, ranking)) > TOLERANCE:
             ranking += best(signs(robot, count))[:1]
-    ranking.sort(key=lambda pair: pair[0])
+    ranking.sort(key=_error)
     return [h for error, h in ranking if error < PROMISING * now][:4]
 
 
@@ -217,11 +221,10 @@ def of_columns(
     ``sound``: the recordings are explained well, and only the sign of the last joint is tried.
     """
     parameters = likeliest.parameters
-    tried: list[tuple[slice, str | None]] = [(slice(0, len(scene.q)), None)]
+    noisy = parameters["noise"] > MUCH * scene.noise
+    tried: list[tuple[slice, str | None]] = [(scene.every, None)]
     for rows, measured in zip(scene.places, scene.measurements, strict=True):
-        accused = (
-            parameters.get("placement") == measured.name or parameters["noise"] > MUCH * scene.noise
-        )
+        accused = noisy or parameters.get("placement") == measured.name
         if accused and not sound and len(scene.places) > 1:
             tried.append((rows, measured.name))
     candidates: list[Candidate] = []
@@ -230,19 +233,20 @@ def of_columns(
         some = Samples(scene.q[rows], seats - seats.min(), scene.samples.measured[rows])
         if not some.is_overdetermined(len(scene.parameters)):
             continue
-        if sound:  # unless the model as it is leaves clearly more with the last joint's other sign
-            few, (*_, last) = some.thinned(TRIED, 4), signs(model.robot, 1)
-            turned, now = model.nominal_errors([last.apply(few), few])
-            likely = [] if turned > now / PROMISING else [last]
-        else:
-            likely = promising(model, some)
-        for hypothesis in likely:
+        for hypothesis in _of_last_sign(model, some) if sound else promising(model, some):
             q = scene.q.copy()
             q[rows] = hypothesis.apply(some).positions
             changed, noise = model.refitted(replace(scene, readings=q))
             if noise < UNEXPLAINED:
                 candidates.append(_candidate(hypothesis, changed, placement, parameters["noise"]))
     return candidates
+
+
+def _of_last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+    """Return the last joint's other sign, unless it leaves clearly more."""
+    few, (*_, last) = samples.thinned(TRIED, 4), signs(model.robot, 1)
+    turned, now = model.nominal_errors([last.apply(few), few])
+    return [] if turned > now / PROMISING else [last]
 
 
 def _candidate(
@@ -257,12 +261,13 @@ def _candidate(
         offsets[joints] -= excess
     hypothesis = replace(hypothesis, offsets=offsets)
     names, after = hypothesis.robot.joint_names, best.sigma
-    parameters = {
+    parameters: dict[str, object] = {
         "joints": ", ".join(names[j] for j in chain(*hypothesis.mistakes.values())),
         "offsets": hypothesis.offsets.tolist(),
         "order": hypothesis.order.tolist(),
-        **({} if placement is None else {"placement": placement}),
     }
+    if placement is not None:
+        parameters["placement"] = placement
     gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
     form = f"{hypothesis.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
     form = form.replace("{", "{{").replace("}", "}}")
